@@ -40,24 +40,6 @@ static kt_status read_resource(const char *folder, const char *name, char **text
     return fine ? KT_OK : kt_error_set(error, KT_ERROR_FILE, path, "it cannot be read as a whole");
 }
 
-static int count_lines(const char *text) {
-    int count = 0;
-    for (; *text != '\0'; text++)
-        count += *text == '\n';
-    return count;
-}
-
-/* Makes a list of the lines, and ends each of them with a zero. */
-static void split_lines(char *text, const char **lines) {
-    int count = 0;
-    for (char *at = text; *at != '\0'; count++) {
-        lines[count] = at;
-        at += strcspn(at, "\n");
-        if (*at != '\0')
-            *at++ = '\0';
-    }
-}
-
 /* ---- the compiled scene ------------------------------------------------------------------------------------------ */
 
 static void release_scene(kt_fmu *fmu) {
@@ -78,7 +60,6 @@ static void release_scene(kt_fmu *fmu) {
 static kt_status parse_scene(kt_fmu *fmu, kt_error *error) {
     kt_scene_options options = kt_scene_options_default();
     options.settings = fmu->settings;
-    options.setting_count = fmu->setting_count;
     for (int i = 0; i < fmu->parameter_count; i++) {
         if (!fmu->is_given[i])
             continue;
@@ -173,10 +154,9 @@ static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
     fmu->given = calloc(parameters, sizeof *fmu->given);
     fmu->is_given = calloc(parameters, sizeof *fmu->is_given);
     fmu->given_text = calloc(parameters, sizeof *fmu->given_text);
-    const char **settings = realloc(fmu->settings, ((size_t)fmu->setting_count + parameters) * sizeof *settings);
-    fmu->settings = settings != NULL ? settings : fmu->settings;
+    fmu->settings = calloc(parameters, sizeof *fmu->settings);
     if (fmu->y == NULL || fmu->rates == NULL || fmu->moved == NULL || fmu->torque == NULL || fmu->given == NULL ||
-        fmu->is_given == NULL || fmu->given_text == NULL || settings == NULL)
+        fmu->is_given == NULL || fmu->given_text == NULL || fmu->settings == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
     for (int i = 0; i < fmu->scene.parameter_count; i++)
         if (snprintf(fmu->given_text[i], sizeof fmu->given_text[i] - 32, "%s=", fmu->scene.parameters[i].name) >=
@@ -188,21 +168,13 @@ static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
 }
 
 kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
-    kt_status status = read_resource(folder, KT_FMU_SCENE, &fmu->scene_text, &fmu->scene_size, error);
+    const kt_status status = read_resource(folder, KT_FMU_SCENE, &fmu->scene_text, &fmu->scene_size, error);
     if (status == KT_OK)
-        status = read_resource(folder, KT_FMU_SETTINGS, &fmu->settings_text, &fmu->settings_size, error);
-    if (status != KT_OK)
-        return status;
-    fmu->token = kt_fmu_token_of(fmu->scene_text, fmu->scene_size, fmu->settings_text, fmu->settings_size);
-    fmu->setting_count = count_lines(fmu->settings_text);
-    fmu->settings = calloc((size_t)fmu->setting_count + 1, sizeof *fmu->settings);
-    if (fmu->settings == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
-    return KT_OK;
+        fmu->token = kt_fmu_token_of(fmu->scene_text, fmu->scene_size);
+    return status;
 }
 
 kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error) {
-    split_lines(fmu->settings_text, fmu->settings);
     const kt_status status = kt_fmu_compile(fmu, error);
     return status == KT_OK ? take_memory(fmu, error) : status;
 }
@@ -210,7 +182,6 @@ kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error) {
 void kt_fmu_close(kt_fmu *fmu) {
     release_scene(fmu);
     free(fmu->scene_text);
-    free(fmu->settings_text);
     free(fmu->settings);
     free(fmu->given_text);
     free(fmu->given);

@@ -25,12 +25,11 @@ typedef enum kt_fmu_phase {
 typedef struct kt_fmu_linear kt_fmu_linear; /* derivatives.c */
 
 typedef struct kt_fmu {
-    /* Resources and settings. */
-    char *scene_text, *settings_text;
-    size_t scene_size, settings_size;
+    /* The resource and settings. */
+    char *scene_text;
+    size_t scene_size;
     kt_fmu_token token;
-    const char **settings; /* lines of settings_text, then those of given parameters */
-    int setting_count;
+    const char **settings; /* of given parameters */
     char (*given_text)[192];
 
     /* The compiled scene. */
@@ -60,7 +59,7 @@ typedef struct kt_fmu {
     bool is_logging;
 } kt_fmu;
 
-/* Reads the resources in a folder into *fmu, which is zero but for the importer's members, and computes their token.
+/* Reads the resource in a folder into *fmu, which is zero but for the importer's members, and computes its token.
  * Ownership: kt_fmu_close releases all members, also after an error. */
 kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error);
 void kt_fmu_close(kt_fmu *fmu);

@@ -15,20 +15,18 @@ enum {
     KT_FMU_DERIVATIVE = 4 << 20, /* likewise */
 };
 
-/* The resources of an FMU. */
+/* The resource of an FMU: the scene in flow style (kt_scene_write_flow), with the settings of the export. */
 #define KT_FMU_SCENE "scene.yaml"
-#define KT_FMU_SETTINGS "settings.txt"
 
 typedef struct kt_fmu_token {
     char text[24];
 } kt_fmu_token;
 
-/* Returns a checksum of both resources (FNV-1a), which ties the description to them. */
-static inline kt_fmu_token kt_fmu_token_of(const char *scene, size_t scene_size, const char *settings,
-                                           size_t settings_size) {
+/* Returns a checksum of the resource (FNV-1a), which ties the description to it. */
+static inline kt_fmu_token kt_fmu_token_of(const char *scene, size_t size) {
     uint64_t sum = 14695981039346656037u;
-    for (size_t i = 0; i < scene_size + settings_size; i++) {
-        sum ^= (unsigned char)(i < scene_size ? scene[i] : settings[i - scene_size]);
+    for (size_t i = 0; i < size; i++) {
+        sum ^= (unsigned char)scene[i];
         sum *= 1099511628211u;
     }
     kt_fmu_token token = {{0}};

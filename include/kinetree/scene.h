@@ -395,6 +395,12 @@ KT_API void kt_scene_watch_free(kt_scene_watch *watch);
  * fails). */
 KT_API KT_CHECKED kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error);
 
+/* Writes the text of a scene file in the flow style of YAML, with the settings of the options (NULL: none). Parameters
+ * and formulas remain, unlike in kt_scene_write. Only the form of the text and the settings are checked.
+ * Errors: those of kt_scene_parse. KT_ERROR_FILE (the stream fails). */
+KT_API KT_CHECKED kt_status kt_scene_write_flow(const char *path, const char *text, size_t size,
+                                                const kt_scene_options *options, FILE *stream, kt_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -282,12 +282,12 @@ static const kt_table shape_table = {.fields = shape_fields,
 static const kt_field part_fields[] = {
     {.key = "type",
      .kind = &kt_kind_choice,
-     .offset = offsetof(kt_part, shape.type),
+     .offset = offsetof(kt_scene_part, shape.type),
      .flags = KT_FIELD_REQUIRED,
      .detail = &shape_types},
-    {.key = "mass", .kind = &kt_kind_number, .offset = offsetof(kt_part, mass)},
+    {.key = "mass", .kind = &kt_kind_number, .offset = offsetof(kt_scene_part, mass)},
 };
-_Static_assert(offsetof(kt_part, shape) == 0, "keys of a shape are read into a part");
+_Static_assert(offsetof(kt_scene_part, shape) == 0, "keys of a shape are read into a part");
 static const kt_table part_table = {.fields = part_fields,
                                     .count = KT_COUNT_OF(part_fields),
                                     .flow = true,
@@ -304,13 +304,13 @@ static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     if (!kt_list_nodes(r, scope, node, "a list of shapes ('- {type: ...}')", &nodes, &count))
         return false;
     kt_shape *shapes = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *shapes);
-    kt_part *parts = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *parts);
+    kt_scene_part *parts = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *parts);
     if (shapes == NULL || parts == NULL)
         return kt_reader_out_of_memory(r);
     bool good = true;
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        parts[i] = (kt_part){.shape = kt_shape_default(), .mass = (double)NAN};
+        parts[i] = (kt_scene_part){.shape = kt_shape_default(), .mass = (double)NAN};
         good = kt_table_read(r, &here, nodes[i], &part_table, &parts[i]) && !kt_node_is_faulty(nodes[i]) && good;
         shapes[i] = parts[i].shape;
     }

@@ -13,7 +13,7 @@ typedef struct kt_bound {
     int body, at, component; /* at: in q, v or gravity forces, or of auxiliary states */
     kt_vec3 point;           /* of a marker, in the body's frame */
     bool responds;           /* the variable is `response` instead */
-    kt_response response;
+    kt_event_response response;
 } kt_bound;
 
 typedef struct kt_bound_formula {

@@ -310,10 +310,10 @@ static const kt_field limit_fields[] = {
     {.key = "velocity", .kind = &kind_limit, LIMIT(velocity)},
     {.key = "effort", .kind = &kind_limit, LIMIT(effort)},
 };
-static const kt_table limits = {.fields = limit_fields,
-                                .count = KT_COUNT_OF(limit_fields),
-                                .flow = true,
-                                .example = "{lower: -1, upper: 1, velocity: 2, effort: 50}"};
+static const kt_table limit_table = {.fields = limit_fields,
+                                     .count = KT_COUNT_OF(limit_fields),
+                                     .flow = true,
+                                     .example = "{lower: -1, upper: 1, velocity: 2, effort: 50}"};
 
 /* ---- the joint --------------------------------------------------------------------------------------------------- */
 
@@ -323,7 +323,7 @@ static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
     {.key = "name", .kind = &kt_kind_name, AT(name)},
     {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
-    {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limits, .same = same_limits},
+    {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limit_table, .same = same_limits},
 };
 const kt_table kt_joint_table = {
     .fields = fields, .count = KT_COUNT_OF(fields), .types = &types, .describe = describe, .kind_of = kind_of_key};

@@ -20,13 +20,6 @@ struct kt_named_formula {
 
 enum { IDLE = -2 };
 
-/* Text that comes from one node: from `at` on it is the node's text from `offset` on. */
-struct kt_stretch {
-    int at, offset;
-    kt_node *node;
-    int named; /* whose node it is; -1: that of the formula */
-};
-
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
 static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -208,8 +201,7 @@ static bool put(kt_writer *w, const char *text, size_t length) {
 }
 
 static void begin_stretch(kt_writer *w, kt_node *node, int named, int offset) {
-    w->to->stretches[w->to->count++] =
-        (struct kt_stretch){.at = w->length, .offset = offset, .node = node, .named = named};
+    w->to->stretches[w->to->count++] = (kt_stretch){.at = w->length, .offset = offset, .node = node, .named = named};
 }
 
 /* "a -> b -> a" */
@@ -285,7 +277,7 @@ bool kt_written_varies(const kt_reader *r, const kt_written *written) {
 }
 
 bool kt_written_fault(kt_reader *r, const kt_scope *scope, const kt_written *written, int at, const char *message) {
-    const struct kt_stretch *s = NULL;
+    const kt_stretch *s = NULL;
     for (int k = 0; k < written->count && written->stretches[k].at <= at; k++)
         s = &written->stretches[k];
     kt_node spot = kt_spot_of(s != NULL ? s->node : written->node, s != NULL ? at - s->at + s->offset : at);

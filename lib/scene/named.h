@@ -24,11 +24,18 @@ kt_node *kt_expression_unused(const kt_reader *r, int k);
 /* The first word of a text that is such a name: its place from 0; -1 if there is none. */
 int kt_find_named(const kt_reader *r, const char *text);
 
+/* Text that comes from one node: from `at` on it is the node's text from `offset` on. */
+typedef struct kt_stretch {
+    int at, offset;
+    kt_node *node;
+    int named; /* whose node it is; -1: that of the formula */
+} kt_stretch;
+
 /* A formula whose expressions are written out. */
 typedef struct kt_written {
     const char *text;
     kt_node *node; /* of the formula */
-    struct kt_stretch *stretches;
+    kt_stretch *stretches;
     int count;
 } kt_written;
 

@@ -10,7 +10,7 @@ typedef struct kt_named_formula kt_named_formula;
 
 typedef struct kt_scene_reading {
     const kt_description *description; /* as far as it is read */
-    struct kt_part *parts;             /* shapes of the body that is being read; NULL: none */
+    struct kt_scene_part *parts;       /* shapes of the body that is being read; NULL: none */
     kt_node **part_nodes;
     kt_names names;       /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
     bool names_are_known; /* the name of every body could be read */

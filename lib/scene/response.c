@@ -163,10 +163,10 @@ bool kt_response_name(const kt_description *d, int k, char *text, size_t size) {
 /* ---- in a model -------------------------------------------------------------------------------------------------- */
 
 static kt_status bind_by_velocity(const kt_description *d, const kt_model *model, const kt_variable *variable,
-                                  kt_response *out, kt_error *error) {
+                                  kt_event_response *out, kt_error *error) {
     const kt_body *body = &d->bodies[variable->body];
     const int item = kt_body_find(model, body->name);
-    *out = (kt_response){.type = KT_RESPONSE_ACCELERATION, .component = variable->component};
+    *out = (kt_event_response){.type = KT_RESPONSE_ACCELERATION, .component = variable->component};
     if (item <= 0)
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no body '%s'", body->name);
     out->item = item;
@@ -187,7 +187,7 @@ static bool has(const kt_model *model, int loop, kt_response_type type) {
     return type == KT_RESPONSE_MULTIPLIER ? joins_joints || drives : !joins_joints;
 }
 
-kt_status kt_response_bind(const kt_description *d, const kt_model *model, const char *name, kt_response *out,
+kt_status kt_response_bind(const kt_description *d, const kt_model *model, const char *name, kt_event_response *out,
                            kt_error *error) {
     kt_variable variable;
     parts p = {.component = 0};
@@ -195,7 +195,7 @@ kt_status kt_response_bind(const kt_description *d, const kt_model *model, const
         return bind_by_velocity(d, model, &variable, out, error);
     if (!find_parts(name, &p))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "there is no '%s'", name);
-    *out = (kt_response){.type = p.type, .component = p.component, .item = -1};
+    *out = (kt_event_response){.type = p.type, .component = p.component, .item = -1};
     const int joint = p.type == KT_RESPONSE_JOINT_REACTION ? find_joint(d, p.of) : -1;
     if (joint >= 0) {
         out->item = kt_body_find(model, d->bodies[joint].name);
@@ -249,7 +249,7 @@ kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt
 static double component_of(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
 
 /* In world axes, or in those of the body. */
-static double turning(const kt_response *r, const kt_instant *at, kt_vec3 u) {
+static double turning(const kt_event_response *r, const kt_instant *at, kt_vec3 u) {
     const kt_vec3 w =
         r->component < 3 ? u : kt_mat3_apply_transposed(kt_body_pose(at->model, at->data, r->item).rotation, u);
     return component_of(w, r->component % 3);
@@ -259,7 +259,7 @@ static double of_wrench(const kt_wrench *wrench, int k) {
     return component_of(k < 3 ? wrench->force : wrench->moment, k % 3);
 }
 
-double kt_response_value(const kt_responses *responses, const kt_response *r, const kt_instant *at) {
+double kt_response_value(const kt_responses *responses, const kt_event_response *r, const kt_instant *at) {
     kt_loop_rows rows;
     switch (r->type) {
     case KT_RESPONSE_ACCELERATION:

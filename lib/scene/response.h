@@ -18,11 +18,11 @@ typedef enum kt_response_type {
 } kt_response_type;
 
 /* A response in a model. */
-typedef struct kt_response {
+typedef struct kt_event_response {
     kt_response_type type;
     int item, component; /* body or loop; of an acceleration the index in v */
     kt_vec3 point;       /* of a marker, in the body's frame */
-} kt_response;
+} kt_event_response;
 
 /* Whether formulas of events may use a name of this description. Loops of hard stops and contacts, NAME.lower, have the
  * names of their effects. */
@@ -33,7 +33,7 @@ bool kt_response_name(const kt_description *description, int k, char *text, size
 
 /* Finds the quantity of a name in the description's model. Errors: KT_ERROR_MODEL (the model does not have it). */
 KT_CHECKED kt_status kt_response_bind(const kt_description *description, const kt_model *model, const char *name,
-                                      kt_response *response, kt_error *error);
+                                      kt_event_response *response, kt_error *error);
 
 /* The values of all responses at an instant. */
 typedef struct kt_responses {
@@ -45,13 +45,13 @@ typedef struct kt_responses {
 bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *responses);
 
 /* The bit of a response among those that have to be evaluated. All but angular velocities need the accelerations. */
-static inline unsigned kt_response_bit(const kt_response *response) { return 1U << response->type; }
+static inline unsigned kt_response_bit(const kt_event_response *response) { return 1U << response->type; }
 
 /* Evaluates the responses of these bits. Errors: those of kt_acceleration_evaluate. */
 KT_CHECKED kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt_instant *at,
                                            kt_error *error);
 
 /* The value of a response that was evaluated. */
-double kt_response_value(const kt_responses *responses, const kt_response *response, const kt_instant *at);
+double kt_response_value(const kt_responses *responses, const kt_event_response *response, const kt_instant *at);
 
 #endif

@@ -8,6 +8,7 @@
 #include "base/require.h"
 
 #include "document/file.h"
+#include "document/flow.h"
 #include "document/number.h"
 #include "scene/beam.h"
 #include "scene/comma.h"
@@ -249,6 +250,23 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     }
 }
 
+/* The options of kt_scene_write_flow. */
+typedef struct kt_flow_target {
+    const kt_scene_options *options;
+    FILE *stream;
+} kt_flow_target;
+
+static void write_flow(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                       kt_scene *scene) {
+    const kt_flow_target *target = options;
+    (void)path, (void)scene;
+    if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
+        return;
+    kt_settings_apply(r, target->options, &table);
+    if (!r->out_of_memory && r->fault_count == 0)
+        kt_flow_write(r->root, target->stream);
+}
+
 kt_scene kt_scene_default(void) {
     kt_scene scene = {.description = kt_description_default(), .run = kt_run_default()};
     scene.run.integrator = NULL; /* chosen for the model */
@@ -398,5 +416,20 @@ kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
     status = emit(scene, stream, error);
     (void)uselocale(before);
     freelocale(plain);
+    return status;
+}
+
+kt_status kt_scene_write_flow(const char *path, const char *text, size_t size, const kt_scene_options *options,
+                              FILE *stream, kt_error *error) {
+    const kt_flow_target target = {options, stream};
+    kt_scene unused;
+    if (KT_IS_MISSING(error, text, stream))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status =
+        kt_format_parse((kt_format_choice){write_flow, &target}, path, text, size, &unused, NULL, NULL, error);
+    if (status == KT_OK)
+        kt_scene_free(&unused);
+    if (status == KT_OK && ferror(stream))
+        return kt_error_set(error, KT_ERROR_FILE, "scene", "the stream cannot be written to; is the disk full?");
     return status;
 }

@@ -56,7 +56,7 @@ static void complain(void *user, const kt_place *place, const kt_error *error) {
     c->good = kt_fault_at(c->r, KT_ERROR_SCENE, c->scope, c->node, "%s", error->message) && c->good;
 }
 
-static kt_body body_of(const kt_part *part) {
+static kt_body body_of(const kt_scene_part *part) {
     kt_body body = kt_body_default();
     body.name = "shape";
     body.mass = part->mass > 0.0 ? part->mass : 1.0;
@@ -66,7 +66,7 @@ static kt_body body_of(const kt_part *part) {
 }
 
 /* The rules of a single shape, and of its mass. */
-static bool check_part(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_part *part) {
+static bool check_part(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_part *part) {
     const kt_body body = body_of(part);
     kt_description description = kt_description_default();
     complaint c = {r, scope, node, true};
@@ -83,7 +83,8 @@ static bool check_part(kt_reader *r, const kt_scope *scope, kt_node *node, const
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
 /* Gives shapes without a mass their share of the remaining mass. */
-static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt_part *parts, int count, double left) {
+static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt_scene_part *parts, int count,
+                  double left) {
     double volume = 0.0, length = 0.0;
     for (int i = 0; i < count; i++)
         if (isnan(parts[i].mass)) {
@@ -104,8 +105,8 @@ static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt
     return true;
 }
 
-static bool settle_masses(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_part *parts,
-                          int count, bool has_mass, double *mass) {
+static bool settle_masses(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes,
+                          kt_scene_part *parts, int count, bool has_mass, double *mass) {
     double own = 0.0;
     int without = 0;
     for (int i = 0; i < count; i++) {
@@ -137,7 +138,7 @@ static kt_sym3 added(kt_sym3 a, kt_sym3 b) {
     return kt_sym3_make(a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz);
 }
 
-bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_part *parts,
+bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_scene_part *parts,
                      int count, unsigned given, kt_body *body) {
     kt_vec3 com = kt_vec3_make(0.0, 0.0, 0.0);
     kt_sym3 inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), own;

@@ -13,17 +13,17 @@ static inline kt_sym3 kt_sym3_scaled(double s, kt_sym3 a) {
 }
 
 /* A shape, and its own mass, NaN if it has none. */
-typedef struct kt_part {
+typedef struct kt_scene_part {
     kt_shape shape;
     double mass;
-} kt_part;
+} kt_scene_part;
 
 /* The properties that the scene gives for the body itself. */
 enum { KT_GIVES_MASS = 1, KT_GIVES_COM = 2, KT_GIVES_INERTIA = 4 };
 
 /* Checks the shapes, and gives the body their mass, com and inertia, except those that are given. Here `node` is that
  * of the list, and `nodes` are those of its items. Returns false after reporting the reason. */
-bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_part *parts,
+bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_scene_part *parts,
                      int count, unsigned given, kt_body *body);
 
 #endif

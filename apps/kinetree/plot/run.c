@@ -33,7 +33,7 @@ static bool is_drawn(const kt_column *column, bool is_default) {
 }
 
 static int panel_of(kt_plot_run *plot, size_t column) {
-    const kt_quantity quantity = kt_column_quantity(plot->columns, column);
+    const kt_measure quantity = kt_column_quantity(plot->columns, column);
     for (int i = 0; i < plot->panel_count; i++)
         if (strcmp(kt_column_quantity(plot->columns, plot->panels[i]).title, quantity.title) == 0)
             return i;
@@ -140,7 +140,7 @@ static const char *label_of(const char *name) {
 }
 
 static void add_panel(picture *p, int panel) {
-    const kt_quantity quantity = kt_column_quantity(p->plot->columns, p->plot->panels[panel]);
+    const kt_measure quantity = kt_column_quantity(p->plot->columns, p->plot->panels[panel]);
     kt_plot_series *series = p->series[p->panel_count];
     int count = 0;
     for (int i = 0; i < p->candidate_count; i++) {

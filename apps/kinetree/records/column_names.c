@@ -111,12 +111,12 @@ int kt_column_header(const kt_columns *columns, size_t column, char *text, size_
 
 /* ---- quantities -------------------------------------------------------------------------------------------------- */
 
-static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_column *c) {
-    static const kt_quantity angles[] = {{"Angles", "rad"},
-                                         {"Angular velocities", "rad/s"},
-                                         {"Angular accelerations", "rad/s\u00b2"},
-                                         {"Gravity in joints: torques", "N m"}};
-    static const kt_quantity lengths[] = {
+static kt_measure coordinate_quantity(const kt_columns *columns, const kt_column *c) {
+    static const kt_measure angles[] = {{"Angles", "rad"},
+                                        {"Angular velocities", "rad/s"},
+                                        {"Angular accelerations", "rad/s\u00b2"},
+                                        {"Gravity in joints: torques", "N m"}};
+    static const kt_measure lengths[] = {
         {"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}, {"Gravity in joints: forces", "N"}};
     const int order = (int)c->source - KT_COLUMN_POSITION;
     switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
@@ -124,7 +124,7 @@ static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_colum
     case KT_COORDINATE_TRANSLATION:
         return lengths[order];
     case KT_COORDINATE_ROTATION:
-        return order == 0 ? (kt_quantity){"Quaternions", ""} : angles[order];
+        return order == 0 ? (kt_measure){"Quaternions", ""} : angles[order];
     case KT_COORDINATE_ANGLE:
     case KT_COORDINATE_TURNS:
     case KT_COORDINATE_NONE:
@@ -133,10 +133,10 @@ static kt_quantity coordinate_quantity(const kt_columns *columns, const kt_colum
     return angles[order];
 }
 
-static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column *c) {
+static kt_measure quantity_of_effect(const kt_columns *columns, const kt_column *c) {
     static const struct {
         const char *unit;
-        kt_quantity quantity;
+        kt_measure quantity;
     } of[] = {{"N", {"Forces of effects", "N"}},
               {"N m", {"Torques of effects", "N m"}},
               {"W", {"Powers of effects", "W"}},
@@ -148,63 +148,62 @@ static kt_quantity quantity_of_effect(const kt_columns *columns, const kt_column
     for (size_t i = 0; i < sizeof of / sizeof *of; i++)
         if (strcmp(of[i].unit, unit) == 0)
             return of[i].quantity;
-    return (kt_quantity){"Effects", ""};
+    return (kt_measure){"Effects", ""};
 }
 
 /* Returns the quantity of an own column. A column with a unit is a quantity of its own. */
-static kt_quantity own_quantity(const kt_scene_column *column) {
-    return column->unit != NULL ? (kt_quantity){column->name, column->unit} : (kt_quantity){"Own columns", ""};
+static kt_measure own_quantity(const kt_scene_column *column) {
+    return column->unit != NULL ? (kt_measure){column->name, column->unit} : (kt_measure){"Own columns", ""};
 }
 
-kt_quantity kt_column_quantity(const kt_columns *columns, size_t column) {
+kt_measure kt_column_quantity(const kt_columns *columns, size_t column) {
     const kt_column *c = &columns->columns[column];
     switch (c->source) {
     case KT_COLUMN_TIME:
-        return (kt_quantity){"Time", "s"};
+        return (kt_measure){"Time", "s"};
     case KT_COLUMN_POSITION:
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
     case KT_COLUMN_GRAVITY:
         return coordinate_quantity(columns, c);
     case KT_COLUMN_MARKER:
-        return (kt_quantity){"Markers", "m"};
+        return (kt_measure){"Markers", "m"};
     case KT_COLUMN_MARKER_VELOCITY:
-        return (kt_quantity){"Velocities of markers", "m/s"};
+        return (kt_measure){"Velocities of markers", "m/s"};
     case KT_COLUMN_MARKER_ACCELERATION:
-        return (kt_quantity){"Accelerations of markers", "m/s\u00b2"};
+        return (kt_measure){"Accelerations of markers", "m/s\u00b2"};
     case KT_COLUMN_ORIENTATION:
-        return (kt_quantity){"Orientations", ""};
+        return (kt_measure){"Orientations", ""};
     case KT_COLUMN_ANGULAR_VELOCITY:
-        return (kt_quantity){"Angular velocities of bodies", "rad/s"};
+        return (kt_measure){"Angular velocities of bodies", "rad/s"};
     case KT_COLUMN_ANGULAR_ACCELERATION:
-        return (kt_quantity){"Angular accelerations of bodies", "rad/s\u00b2"};
+        return (kt_measure){"Angular accelerations of bodies", "rad/s\u00b2"};
     case KT_COLUMN_SINGULAR_VALUE:
-        return (kt_quantity){"Smallest singular value of the loops", ""};
+        return (kt_measure){"Smallest singular value of the loops", ""};
     case KT_COLUMN_MOMENTUM:
-        return c->component < 3 ? (kt_quantity){"Momentum", "kg m/s"}
-                                : (kt_quantity){"Angular momentum", "kg m\u00b2/s"};
+        return c->component < 3 ? (kt_measure){"Momentum", "kg m/s"} : (kt_measure){"Angular momentum", "kg m\u00b2/s"};
     case KT_COLUMN_ENERGY:
     case KT_COLUMN_WORK:
-        return (kt_quantity){"Energies", "J"};
+        return (kt_measure){"Energies", "J"};
     case KT_COLUMN_RESIDUAL:
-        return c->component == 0 ? (kt_quantity){"Loops open by", "m, rad"}
-                                 : (kt_quantity){"Loops open by, per second", "m/s, rad/s"};
+        return c->component == 0 ? (kt_measure){"Loops open by", "m, rad"}
+                                 : (kt_measure){"Loops open by, per second", "m/s, rad/s"};
     case KT_COLUMN_REACTION:
     case KT_COLUMN_LOOP_REACTION:
-        return c->component < 3 ? (kt_quantity){"Reactions: forces", "N"} : (kt_quantity){"Reactions: moments", "N m"};
+        return c->component < 3 ? (kt_measure){"Reactions: forces", "N"} : (kt_measure){"Reactions: moments", "N m"};
     case KT_COLUMN_BEARING:
-        return c->component < 3 ? (kt_quantity){"Bearings: forces", "N"} : (kt_quantity){"Bearings: moments", "N m"};
+        return c->component < 3 ? (kt_measure){"Bearings: forces", "N"} : (kt_measure){"Bearings: moments", "N m"};
     case KT_COLUMN_CLOSURE:
-        return c->component < 3 || c->component == 6 ? (kt_quantity){"Relative positions in loops", "m"}
-                                                     : (kt_quantity){"Relative rotations in loops", "rad"};
+        return c->component < 3 || c->component == 6 ? (kt_measure){"Relative positions in loops", "m"}
+                                                     : (kt_measure){"Relative rotations in loops", "rad"};
     case KT_COLUMN_OWN:
         return own_quantity(&columns->formulas[c->index]);
     case KT_COLUMN_STATE:
-        return (kt_quantity){"Auxiliary states", ""};
+        return (kt_measure){"Auxiliary states", ""};
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
         break;
     }
-    return (kt_quantity){"Multipliers", "N, N m"};
+    return (kt_measure){"Multipliers", "N, N m"};
 }

@@ -87,11 +87,11 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
 int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size);
 
 /* The title and the unit that a chart shows for columns on one axis. */
-typedef struct kt_quantity {
+typedef struct kt_measure {
     const char *title, *unit;
-} kt_quantity;
+} kt_measure;
 
-kt_quantity kt_column_quantity(const kt_columns *columns, size_t column);
+kt_measure kt_column_quantity(const kt_columns *columns, size_t column);
 
 /* Returns the values of all columns in a record; NaN if the record does not have a value. Ownership: the list owns
  * them, until the next call. */

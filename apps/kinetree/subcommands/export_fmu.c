@@ -1,6 +1,6 @@
 /* The archive of `kinetree export --fmu`: the description, the binary for this system, and the text of the scene.
  *
- *     modelDescription.xml    binaries/PLATFORM/NAME.so    resources/scene.yaml    resources/settings.txt
+ *     modelDescription.xml    binaries/PLATFORM/NAME.so    resources/scene.yaml
  *
  * The binary is the same for all scenes. It reads the scene of the resources as a file without a folder. The command
  * reads it in the same way, so that a scene that needs other files is rejected here and not in the importer.
@@ -99,19 +99,6 @@ static bool find_binary(char path[KT_FMU_PATH]) {
     return false;
 }
 
-/* Returns the settings as lines; NULL: not enough memory. */
-static char *lines_of(const kt_settings *settings) {
-    size_t size = 1;
-    for (int i = 0; i < settings->count; i++)
-        size += strlen(settings->text[i]) + 1;
-    char *lines = malloc(size), *at = lines;
-    for (int i = 0; lines != NULL && i < settings->count; i++)
-        at += sprintf(at, "%s\n", settings->text[i]);
-    if (lines != NULL)
-        *at = '\0';
-    return lines;
-}
-
 /* ---- the archive ------------------------------------------------------------------------------------------------- */
 
 static bool add_entry(zipFile zip, const char *name, kt_content content) {
@@ -124,7 +111,7 @@ static bool add_entry(zipFile zip, const char *name, kt_content content) {
 
 typedef struct kt_fmu_parts {
     const char *name, *platform; /* the name of the binary, and of its folder */
-    kt_content description, binary, scene, settings;
+    kt_content description, binary, scene;
 } kt_fmu_parts;
 
 static bool write_entries(const char *path, const kt_fmu_parts *parts) {
@@ -134,9 +121,7 @@ static bool write_entries(const char *path, const kt_fmu_parts *parts) {
     if (zip == NULL)
         return false;
     const bool fine = add_entry(zip, "modelDescription.xml", parts->description) &&
-                      add_entry(zip, binary, parts->binary) &&
-                      add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene) &&
-                      add_entry(zip, "resources/" KT_FMU_SETTINGS, parts->settings);
+                      add_entry(zip, binary, parts->binary) && add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene);
     return zipClose(zip, NULL) == ZIP_OK && fine;
 }
 
@@ -154,15 +139,11 @@ static int write_archive(const char *out, const kt_fmu_parts *parts) {
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static kt_status parse_alone(const kt_content *text, const kt_settings *settings, const char *more, kt_scene *scene,
-                             kt_error *error) {
-    const char *list[KT_SETTINGS_MAX + 1];
+/* Reads the scene of the resources, with a setting (NULL: none). */
+static kt_status parse_alone(const kt_content *text, const char *setting, kt_scene *scene, kt_error *error) {
     kt_scene_options options = kt_scene_options_default();
-    options.settings = list;
-    for (int i = 0; i < settings->count; i++)
-        list[options.setting_count++] = settings->text[i];
-    if (more != NULL)
-        list[options.setting_count++] = more;
+    options.settings = &setting;
+    options.setting_count = setting != NULL;
     return kt_scene_parse_with(KT_FMU_SCENE, text->text, text->size, &options, scene, NULL, NULL, error);
 }
 
@@ -179,7 +160,7 @@ static const char *reason_against(const kt_scene *scene) {
 }
 
 /* Marks the parameters that change with others. A changed parameter that the scene rejects marks nothing. */
-static void find_followers(const kt_content *text, const kt_settings *settings, const kt_scene *scene, bool *follows) {
+static void find_followers(const kt_content *text, const kt_scene *scene, bool *follows) {
     for (int i = 0; i < scene->parameter_count; i++) {
         char setting[512];
         kt_scene other;
@@ -187,7 +168,7 @@ static void find_followers(const kt_content *text, const kt_settings *settings, 
         const double value = scene->parameters[i].value;
         (void)snprintf(setting, sizeof setting, "%s=%.17g", scene->parameters[i].name,
                        value == 0.0 ? 1e-3 : value * (1.0 + 1e-3));
-        if (parse_alone(text, settings, setting, &other, &error) != KT_OK)
+        if (parse_alone(text, setting, &other, &error) != KT_OK)
             continue;
         for (int k = 0; k < scene->parameter_count; k++)
             follows[k] |= k != i && other.parameters[k].value != scene->parameters[k].value;
@@ -250,9 +231,8 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     } else if (!find_inputs(model, fmu->inputs, is_input)) {
         code = KT_EXIT_USAGE;
     } else {
-        const kt_fmu_token token =
-            kt_fmu_token_of(parts->scene.text, parts->scene.size, parts->settings.text, parts->settings.size);
-        find_followers(&parts->scene, fmu->settings, scene, follows);
+        const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
+        find_followers(&parts->scene, scene, follows);
         const kt_fmu_model described = {parts->name, token.text, scene,          model,       &columns,
                                         is_input,    follows,    reason == NULL, fmu->version};
         code = describe_and_write(fmu, &described, parts);
@@ -270,7 +250,7 @@ static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     kt_error error = {0};
     kt_scene scene;
     kt_model *model = NULL;
-    if (parse_alone(&parts->scene, fmu->settings, NULL, &scene, &error) != KT_OK) {
+    if (parse_alone(&parts->scene, NULL, &scene, &error) != KT_OK) {
         kt_say("%s cannot be exported as an FMU: it reads other files, which an FMU does not have; write their numbers "
                "into the scene (%s: %s)",
                fmu->scene, error.where, error.message);
@@ -289,6 +269,35 @@ static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     return code;
 }
 
+/* Reads the file of the scene and writes its text in flow style, with the settings. Returns an exit code. */
+static int read_flow(const kt_export_fmu *fmu, kt_content *flow) {
+    kt_content content;
+    kt_error error = {0};
+    kt_scene_options options = kt_scene_options_default();
+    options.settings = fmu->settings->text;
+    options.setting_count = fmu->settings->count;
+    int code = read_content(fmu->scene, &content);
+    if (code != KT_EXIT_DONE)
+        return code;
+    FILE *stream = open_memstream(&flow->text, &flow->size);
+    if (content.text[strspn(content.text, " \t\r\n")] == '<') {
+        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
+        code = KT_EXIT_SCENE;
+    } else if (stream == NULL) {
+        kt_say("there is not enough memory");
+        code = KT_EXIT_INTEGRATION;
+    } else if (kt_scene_write_flow(fmu->scene, content.text, content.size, &options, stream, &error) != KT_OK) {
+        kt_say_error(&error);
+        code = KT_EXIT_SCENE;
+    }
+    if (stream != NULL && fclose(stream) != 0)
+        code = KT_EXIT_INTEGRATION;
+    if (code != KT_EXIT_DONE)
+        free(flow->text);
+    free(content.text);
+    return code;
+}
+
 int kt_export_fmu_write(const kt_export_fmu *fmu) {
     kt_scene scene;
     kt_fmu_parts parts = {.name = NULL};
@@ -299,22 +308,14 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
     kt_scene_free(&scene);
     if (code != KT_EXIT_DONE)
         return code;
-    code = read_content(fmu->scene, &parts.scene);
+    code = read_flow(fmu, &parts.scene);
     if (code != KT_EXIT_DONE)
         return code;
     name_of_fmu(fmu->out, name);
     parts.name = name;
     parts.platform = fmu->version == KT_FMU_THIRD ? KT_FMU_PLATFORM : sizeof(void *) == 8 ? "linux64" : "linux32";
-    parts.settings.text = lines_of(fmu->settings);
-    parts.settings.size = parts.settings.text != NULL ? strlen(parts.settings.text) : 0;
-    if (parts.scene.text[strspn(parts.scene.text, " \t\r\n")] == '<') {
-        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
-        code = KT_EXIT_SCENE;
-    } else {
-        code = parts.settings.text != NULL ? write_scene(fmu, &parts) : KT_EXIT_INTEGRATION;
-    }
+    code = write_scene(fmu, &parts);
     free(parts.scene.text);
-    free(parts.settings.text);
     return code;
 }
 

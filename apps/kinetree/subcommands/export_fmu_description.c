@@ -182,7 +182,7 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
 static void write_outputs(const kt_fmu_model *fmu, FILE *to) {
     char name[KT_FMU_NAME];
     for (size_t i = 1; i < fmu->columns->count; i++) {
-        const kt_quantity quantity = kt_column_quantity(fmu->columns, i);
+        const kt_measure quantity = kt_column_quantity(fmu->columns, i);
         (void)kt_column_name(fmu->columns, i, name, sizeof name);
         write_variable(fmu,
                        &(kt_fmu_variable){.name = name,

@@ -305,7 +305,7 @@ static void put_columns(kt_json_writer *out, const kt_motion *motion) {
     kt_put_open(out, "columns", '[');
     for (size_t i = 1; i < motion->columns->count; i++) {
         char name[512];
-        const kt_quantity quantity = kt_column_quantity(motion->columns, i);
+        const kt_measure quantity = kt_column_quantity(motion->columns, i);
         (void)kt_column_name(motion->columns, i, name, sizeof name);
         put_column(out, name, quantity.title, quantity.unit);
     }

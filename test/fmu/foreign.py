@@ -1,0 +1,181 @@
+"""Foreign programs on the FMUs of all bundled scenes: schemas, fmusim, and FMI Library (fmu.py)."""
+import ctypes
+import math
+import os
+import pathlib
+import shutil
+import tempfile
+
+from archive import COMMAND, FIXED, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records, rows, run
+from claims import claim, note, skip
+
+# fmusim with the method of the scene (cs), and with CVODE at a tolerance of 1e-10 (me). The run has its own error: the
+# rope a tolerance of 1e-4, the ball impacts of 2 MN/m^1.5, and the rocket a balance that is a difference of 1.6e5 J.
+FMUSIM_BOUND, INTERVALS = 2e-5, 200
+FMUSIM_LOOSE = {"rope": 1e-3, "rolling-ball": 5e-4, "rocket": 3e-4}
+
+
+def check_schema(folder):
+    schema, xmllint = os.environ.get("KT_FMI_SCHEMA"), shutil.which("xmllint")
+    if not schema or not xmllint:
+        skip("descriptions_are_valid", "KT_FMI_SCHEMA names no folder of schemas, or xmllint is not on this machine")
+        return
+    problems = []
+    for version, file in ((3, "fmi3ModelDescription.xsd"), (2, "fmi2Merged.xsd")):
+        if not (pathlib.Path(schema) / file).is_file():
+            skip(f"descriptions_of_fmi_{version}_are_valid", f"KT_FMI_SCHEMA has no {file}")
+            continue
+        for scene in sorted(SCENES.glob("*.yaml")):
+            fmu = Fmu(scene, folder, "--fmi", version)
+            if fmu.status != 0:
+                note(f"{scene.stem}: {fmu.errors.strip()}")
+                continue
+            status, _, errors = run(xmllint, "--noout", "--schema", pathlib.Path(schema) / file, fmu.description)
+            problems += [f"{scene.stem}, {version}: {errors}"] if status != 0 else []
+    claim("descriptions_are_valid", problems)
+
+
+def play_foreign(fmusim, words, stop, archive, out):
+    """The rows of a foreign importer, and its messages. The last of the rows of a time is that after its event."""
+    out.unlink(missing_ok=True)
+    status, said, errors = run(fmusim, *words, "--tolerance", 1e-10, "--log-level", "ok", "--output-interval",
+                               repr(stop / INTERVALS), "--stop-time", repr(stop), "--output-file", out, archive)
+    text = out.read_text() if status == 0 else ""
+    return {round(row[0], 9): row for row in rows(text)}, (said + errors).strip()
+
+
+def largest_relative(ours, theirs, works):
+    """The largest difference over the larger of 1 and the column's size; columns in `works` must be NaN in ours."""
+    common = sorted(set(ours) & set(theirs))
+    if len(common) < INTERVALS or any(len(ours[t]) != len(theirs[t]) for t in common):
+        return math.nan
+    worst = 0.0
+    for k in range(1, len(ours[common[0]])):
+        pairs = [(ours[t][k], theirs[t][k]) for t in common]
+        if k in works:
+            worst = worst if all(math.isnan(a) for a, _ in pairs) else math.nan
+            continue
+        size = max([1.0] + [abs(b) for _, b in pairs if b == b])
+        found = [abs(a - b) / size for a, b in pairs if not (a != a and b != b)]
+        worst = math.nan if any(x != x for x in found) else max([worst, *found])
+        if math.isnan(worst):
+            break
+    return worst
+
+
+def check_fmusim(folder):
+    """Every bundled scene, with its own method, in a foreign importer: no complaint, and the numbers of the run."""
+    fmusim = os.environ.get("KT_FMUSIM")
+    if not fmusim:
+        skip("fmusim_agrees", "KT_FMUSIM names no program")
+        return
+    problems, worst, count = [], {"cs": (0.0, ""), "me": (0.0, "")}, 0
+    for scene, version in [(scene, version) for scene in sorted(SCENES.glob("*.yaml")) for version in (3, 2)]:
+        fmu = Fmu(scene, folder, "--fmi", version)
+        if fmu.status != 0:
+            problems.append(f"{scene.stem}: {fmu.errors.strip()}")
+            continue
+        stop = min(float(fmu.root.find("DefaultExperiment").get("stopTime")), 0.97)  # not at a kink of a drive
+        _, text, errors = run(COMMAND, "run", scene, "--duration", repr(stop), "--interval", repr(stop / INTERVALS),
+                              "--quiet", "--out", "-")
+        theirs = {round(row[0], 9): row for row in rows(text)}
+        works = [k for k, name in enumerate(text.partition("\n")[0].split(","))
+                 if name in WORKS]
+        for mode in ("cs", "me"):
+            if fmu.root.find({"cs": "CoSimulation", "me": "ModelExchange"}[mode]) is None:
+                continue
+            words = ["--interface-type", mode] + (["--solver", "cvode"] if mode == "me" else [])
+            ours, complaint = play_foreign(fmusim, words, stop, fmu.archive, folder / "foreign.csv")
+            found = largest_relative(ours, theirs, works if mode == "me" else [])
+            bound = FMUSIM_LOOSE.get(scene.stem, FMUSIM_BOUND)
+            count += 1
+            if not found <= worst[mode][0] and scene.stem not in FMUSIM_LOOSE:
+                worst[mode] = found, scene.stem
+            if scene.stem in FMUSIM_LOOSE:
+                note(f"{scene.stem}, FMI {version}, {mode}: relative difference {found:g}, bound {bound:g}")
+            if not found <= bound or complaint:
+                problems.append(f"{scene.stem}, FMI {version}, {mode}: difference {found:g}, bound {bound:g}; {complaint}")
+    for mode, (found, stem) in worst.items():
+        note(f"{mode}: largest relative difference {found:g} ({stem}), bound {FMUSIM_BOUND:g}")
+    claim("fmusim_runs_every_bundled_scene_and_agrees", problems + ([] if count >= 200 else [f"only {count} runs"]))
+
+
+class Library:
+    """FMI Library: its complaints about an archive, and its co-simulation of one of FMI 3.0."""
+
+    LOG = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p)
+    TELL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+
+    class Callbacks(ctypes.Structure):
+        _fields_ = [("memory", ctypes.c_void_p * 4), ("log", ctypes.c_void_p), ("level", ctypes.c_int),
+                    ("context", ctypes.c_void_p), ("text", ctypes.c_char * 65536)]
+
+    def __init__(self, path):
+        self.library, self.complaints = ctypes.CDLL(path), []
+        own, cast = ctypes.CDLL(None), lambda f: ctypes.cast(f, ctypes.c_void_p).value
+        self.log = self.LOG(lambda c, module, level, text: self.complaints.append(text.decode()))
+        self.tell = self.TELL(lambda environment, status, category, text: self.complaints.append(text.decode()))
+        memory = (ctypes.c_void_p * 4)(*(cast(f) for f in (own.malloc, own.calloc, own.realloc, own.free)))
+        self.callbacks = self.Callbacks(memory, cast(self.log), 3)  # warnings and errors
+
+    def pointer(self, name, *arguments):
+        function = getattr(self.library, name)
+        function.restype = ctypes.c_void_p
+        return ctypes.c_void_p(function(*arguments))
+
+    def read(self, archive, folder, version):
+        """Unpacks and parses an archive. The result is false if it cannot be read."""
+        context = self.pointer("fmi_import_allocate_context", ctypes.byref(self.callbacks))
+        self.library.fmi_import_get_fmi_version(context, str(archive).encode(), str(folder).encode())
+        return self.pointer(f"fmi{version}_import_parse_xml", context, str(folder).encode(), None)
+
+    def play(self, fmu, folder, references, step, steps):
+        """Rows of co-simulation with FMI 3.0."""
+        def call(name, *arguments):
+            if getattr(self.library, "fmi3_import_" + name)(fmu, *arguments) != 0:
+                raise RuntimeError(f"{name}: {self.complaints}")
+        real, flags, last, table = ctypes.c_double, [ctypes.c_bool() for _ in range(3)], ctypes.c_double(), []
+        numbers, size = (ctypes.c_double * len(references))(), ctypes.c_size_t(len(references))
+        call("create_dllfmu", 4, None, self.tell)
+        call("instantiate_co_simulation", b"one", str(folder / "resources").encode() + b"/", False, False, False, False,
+             None, ctypes.c_size_t(0), None)
+        call("enter_initialization_mode", False, real(0), real(0), False, real(0))
+        call("exit_initialization_mode")
+        for k in range(steps + 1):
+            if k > 0:
+                call("do_step", real((k - 1) * step), real(step), True, *map(ctypes.byref, flags), ctypes.byref(last))
+            call("get_float64", (ctypes.c_uint32 * len(references))(*references), size, numbers, size)
+            table.append(list(numbers))
+        self.library.fmi3_import_free_instance(fmu)
+        self.library.fmi3_import_destroy_dllfmu(fmu)
+        return table
+
+
+def check_library(folder):
+    """FMI Library reads every bundled scene without a complaint, and scenes with fixed steps have the bits of the run."""
+    path = os.environ.get("KT_FMILIB")
+    if not path:
+        skip("fmi_library_agrees", "KT_FMILIB names no shared library")
+        return
+    library, problems, read = Library(path), [], 0
+    for scene, version in [(scene, version) for scene in sorted(SCENES.glob("*.yaml")) for version in (3, 2)]:
+        with tempfile.TemporaryDirectory() as other:
+            fmu = Fmu(scene, folder, "--fmi", version)
+            read += bool(library.read(fmu.archive, other, version))
+            problems += [f"{scene.stem}, FMI {version}: {text}" for text in library.complaints]
+            library.complaints.clear()
+    note(f"{read} archives read")
+    claim("fmi_library_reads_every_bundled_scene", problems + ([] if read >= 140 else [f"only {read} archives"]))
+    problems = []
+    for name in FIXED:
+        scene = fixed_scene(name, folder)
+        fmu = Fmu(scene, folder)
+        with tempfile.TemporaryDirectory() as other:
+            unpacked = pathlib.Path(other)
+            opened = library.read(fmu.archive, unpacked, 3)
+            table = library.play(opened, unpacked, [int(word) for word in fmu.outputs()], STEP, STEPS)
+        times = {row[0] for row in table}
+        found = differences(table, [row for row in records(scene)[0] if row[0] in times])
+        note(f"{name}: largest difference {found:g}, bound 0")
+        problems += [] if found == 0.0 else [f"{name}: {found:g}"]
+    claim("fmi_library_has_the_bits_of_a_run", problems)
