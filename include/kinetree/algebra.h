@@ -142,8 +142,8 @@ static inline bool kt_mat3_is_finite(kt_mat3 a) {
     return kt_vec3_is_finite(a.x) && kt_vec3_is_finite(a.y) && kt_vec3_is_finite(a.z);
 }
 
-/* For kt_hypot: x >= y >= 0, whose squares are normal numbers. The residual h^2 - x^2 - y^2 is computed from a difference
- * d without rounding. One step of Newton's method on h^2 then removes most of the rounding of h.
+/* For kt_hypot: x >= y >= 0, whose squares are normal numbers. The residual h^2 - x^2 - y^2 is computed from a
+ * difference d without rounding. One step of Newton's method on h^2 then removes most of the rounding of h.
  * Source: Borges, An improved algorithm for hypot(a, b), 2019, algorithm 1 without fused operations. */
 static inline double kt_hypot_scaled(double x, double y) {
     const double h = sqrt(x * x + y * y), d = h <= 2.0 * y ? h - y : h - x;
@@ -153,7 +153,7 @@ static inline double kt_hypot_scaled(double x, double y) {
 }
 
 /* Returns sqrt(x^2 + y^2) over the whole range of double, with the same bits on every libm. An infinite number gives
- * infinity, even beside a NaN. The error is below one unit in the last place. */
+ * infinity, even if the other one is NaN. The error is below one unit in the last place. */
 static inline double kt_hypot(double x, double y) {
     const double a = fabs(x), b = fabs(y), more = a < b ? b : a, less = a < b ? a : b;
     const double scale = 4.149515568880993e+180; /* 2^600; the other bounds are 2^-54, 2^511 and 2^-459 */
