@@ -1,0 +1,38 @@
+/* The equations of a scene as a right-hand side that any solver may call: y = (q, v), y' = (q'(q, v), a(t, q, v)). */
+#ifndef KT_BENCH_BOOK_EQUATIONS_H
+#define KT_BENCH_BOOK_EQUATIONS_H
+
+#include "kinetree/kinetree.h"
+#include "kinetree/scene.h"
+
+#include <stdbool.h>
+
+typedef struct equations {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    int nq, nv;
+    size_t n;
+    double *start;    /* y at t = 0, loops closed */
+    long evaluations; /* of the right-hand side, since the caller cleared it; differences for Jacobians included */
+    long limit;       /* after as many evaluations the right-hand side fails: the solver is too slow */
+    kt_error error;
+} equations;
+
+bool equations_open(equations *e, const char *path);
+void equations_close(equations *e);
+
+/* dydt = f(t, y). Returns 0, or -1 if the mechanism has no acceleration there or the limit is reached. */
+int equations_rate(equations *e, double t, const double *y, double *dydt);
+
+/* Moves y back to the loops and normalises quaternions; 0 or -1. */
+int equations_project(equations *e, double t, double *y, bool *changed);
+
+/* A solver's run from the start to the end, which it writes to y. The text is NULL, or why it failed. */
+typedef const char *solver_run(equations *e, const char *method, double tolerance, double end, double *y);
+
+solver_run sundials_run;
+extern const char *const sundials_methods[]; /* ends with NULL */
+const char *sundials_version(void);
+
+#endif
