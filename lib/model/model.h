@@ -381,7 +381,7 @@ typedef struct kt_slip_frame {
 /* Arrays of data of models in which hard contacts slip. */
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
-    X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (contact/slip.c)")            \
+    X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (contact/slip.c)")              \
     X(double, slip_velocity, 2 * n->slip, "slip velocities of the last evaluation")                                    \
     X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
     X(double, slip_direction, 2 * n->slip, "likewise directions against which friction acts")                          \
@@ -493,7 +493,7 @@ struct kt_data {
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
     int32_t corrected_v;        /* that velocity */
-    uint32_t unconverged; /* directions of slow slip that were not found (contact/slip.c), since a simulation has
+    uint32_t unconverged;       /* directions of slow slip that were not found (contact/slip.c), since a simulation has
                                    counted them */
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
     size_t bytes; /* of its memory */
