@@ -434,7 +434,7 @@ static inline kt_integrator_options kt_integrator_options_default(void) {
 /* Bytes for an integrator of n equations with this method, for all options. 0 if the method's sizes or n are out of
  * range or the size overflows. The memory needs no alignment. The number of doubles is about
  *
- *     (s + 4 + dense_stages) n        explicit; n fewer with fsal; 21 n for dop853
+ *     (s + 4 + dense_stages) n        explicit; n fewer with fsal
  *     (s + 4 + dense_stages + p) n    adams, with p past slopes: 1 of ab2, 3 of ab4
  *     17 n                            stabilised
  *     4 n^2 + 23 n                    rodas5p

@@ -15,8 +15,6 @@
  *
  * which is a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
  *
- * The defect of the dense output at theta is the weighted norm of h (y' - f(t, y)). At the ends of a step it is zero.
- *
  * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y. Since A is strictly lower triangular,
  *
  *     R(z) = 1 + z b' (I - z A)^-1 1 = 1 + sum_k z^k b' A^(k-1) 1
@@ -33,7 +31,6 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
  */
-#include "base/small.h"
 #include "integrator/integrator.h"
 
 #include <float.h>
@@ -41,17 +38,11 @@
 
 /* ---- the table, compiled ----------------------------------------------------------------------------------------- */
 
-/* Whether the error estimate of a step does not contain f(t1, y1), but a dense output with its own stages does. */
-static bool lacks_end_slope(const kt_method *m) {
-    return KT_IS_FULL && m->e != NULL && !m->fsal && m->dense_stages > 0;
-}
-
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes) {
     const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
     sizes->slots = w + d;
     sizes->rows = s + KT_ROW_DENSE + d;
     sizes->terms = s * (s - 1) / 2 + KT_ROW_DENSE * s + d * w + d * (d - 1) / 2 + 1;
-    sizes->scratch = lacks_end_slope(method) ? 2 * sizes->n * sizeof(double) : 0; /* a slope, a state */
 }
 
 /* Appends a row of `count` weights; NULL: none. */
@@ -64,7 +55,6 @@ void kt_explicit_init(kt_integrator *it) {
     const size_t s = (size_t)m->stages;
     it->fresh = (size_t)kt_method_fresh(m);
     it->gives_end_derivative = m->fsal;
-    it->lacks_end_slope = lacks_end_slope(m);
     it->row[0] = 0;
     for (size_t i = 0; i < s; i++)
         compile_row(it, i, m->a + i * (i - (i > 0)) / 2, i);
@@ -263,30 +253,6 @@ kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, k
         y_out[i] += part * (y1[i] - y0[i]);
     return KT_TRY_PASSED;
 }
-
-#if KT_IS_FULL
-/* The slope is a difference quotient of the dense output, whose error is far below the defects that matter. */
-kt_try_result kt_explicit_defect(kt_integrator *it, double theta, double *defect, kt_try *r) {
-    static const double apart = 1.0 / 1024.0;
-    const double h = it->memory.last_step, t = it->memory.previous_t + theta * h;
-    double *slope = (double *)(void *)it->scratch, *f = it->k[it->fresh + 1], sum = 0.0;
-    if (kt_table_interpolate(it, t + apart * h, slope, r) != KT_TRY_PASSED ||
-        kt_table_interpolate(it, t - apart * h, it->trial, r) != KT_TRY_PASSED)
-        return r->result;
-    for (size_t i = 0; i < it->counted; i++)
-        slope[i] = (slope[i] - it->trial[i]) / (2.0 * apart);
-    (void)kt_table_interpolate(it, t, it->trial, r);
-    it->dense_known = false; /* f takes the slot of a stage */
-    if (kt_evaluate(it, t, it->trial, it->fresh + 1, r) != KT_TRY_PASSED)
-        return r->result;
-    for (size_t i = 0; i < it->counted; i++) {
-        const double u = (slope[i] - h * f[i]) / kt_error_scale(it, i, it->previous_y[i], it->y[i]);
-        sum += u * u;
-    }
-    *defect = sqrt(sum / (double)it->counted);
-    return KT_TRY_PASSED;
-}
-#endif
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 

@@ -150,8 +150,6 @@ struct kt_integrator {
     bool stages_known;       /* the slots hold the stages of the last step that its dense output needs */
     bool dense_known;        /* and they hold the stages of the dense output */
     bool matrices_known;     /* implicit: Newton's matrices in memory are those that the history describes */
-    bool lacks_end_slope;    /* the estimate of a step does not contain f(t1, y1) (explicit.c) */
-    bool corrects;           /* the caller permits corrections of the state at the end of the last step (step.c) */
     int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 if it is in none */
     double quadrature_error; /* see kt_integrator_quadrature_error */
     size_t blamed;           /* component that caused the last step to fail; n: none */
@@ -338,9 +336,6 @@ extern const kt_method_family kt_family_switching;
 /* For families whose table is explicit: its slots and rows, and the table compiled (explicit.c). */
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes);
 void kt_explicit_init(kt_integrator *it);
-
-/* The defect of the dense output at theta of the last step, for a method with `lacks_end_slope` (explicit.c). */
-kt_try_result kt_explicit_defect(kt_integrator *it, double theta, double *defect, kt_try *result);
 
 /* All stages of the table, and y1 in `trial` (explicit.c). */
 kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, kt_try *result);

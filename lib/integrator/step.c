@@ -343,65 +343,6 @@ static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *erro
     return plan_next(it, a, error);
 }
 
-#if KT_IS_FULL
-/* Corrections. The estimate of dop853 does not contain f at the end of the step. If a step ends in the tail of a narrow
- * peak of a force, its error may be a hundred tolerances, and no stage shows it. The next step begins with f there, and
- * its first try fails by a large factor. Then the defect of the dense output just before the end is evaluated. If it is
- * large, the last step is repeated in shorter ones, each of which is judged by its defect, too. The corrected state
- * takes the place of the old one, at the same time. Without a correction, the old state stays. */
-#define FAILED_FAR 20.0  /* error of the first try, in tolerances, from which the last step is examined */
-#define LONGER_MOST 2.0  /* its length over that of the last step, beyond which the length explains the failure */
-#define DEFECT_MOST 50.0 /* of 24,000 steps in peaks, 0.1 % without an error have more than 33 */
-#define DEFECT_PART 0.95 /* part of the step at which the defect is evaluated */
-enum { CORRECTION_TRIES = 64 };
-
-static bool misses_end(kt_integrator *it) {
-    double defect = 0.0;
-    kt_try r;
-    return kt_explicit_defect(it, DEFECT_PART, &defect, &r) == KT_TRY_PASSED && defect > DEFECT_MOST;
-}
-
-/* Integrates from the beginning of the last step to its end t1. */
-static bool repeat_last_step(kt_integrator *it, double t1) {
-    kt_error ignored;
-    kt_integrator_retreat(it, 0.5 * fabs(it->memory.last_step));
-    for (int tries = 0; tries < CORRECTION_TRIES && it->memory.t != t1; tries++) {
-        if (kt_integrator_take_step(it, t1, &ignored) != KT_OK)
-            return false;
-        if (misses_end(it))
-            kt_integrator_retreat(it, 0.5 * fabs(it->memory.last_step));
-    }
-    return it->memory.t == t1;
-}
-
-/* Returns whether the state was corrected. */
-static bool correct_last_step(kt_integrator *it) {
-    const kt_integrator_memory before = it->memory;
-    double *kept = (double *)(void *)it->scratch + it->sizes.n;
-    if (!misses_end(it))
-        return false;
-    memcpy(kept, it->y, it->sizes.n * sizeof *kept);
-    it->corrects = false;
-    const bool repeated = repeat_last_step(it, before.t);
-    it->corrects = true;
-    if (!repeated) {
-        const kt_integrator_counts counts = it->memory.counts;
-        it->memory = before;
-        it->memory.counts = counts;
-        memcpy(it->y, kept, it->sizes.n * sizeof *kept);
-        kt_integrator_change(it, false); /* slopes are those of other states */
-    }
-    return repeated;
-}
-
-/* After the first try of a step has failed. */
-static bool doubts_last_step(const kt_integrator *it, const kt_attempt *a, const kt_try *failed) {
-    return it->corrects && it->lacks_end_slope && it->memory.has_previous && !a->retried &&
-           failed->result == KT_TRY_INACCURATE && failed->error > FAILED_FAR &&
-           fabs(a->plan.interval.h) <= LONGER_MOST * fabs(it->memory.last_step);
-}
-#endif
-
 /* Plans the next try after a failed one, with another length. */
 static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
     kt_try r;
@@ -410,15 +351,6 @@ static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed,
     it->memory.counts.rejected++;
     if (failed->result == KT_TRY_INACCURATE && is_beyond_rounding(it))
         return report_beyond_rounding(it, error);
-#if KT_IS_FULL
-    if (doubts_last_step(it, a, failed)) {
-        a->retried = true;
-        if (correct_last_step(it))
-            return begin_adaptive(it, a, error);
-        if (prepare(it, &r) != KT_TRY_PASSED)
-            return kt_try_report(it, &r, advice_on_model, error);
-    }
-#endif
     a->proposed =
         fabs(a->plan.interval.h) * (failed->result == KT_TRY_INACCURATE ? kt_control_rejected(it, failed->error)
                                     : failed->result == KT_TRY_DIVERGED ? failed->factor

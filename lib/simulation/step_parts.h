@@ -15,10 +15,6 @@
 
 static inline kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, kt_error *from) {
     simulation->cause.code = KT_OK;
-#if KT_IS_FULL
-    /* Gaps and events hold values of the present state, which a correction would leave behind. */
-    simulation->integrator->corrects = !simulation->watches_gaps && simulation->watch == NULL;
-#endif
     kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
     if (status == KT_OK && simulation->corners.any) {
         status = kt_simulation_pass_corner(simulation, from);
