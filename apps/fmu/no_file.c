@@ -1,6 +1,7 @@
 /* Scenes of FMUs have no other files: an FMU reads its own resource alone. */
 #include "document/file.h"
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): the declaration of the reader of files */
 kt_status kt_file_read(const char *path, char **text, size_t *size, kt_error *error) {
     (void)text, (void)size;
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, path, "a scene in an FMU cannot read files");

@@ -29,10 +29,8 @@ extern "C" {
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
     X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
-    X(KT_CODEGEN_INVERSE_DERIVATIVES, inverse_derivatives,                                                             \
-      "derivatives of joint forces by q and v, as kt_dynamics_inverse_derivatives")                                    \
-    X(KT_CODEGEN_FORWARD_DERIVATIVES, forward_derivatives,                                                             \
-      "derivatives of accelerations by q, v and joint forces, as kt_dynamics_forward_derivatives")                     \
+    X(KT_CODEGEN_INVERSE_DERIVATIVES, inverse_derivatives, "by q and v, as kt_dynamics_inverse_derivatives")           \
+    X(KT_CODEGEN_FORWARD_DERIVATIVES, forward_derivatives, "by q, v and tau, as kt_dynamics_forward_derivatives")      \
     X(KT_CODEGEN_HEUN, heun, "a step of Heun's method, as kt_step_evaluate with heun")                                 \
     X(KT_CODEGEN_RK4, rk4, "a step of the classical Runge-Kutta method, as kt_step_evaluate with rk4")                 \
     X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")

@@ -158,10 +158,11 @@ static void solve_column(kt_graph *g, int nv, const kt_op *inverse, kt_op *colum
 void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_op *a = calloc(3 * (size_t)nv, sizeof *a), *held = a + nv, *tau = held + nv;
     kt_op *inverse = out + 2 * (size_t)nv * (size_t)nv;
-    g->failed |= a == NULL;
-    if (a != NULL) {
+    kt_op *a = calloc((size_t)nv, sizeof *a), *held = calloc((size_t)nv, sizeof *held),
+          *tau = calloc((size_t)nv, sizeof *tau);
+    g->failed |= a == NULL || held == NULL || tau == NULL;
+    if (!g->failed) {
         kt_code_forward_mass(tree, work, a, inverse, guard);
         for (int k = 0; k < nv; k++)
             held[k] = kt_op_input(g, KT_OP_HELD, k);
@@ -173,9 +174,13 @@ void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt
         fill_derivatives(tree, tau, out);
         kt_graph_replace(g, out, 2 * nv * nv, a);
         for (int k = 0; k < 2 * nv && !g->failed; k++) {
-            kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", k % nv, k < nv ? 'q' : 'v', k < nv ? 'q' : 'v');
+            const bool by_q = k < nv;
+            kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", by_q ? k : k - nv, by_q ? 'q' : 'v',
+                             by_q ? 'q' : 'v');
             solve_column(g, nv, inverse, out + (size_t)k * (size_t)nv, tau);
         }
     }
     free(a);
+    free(held);
+    free(tau);
 }

@@ -64,8 +64,9 @@ static void expand_output(kt_reader *r, const kt_node *item, const kt_node *key)
     if (key->kind != KT_NODE_TEXT || target->kind != KT_NODE_TEXT || target->count == 0 ||
         is_held(r, target->of.text) || !name_held(item, key->of.text, name))
         return; /* with a fault, if any, of kt_fmus_read */
-    char *text = kt_pool_take(&r->scratch, 2, 4 * NAME_MAX_LENGTH), *effect = text + 4 * NAME_MAX_LENGTH;
-    if (text == NULL) {
+    char *text = kt_pool_take(&r->scratch, 1, 4 * NAME_MAX_LENGTH);
+    char *effect = kt_pool_take(&r->scratch, 1, 4 * NAME_MAX_LENGTH);
+    if (text == NULL || effect == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }

@@ -344,9 +344,8 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
     json_t *reported = json_loads(content->words, 0, NULL);
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
         refuse(content, "there is not enough memory for its warnings and marks");
-    } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
-        refuse(content, error.message);
-    } else if (kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
+    } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK ||
+               kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
         refuse(content, error.message);
     } else {
         kt_warnings_replace(&outcome->warnings, json_object_get(reported, "warnings"));

@@ -144,6 +144,7 @@ int kt_command_export(int argc, char **argv) {
         kt_scene_free(&scene);
         return code;
     }
+    code = KT_EXIT_DONE;
     const kt_status status = write_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, argv[1], &error);
     if (status != KT_OK) {
         kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
