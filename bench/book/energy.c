@@ -5,7 +5,7 @@
  * MJCF is the same mechanism as 'kinetree export --mjcf' writes it. All engines take the fixed STEP. The lines of
  * dopri5 and dop853 are runs with adaptive steps, at the smallest tolerance whose evaluations are no more than those of
  * rk4.
- * Semi-implicit Euler, v' = v + h a(q, v), q' = q + h v', stands for game engines; all coordinates must be lengths and
+ * Semi-implicit Euler, v' = v + h a(q, v), q' = q + h v', represents game engines. All coordinates must be lengths and
  * angles of single axes. */
 #include "energy.h"
 #include "equations.h"

@@ -2,8 +2,8 @@
  *
  *     bench-book-solvers SCENE DURATION LIMIT SECONDS
  *
- * Each method runs at the tolerances 1e-2 to 1e-12, two a decade. `error` is the largest difference of a position at
- * the end to the reference, the mean of two runs at 1e-13 by different codes; `spread` is half of their difference.
+ * Each method runs at the tolerances 1e-2 to 1e-12, two a decade. The reference is the mean of two runs at 1e-13 with
+ * different codes, and `spread` is half their difference. `error` is the largest difference of a position at the end.
  * LIMIT: evaluations that a run may take. SECONDS: processor time of repetitions for a time; the least is printed. The
  * right-hand side counts its calls, so all solvers are counted alike, with the differences for their Jacobians. */
 #include "equations.h"
@@ -50,7 +50,7 @@ static double distance(const equations *e, const double *a, const double *b) {
 
 static double seconds_now(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
-/* What the runs of one scene share. */
+/* The data that all runs of one scene share. */
 typedef struct problem {
     equations e;
     double end, seconds;

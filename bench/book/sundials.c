@@ -24,7 +24,7 @@
 static const long most_steps = 10000000;
 const char *const sundials_methods[] = {"cvode-adams", "cvode-bdf", "erk5", "erk8", "dirk5", "ida", NULL};
 
-/* What all solvers need: released by sundials_run. */
+/* The objects of SUNDIALS that all solvers use. sundials_run releases them. */
 typedef struct session {
     equations *e;
     double tolerance, end;

@@ -1,6 +1,6 @@
 /* FMUs in a simulation (couple.h).
  *
- * Communication point k is the time t_k = k h, with the step h. At t_k
+ * Communication point k is the time t_k = k h, with the step h. Three things happen at t_k:
  *
  *     the FMU advances from t_(k-1) to t_k with the inputs of t_(k-1),
  *     its inputs become the formulas in the state at t_k,

@@ -1,4 +1,4 @@
-/* What both versions of FMI share: messages and statuses, functions of a binary, states (instance.h). */
+/* The common part of both versions of FMI: messages, statuses, functions of a binary, states (instance.h). */
 #include "command.h"
 #include "fmu/instance.h"
 
