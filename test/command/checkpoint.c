@@ -172,12 +172,15 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
 
 /* ---- other runs -------------------------------------------------------------------------------------------------- */
 
-/* A killed run, whose records another run writes over: neither is touched. Then the first run itself goes on. */
+/* A killed run, whose records another run writes over: neither is touched. Then the first run itself goes on. The
+ * other run has another gravity, so that its first record differs already: the checkpoint may be from there. */
 KT_TEST(records_of_another_run_are_refused) {
     const char words[] = "another run has written over them";
     break_off();
     kt_expect(0, NULL, "cp part.csv.partial a.csv; cp part.state good");
-    kt_expect(0, NULL, "$K run chain.yaml %s --tolerance 1e-8 --out part.csv --quiet; cp part.csv b.csv", options);
+    kt_expect(0, NULL,
+              "sed 's/-9.8/-9.7/' chain.yaml >other.yaml; $K run other.yaml %s --out part.csv; cp part.csv b.csv",
+              options);
     kt_expect(1, words, "$K run chain.yaml %s --out part.csv --resume good", options);
     kt_expect(0, NULL, "cmp part.csv b.csv; test ! -e part.csv.partial");
     kt_expect(0, NULL, "cp b.csv part.csv.partial");
