@@ -63,6 +63,7 @@ typedef struct kt_simulation_memory {
 #if KT_HAS_EVENTS
     double event_since;    /* s, from where instants within one fixed step, or one interval, are counted */
     uint64_t event_many;   /* the number of these instants */
+    uint64_t event_missed; /* the number of last steps that were to end at an event and did not reach it */
     uint64_t corners;      /* breakpoints at which steps ended */
     uint64_t event_cuts;   /* searches of events that reached their limit; the first one: */
     double event_cut_time; /* s, the beginning of its step */

@@ -618,6 +618,15 @@ static bool is_first_search(kt_simulation *simulation) {
 #endif
 }
 
+/* The event at which this try of the step was to end; event_count if there is none. */
+static size_t aim_of(const kt_simulation *simulation) {
+    const double t1 = kt_integrator_time(simulation->integrator);
+    size_t k = 0;
+    while (k < simulation->event_count && !(simulation->event_root[k].due && simulation->event_root[k].time == t1))
+        k++;
+    return k;
+}
+
 static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -629,6 +638,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
     forget_beyond(simulation, repetition);
+    const size_t aim = aim_of(simulation);
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
     kt_status status = find_roots(simulation, may_shorten, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
@@ -649,7 +659,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     }
     if (fires || !(instant < HUGE_VAL)) {
         pass(simulation, fires);
-        return KT_OK;
+        return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
     instant = within(simulation, instant, t1);
     kt_integrator_retreat(simulation->integrator, instant - t0);
@@ -741,47 +751,5 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     return renew_sides(simulation, error);
 }
 
-static const kt_event_watch watch = {
+const kt_event_watch kt_event_watch_all = {
     .begin = begin_events, .take_back = take_back, .fire = fire_all, .value = evaluate};
-
-/* ---- for callers ------------------------------------------------------------------------------------------------- */
-
-size_t kt_event_find(const kt_simulation *simulation, const char *name) {
-    size_t k = 0;
-    while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
-        k++;
-    return k;
-}
-
-kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, event))
-        return KT_ERROR_ARGUMENT;
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_add",
-                            "a small library (-Dsmall=enabled) has no events");
-    if (event->name == NULL || event->function == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
-                            "an event needs a name and a function");
-    if ((unsigned)event->direction > KT_DIRECTION_FALLING)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
-    if (kt_event_find(simulation, event->name) < simulation->event_count)
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, where,
-            "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
-            "sticks are events of the names of their loops, and `until` is one); give this one another");
-    if (simulation->event_count == simulation->size.event)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
-                            "there is room for %zu events; give their number in the simulation's options (events)",
-                            simulation->size.event);
-    const size_t k = simulation->event_count++;
-    simulation->event[k] = *event;
-    simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
-    simulation->event_root[k] = (kt_event_root){.due = 0};
-    simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
-    simulation->event_time = (double)NAN;
-    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
-        simulation->watch = &watch;
-    return KT_OK;
-}

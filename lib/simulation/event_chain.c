@@ -1,4 +1,5 @@
-/* Chains of events: instants that follow each other without end, or too many of them. */
+/* Chains of events: instants that follow each other without end, or too many of them, and events that come no nearer.
+ */
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -11,9 +12,12 @@
  * A chain has no end if that limit is closer than `at_once` times the interval between records: only rounding remains
  * behind it. It has no end either if IN_A_ROW successive instants follow each other at intervals as short as that.
  * Besides, at most WITHIN instants may lie within one fixed step, or within one interval between records. This bounds
- * the cost of a step. */
+ * the cost of a step.
+ *
+ * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
+ * MISSED successive steps may be cut short for such a root. */
 static const double at_once = 1e-9;
-enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000 };
+enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
 static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     char where[KT_WHERE_SIZE];
@@ -88,4 +92,23 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     memory->event_last = t;
     memory->event_instants++;
     return KT_OK;
+}
+
+/* Counts a step that ended without an event. Returns an error if too many were to end at event k and did not. */
+kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error) {
+#if KT_HAS_EVENTS
+    const double t = kt_integrator_time(simulation->integrator);
+    char where[KT_WHERE_SIZE];
+    simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
+    if (simulation->memory.event_missed <= MISSED)
+        return KT_OK;
+    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "%d successive steps were cut short for this event, and none reached it (the last one has "
+                        "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
+                        (int)MISSED, t - kt_integrator_previous_time(simulation->integrator));
+#else
+    (void)simulation, (void)missed, (void)k, (void)error;
+    return KT_OK;
+#endif
 }

@@ -1,8 +1,50 @@
-/* Events between steps: which ones are armed, how often they happened, and which one ended the motion. */
+/* Events between steps: which ones there are, which ones are armed, how often they happened, and which one ended the
+ * motion. */
 #include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
+
+size_t kt_event_find(const kt_simulation *simulation, const char *name) {
+    size_t k = 0;
+    while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
+        k++;
+    return k;
+}
+
+kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, event))
+        return KT_ERROR_ARGUMENT;
+    if (!KT_HAS_EVENTS)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_add",
+                            "a small library (-Dsmall=enabled) has no events");
+    if (event->name == NULL || event->function == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
+                            "an event needs a name and a function");
+    if ((unsigned)event->direction > KT_DIRECTION_FALLING)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
+    if (kt_event_find(simulation, event->name) < simulation->event_count)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, where,
+            "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
+            "sticks are events of the names of their loops, and `until` is one); give this one another");
+    if (simulation->event_count == simulation->size.event)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
+                            "there is room for %zu events; give their number in the simulation's options (events)",
+                            simulation->size.event);
+    const size_t k = simulation->event_count++;
+    simulation->event[k] = *event;
+    simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
+    simulation->event_root[k] = (kt_event_root){.due = 0};
+    simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
+    simulation->event_time = (double)NAN;
+    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
+        simulation->watch = &kt_event_watch_all;
+    return KT_OK;
+}
 
 kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, name))

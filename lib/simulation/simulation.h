@@ -6,6 +6,8 @@
 
 /* Returns the index of the event of this name; event_count if there is none. */
 size_t kt_event_find(const kt_simulation *simulation, const char *name);
+/* The handler of events (event.c). */
+extern const kt_event_watch kt_event_watch_all;
 
 /* The sizes that differ between the models of a family (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
@@ -198,6 +200,7 @@ void kt_simulation_count(kt_simulation *simulation);
 /* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no
  * end. */
 KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
+KT_CHECKED kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error);
 
 /* Hands over the record of an event at the present time. */
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,

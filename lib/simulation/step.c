@@ -334,16 +334,16 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 
 /* Resets events: none has happened, and their sides are those of the new state. */
 static void forget_events(kt_simulation *simulation) {
+    kt_simulation_memory *m = &simulation->memory;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_memory[k] = (kt_event_memory){
             .corner = (double)NAN, .disarmed = KT_HAS_EVENTS ? simulation->event_memory[k].disarmed : 0};
     simulation->event_time = (double)NAN;
-    simulation->memory.fires = false;
-    simulation->memory.event_instants = simulation->memory.event_row = simulation->memory.event_shrinking = 0;
+    m->fires = m->stopped = 0;
+    m->event_instants = m->event_row = m->event_shrinking = 0;
 #if KT_HAS_EVENTS
-    simulation->memory.event_many = simulation->memory.event_cuts = simulation->memory.corners = 0;
+    m->event_many = m->event_missed = m->event_cuts = m->corners = 0;
 #endif
-    simulation->memory.stopped = 0;
 }
 
 /* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */

@@ -22,7 +22,7 @@ LONG, TOO_LONG = 600, 800
 STILL_LONG = {
     "lib/expression/jet.c": 708,
     "lib/reduction/delassus.c": 755,
-    "lib/simulation/event.c": 787,
+    "lib/simulation/event.c": 755,
     "lib/simulation/step.c": 609,
 }
 WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone

@@ -132,6 +132,14 @@ class Fuzz:
         model = kt.Model(self.scene, effects=forces)
         self.objects[:3] = [model.data(), kt.Simulation(model, step=1e-3, duration=0.02), model.batch(5, method="rk4")]
 
+    def event(self):
+        """An event whose action calls the simulation."""
+        draw, simulation, level = self.draw, self.objects[1], self.draw.uniform(-1, 1)
+        action = draw.choice([None, lambda each: self.call(), lambda each: each.jump(v=self.numbers(self.model.nv)), lambda each: each.on("z", lambda at: 1.0),
+                              lambda each: each.restore(each.save()), lambda each: each.tick(1e-3)])
+        simulation.on(draw.choice("ab"), lambda at: at.q[0] - level, action, stop=draw.random() < 0.2)
+        simulation.tick(5e-3)
+
     def together(self):
         """Two threads that use the same objects."""
         def work(seed):
@@ -173,9 +181,9 @@ class Fuzz:
         pickle.loads(pickle.dumps(simulation)).tick(1e-3)
 
     def turn(self):
-        rare = [self.make, self.checkpoint, self.force, self.together, self.build]
+        rare = [self.make, self.checkpoint, self.force, self.event, self.together, self.build]
         try:
-            self.draw.choices([*rare, self.compute, self.call], [2, 2, 0.5, 0.5, 1, 50, 50])[0]()
+            self.draw.choices([*rare, self.compute, self.call], [2, 2, 0.5, 1, 0.5, 1, 50, 50])[0]()
         except Exception:
             self.raised += 1
         self.calls += 1

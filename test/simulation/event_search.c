@@ -7,6 +7,7 @@
 
 #include <limits.h>
 #include <math.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -222,4 +223,70 @@ KT_TEST(values_of_a_step_are_an_option_with_a_least_number) {
         kt_simulation_free(simulation);
     }
     kt_model_free(model);
+}
+
+static int passes(const kt_instant *at, double *value, kt_error *error, void *user) {
+    int *calls = user;
+    (void)error;
+    ++*calls;
+    *value = at->q[0] - 0.3;
+    return 0;
+}
+
+/* A cart that a pole pulls to and fro between two buffers. */
+static kt_model *make_cart(kt_body bodies[2], kt_effect *buffers) {
+    kt_description d = kt_description_default();
+    bodies[0] = bodies[1] = kt_body_default();
+    bodies[0].name = "cart";
+    bodies[0].joint.type = KT_JOINT_PRISMATIC;
+    bodies[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    bodies[1].name = "pole";
+    bodies[1].parent = "cart";
+    bodies[1].joint.type = KT_JOINT_REVOLUTE;
+    bodies[1].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    bodies[0].mass = 1.0;
+    bodies[1].mass = 0.3;
+    bodies[1].com = kt_vec3_make(0.0, 0.0, 0.5);
+    bodies[1].inertia = (kt_sym3){.xx = 0.025, .yy = 0.025, .zz = 1e-4};
+    *buffers = kt_effect_default();
+    buffers->type = KT_EFFECT_JOINT_LIMIT;
+    buffers->joint = "cart";
+    buffers->lower = -0.4;
+    buffers->upper = 0.4;
+    buffers->stiffness = 5e3;
+    buffers->damping = 50.0;
+    d.bodies = bodies;
+    d.body_count = 2;
+    d.effects = buffers;
+    d.effect_count = 1;
+    return kt_scene_compile(&d);
+}
+
+/* The pole turns so fast that a step contains 10^3 to 10^9 turns. Then the motion of a step is nonsense, and the cart
+ * seems to pass 0.3 m at a time that no shorter step confirms. The search ends all the same. */
+KT_TEST(events_end_where_steps_are_far_too_long) {
+    const double q[2] = {0.1, 0.1};
+    const kt_run run = kt_run_fixed("rk4", 1e-3, 1e-3);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_body bodies[2];
+    kt_effect buffers;
+    int refused = 0;
+    options.events = 1;
+    kt_model *model = make_cart(bodies, &buffers);
+    for (int i = 0; model != NULL && i <= 60; i++) {
+        int calls = 0;
+        kt_error error = {0};
+        const double v[2] = {0.0, 1e7 * pow(10.0, 0.1 * i)};
+        const kt_event event = {.name = "passes", .function = passes, .user = &calls};
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        if (simulation != NULL && kt_fine("starts", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
+            kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error)) {
+            const bool done = kt_simulation_tick(simulation, 1e-3, &error) == KT_OK;
+            refused += !done && strstr(error.message, "steps were cut short for this event") != NULL;
+            kt_check_below("values of the event", calls, 100.0 * KT_EVENT_EVALUATIONS);
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+    kt_check_above("refused", refused, 0.5);
 }
