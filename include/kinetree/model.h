@@ -358,10 +358,16 @@ KT_API double kt_data_difference_error(kt_data *data);
  * | effect NAME.KEY | a number of an effect (stiffness, damping, length, coulomb ...) under its key; of a bushing six |
  * | effect NAME.KEY | function of time (rest, target, torque): 4 numbers, as of a loop; value of a force or torque: 3 |
  * | loop NAME.KEY | function of time (position, length, offset): 4 numbers, see below |
+ * | loop NAME.place | 6: place of the end on the world: its point, m, and the rotation vector of its frame, rad |
  *
  * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0. The numbers are x, v, a, t0: position,
  * velocity and acceleration at the time t0, and the time t0 itself. The function continues in this form until the next
  * setting. A distance must be > 0 at t0.
+ *
+ * The place of a loop is in world axes. The frame that it turns has its z axis along the loop's `axis`. A loop has a
+ * place if one of its ends is on the world and it bounds no side. Screws and homokinetic joints count an angle from the
+ * start, and have none. In a model that is computed in a plane, places stay in
+ * that plane. kt_loop_place_here returns the place that a foot has at the moment: a foothold.
  *
  * Decisions of the compilation remain: the plan, the structural ranks, and the sizes below which inertias count as
  * none. Every number is checked as in a description. Relations to other numbers are checked, too. For lower < upper,
@@ -389,6 +395,7 @@ typedef enum kt_parameter_kind {
     KT_PARAMETER_EFFECT_CURVE, /* function of time of an effect */
     KT_PARAMETER_EFFECT_VALUE, /* components of a force or torque */
     KT_PARAMETER_LOOP_CURVE,   /* function of time of a loop */
+    KT_PARAMETER_LOOP_PLACE,   /* place of a loop's end on the world */
 } kt_parameter_kind;
 
 /* A parameter, as kt_parameter_find returns it; the same for a model and all its copies. */
@@ -421,6 +428,22 @@ KT_API KT_CHECKED kt_status kt_parameter_get(const kt_model *model, const kt_par
  * Cost: O(1); O(bodies) for mass, com and inertia of a body; O(links) for armature. */
 KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values,
                                              kt_error *error);
+
+/* Writes the numbers of `loop NAME.place` with which the ends of a loop coincide at the positions of the last
+ * kt_kinematics_update ("weld here"). Then the equations of welds, hinges and pins are satisfied. A loop that a switch
+ * turns on later catches a foot where it stands:
+ *
+ *     status = kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error);
+ *     status = kt_loop_place_here(model, data, kt_loop_find(model, "foot"), here, &error);
+ *     status = kt_simulation_set_parameter(simulation, copy, &place, here, &error);
+ *     status = kt_simulation_switch(simulation, set, NULL, &error);
+ *
+ * Shape: values has 6 numbers.
+ * Errors: KT_ERROR_ARGUMENT (no such loop, it has no place, the data belong to another model, or their kinematics are
+ * not available). `values` is then unchanged.
+ * Cost: O(1). */
+KT_API KT_CHECKED kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loop, double *values,
+                                               kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -111,6 +111,9 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
     return refuse_key("body", p, &search, error);
 }
 
+/* The key of the place of a loop's end on the world. */
+static const char place[] = "place";
+
 static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const char *what = p->loop ? "loop" : "effect";
     const size_t count = p->loop ? m->n.loop : m->n.effect + m->n.effect_off;
@@ -123,6 +126,10 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
                             "effect %s is hard: loops are in its place, whose numbers are fixed",
                             kt_name_quote(p->item).text);
 #endif
+    if (KT_HAS_LOOPS && p->loop && strcmp(p->key, place) == 0 && kt_loop_place_end(&m->loop[item]) >= 0) {
+        *parameter = (kt_parameter){.kind = KT_PARAMETER_LOOP_PLACE, .item = item, .count = KT_PLACE_COUNT};
+        return KT_OK;
+    }
     const kt_descriptor *d = p->loop ? kt_loop_descriptor((kt_loop_type)m->loop[item].type)
                                      : kt_effect_descriptor((kt_effect_type)m->effect[item].type);
     kt_nearest search = kt_nearest_make(p->key, NULL);
@@ -137,6 +144,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
         }
         (void)kt_nearest_try(&search, key->name);
     }
+    (void)kt_nearest_try(&search, KT_HAS_LOOPS && p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
     return refuse_key(what, p, &search, error);
 }
 
@@ -186,6 +194,9 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
     case KT_PARAMETER_LOOP_CURVE:
         return KT_IS_INDEX(item, m->n.loop) &&
                has_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
+    case KT_PARAMETER_LOOP_PLACE:
+        return KT_HAS_LOOPS && KT_IS_INDEX(item, m->n.loop) && kt_loop_place_end(&m->loop[item]) >= 0 &&
+               parameter->count == KT_PLACE_COUNT;
     }
     return false;
 }
@@ -252,17 +263,27 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
     case KT_PARAMETER_LOOP_CURVE:
         get_curve(model, &model->loop[parameter->item].curve, values);
         break;
+    case KT_PARAMETER_LOOP_PLACE:
+        if (KT_HAS_LOOPS)
+            kt_loop_place_get(model, parameter->item, values);
+        break;
     }
+}
+
+/* The model in which a parameter has its numbers: those of a loop that is off are those of the models in which it is
+ * on. */
+static const kt_model *model_with(const kt_model *model, const kt_parameter *parameter) {
+    const bool off =
+        KT_HAS_SWITCHES && parameter->kind >= KT_PARAMETER_LOOP_CURVE && kt_loop_is_off(&model->loop[parameter->item]);
+    return off ? kt_family_model(model->family, kt_family_models(model->family) - 1) : model;
 }
 
 kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values, kt_error *error) {
     if (KT_IS_MISSING(error, model, parameter, values))
         return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_require(model, parameter, error);
-    const bool off = KT_HAS_SWITCHES && parameter->kind == KT_PARAMETER_LOOP_CURVE && status == KT_OK &&
-                     kt_loop_is_off(&model->loop[parameter->item]);
-    if (status == KT_OK) /* the function of a loop that is off is that of the models in which it is on */
-        get(off ? kt_family_model(model->family, kt_family_models(model->family) - 1) : model, parameter, values);
+    if (status == KT_OK)
+        get(model_with(model, parameter), parameter, values);
     return status;
 }
 
@@ -386,7 +407,7 @@ static void name_item(const kt_model *m, const kt_parameter *parameter, char whe
         (void)snprintf(where, KT_WHERE_SIZE, "gravity");
     else if (parameter->kind <= KT_PARAMETER_HOLD)
         (void)snprintf(where, KT_WHERE_SIZE, "body '%.100s'", body_name(m, item));
-    else if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
+    else if (parameter->kind >= KT_PARAMETER_LOOP_CURVE)
         (void)snprintf(where, KT_WHERE_SIZE, "loop '%.100s'", loop_name(m, item));
     else
         (void)snprintf(where, KT_WHERE_SIZE, "effect '%.100s'", effect_name(m, item));
@@ -395,7 +416,10 @@ static void name_item(const kt_model *m, const kt_parameter *parameter, char whe
 /* Gravity, hold and functions of time: finite, and in the range of their key where that is a value. */
 static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_key *key = parameter->key;
-    const char *name = key ? key->name : parameter->kind == KT_PARAMETER_HOLD ? "hold" : "gravity";
+    const char *name = key                                          ? key->name
+                       : parameter->kind == KT_PARAMETER_HOLD       ? "hold"
+                       : parameter->kind == KT_PARAMETER_LOOP_PLACE ? place
+                                                                    : "gravity";
     char where[KT_WHERE_SIZE];
     name_item(m, parameter, where);
     for (int k = 0; k < parameter->count; k++)
@@ -409,7 +433,7 @@ static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter,
 
 static kt_status check_parameter(const kt_model *model, const kt_parameter *parameter, const double *values,
                                  kt_error *error) {
-    const kt_status status = kt_parameter_require(model, parameter, error);
+    kt_status status = kt_parameter_require(model, parameter, error);
     if (status != KT_OK)
         return status;
     if (!model->placed && !model->settable)
@@ -420,7 +444,10 @@ static kt_status check_parameter(const kt_model *model, const kt_parameter *para
         return check_body(model, parameter, values, error);
     if (parameter->kind == KT_PARAMETER_EFFECT)
         return check_effect(model, parameter, values, error);
-    return check_numbers(model, parameter, values, error);
+    status = check_numbers(model, parameter, values, error);
+    return KT_HAS_LOOPS && status == KT_OK && parameter->kind == KT_PARAMETER_LOOP_PLACE
+               ? kt_loop_place_check(model_with(model, parameter), parameter->item, values, error)
+               : status;
 }
 
 void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values) {
@@ -465,6 +492,10 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
             break; /* its function is that of the models in which it is on */
         copy->loop[parameter->item].curve = curve_of(values);
         copy->driven = true;
+        break;
+    case KT_PARAMETER_LOOP_PLACE:
+        if (KT_HAS_LOOPS)
+            kt_loop_place_put(copy, parameter->item, values);
         break;
     }
 }

@@ -32,6 +32,9 @@ kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_dat
     if (parameter->kind == KT_PARAMETER_HOLD)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
                             "there is no derivative with respect to hold, which is a choice of assembly and no number");
+    if (parameter->kind == KT_PARAMETER_LOOP_PLACE)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameter",
+                            "there is no derivative with respect to the place of a loop; take differences of two runs");
     if (!kt_parameter_stands(model, parameter))
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "parameter",

@@ -27,7 +27,7 @@ BY_NAME = {
     "memory": "f->memory", "work": "f->memory", "block": "f->block", "user": "NULL", "text": "f->text", "path": "\"none.yaml\"",
     "name": "\"gravity\"", "kt_scene_parse.text": "\"kinetree: 1\\n\"", "kt_scene_parse.size": "12", "kt_robot_parse.text": "\"<robot/>\"",
     "kt_robot_parse.size": "8", "kt_method_names.size": "64", "kt_variable_name.size": "64", "kt_base_parameter_name.size": "64", "kt_base_parameter_name.column": "f->column",
-    "kt_simulation_restore.block": "f->block", "kt_simulation_set_parameter.values": "f->values", "kt_parameter_set.values": "f->values",
+    "kt_simulation_restore.block": "f->block", "kt_simulation_set_parameter.values": "f->values", "kt_parameter_set.values": "f->values", "kt_loop_place_here.values": "f->out[0]",
     "kt_body_find.name": "\"none\"", "kt_simulation_advance.t_end": "0.1", "kt_motion_derivatives.t_end": "0.1", "kt_simulation_step.t_limit": "1.0", "kt_integrator_step.t_limit": "1.0",
     "kt_integrator_interpolate.t": "0.0", "kt_integrator_start.t": "0.0", "kt_kinematics_update.a": "f->v", "kt_joint_coordinate_kind.k": "0",
     "kt_function_polynomial.count": "2", "kt_function_table.number_count": "4", "kt_stability_worst.count": "1", "kt_stability_step.count": "1",

@@ -142,3 +142,25 @@ def test_parameters_of_a_copy_change_the_dynamics(held):
     held(abs(mass - (3 * 0.25 + (1 / 12))), 1e-14, "inertia about the pin")  # the moment about the centre stays
     with pytest.raises(kt.Error, match="mas"):
         copy.set("rod.mas", 2.0)
+
+
+def test_a_loop_is_closed_at_the_place_of_its_body():
+    text = """
+kinetree: 1
+gravity: [0, 0, 0]
+bodies:
+  - {name: rod, joint: {type: planar}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}
+loops:
+  - {name: pin, type: spherical, between: [{body: world, at: [5, 5, 0]}, {body: rod, at: [0, 0, 0]}], switched: off}
+"""
+    model = kt.Scene(text).model.copy()
+    data = model.data()
+    data.kinematics([0.3, 0.2, 0.5])
+    place = data.place("pin")
+    assert np.abs(place[:3] - [0.3, 0.2, 0]).max() < 1e-15
+    model.set("loop pin.place", place)
+    assert np.abs(np.asarray(model.get("loop pin.place")) - place).max() < 1e-15
+    with pytest.raises(kt.ArgumentError, match="no loop"):
+        data.place("pn")
+    with pytest.raises(kt.Error, match="leaves the plane"):
+        model.set("loop pin.place", [0, 0, 1, 0, 0, 0])

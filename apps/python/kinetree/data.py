@@ -488,6 +488,31 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
             rotation[:, column] = axis.x, axis.y, axis.z
         return rotation, vector(found.position, origin)
 
+    def place(self, loop: str, out: Optional[Vector] = None) -> Vector:
+        """The place on the world where a loop is closed at the positions of `kinematics`: a foothold.
+
+        Set it as ``"loop NAME.place"`` in a copy of the model (`ModelCopy.set`, `Simulation.set`).
+
+        Parameters
+        ----------
+        loop : str
+            The name of a weld, hinge or pin with one end on the world.
+        out : array of 6, optional
+            Where to write. Default: a new array.
+
+        Returns
+        -------
+        numpy.ndarray
+            The point, m, and the rotation vector of the end's frame, rad, in world axes.
+        """
+        self._need_kinematics()
+        out = output(out, (6,))
+        found = lib.kt_loop_find(self._m, name_of(loop, "loop"))
+        if found < 0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "loop", f"there is no loop '{loop}'")
+        self._check(lib.kt_loop_place_here(self._m, self._data, found, pointer(out), self._error))
+        return out
+
     def jacobian(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
         """The Jacobian of a point after `kinematics`.
 

@@ -1,0 +1,147 @@
+/* The place of a loop's end on the world, which a program may move: "loop NAME.place".
+ *
+ * The numbers are the end's point and the rotation vector of its frame, whose z axis is along the loop's `axis`. The
+ * recursions read the frame from the loop's record, in which the world's link has the identity.
+ *
+ * In a plane, the equations were laid out at compile time. A frame that turns by delta about the normal n turns the
+ * directions of end 1, and changes the angle between the ends' directions at q = 0:
+ *
+ *     theta' = theta - delta   if end 1 is on the world,   theta + delta   if end 2 is
+ *
+ * Motions out of the plane would change other equations, and are rejected.
+ */
+#include "compile/attach.h"
+#include "compile/compile.h"
+#include "compile/planar.h"
+#include "dynamics/dynamics.h"
+#include "kinetree/dynamics.h"
+#include "loop/loop.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#if KT_HAS_LOOPS
+
+/* Rotations and shifts out of a plane that count as rounding, rad, and relative to the mechanism's length. */
+static const double flat_enough = 1e-9;
+
+int kt_loop_place_end(const kt_loop_record *r) {
+#if KT_HAS_SWITCHES
+    if (r->side != KT_SIDE_NONE)
+        return -1;
+#endif
+    if (kt_attach_is_relation(r->type) || kt_loop_kinds_baseline[r->kind]->initial_angle)
+        return -1;
+    return r->link[0] == 0 ? 0 : r->link[1] == 0 ? 1 : -1;
+}
+
+/* Whether a plane computes the loop in this model. */
+static bool is_flat(const kt_model *m, const kt_loop_record *r) {
+    return KT_HAS_PLANE && m->n.planar && !kt_loop_is_off(r) &&
+           (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial;
+}
+
+static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
+    const size_t link = (size_t)(r->link[0] ? r->link[0] : r->link[1]);
+    return &m->plane[m->planar_rest[link - m->n.spatial + 1].plane];
+}
+
+static kt_pose pose_of(const double *x) {
+    return (kt_pose){.rotation = kt_matrix_from_euler_vector(kt_vec3_make(x[3], x[4], x[5])),
+                     .position = kt_vec3_make(x[0], x[1], x[2])};
+}
+
+void kt_loop_place_write(kt_pose pose, double *x) {
+    const kt_vec3 turn = kt_euler_vector_from_matrix(pose.rotation);
+    const double numbers[] = {pose.position.x, pose.position.y, pose.position.z, turn.x, turn.y, turn.z};
+    for (int i = 0; i < 6; i++)
+        x[i] = numbers[i];
+}
+
+void kt_loop_place_get(const kt_model *m, int loop, double *x) {
+    const kt_loop_record *r = &m->loop[loop];
+    kt_loop_place_write(r->frame[kt_loop_place_end(r)], x);
+}
+
+/* The rotation vector from the present frame to the new one, world axes. */
+static kt_vec3 turn_to(const kt_pose *from, const kt_pose *to) {
+    return kt_euler_vector_from_matrix(kt_mat3_multiply(to->rotation, kt_mat3_transpose(from->rotation)));
+}
+
+kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_error *error) {
+    const kt_loop_record *r = &m->loop[loop];
+    if (!is_flat(m, r))
+        return KT_OK;
+    const kt_pose to = pose_of(x), *from = &r->frame[kt_loop_place_end(r)];
+    const kt_vec3 normal = plane_of(m, r)->basis.z, turn = turn_to(from, &to);
+    const double tilt = kt_vec3_norm(kt_vec3_cross(normal, turn));
+    const double shift = fabs(kt_vec3_dot(normal, kt_vec3_sub(to.position, from->position)));
+    if (tilt <= flat_enough && shift <= flat_enough * m->length)
+        return KT_OK;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "loop '%.100s'", m->text + r->name);
+    return kt_error_set(error, KT_ERROR_MODEL, where,
+                        "its place leaves the plane of the mechanism, by %.3g rad and %.3g m; compile the model with "
+                        "the plan 'spatial' for such places",
+                        tilt, shift);
+}
+
+static void turn_pair(double *x, double *y, double c, double s) {
+    const double turned = c * *x - s * *y;
+    *y = s * *x + c * *y;
+    *x = turned;
+}
+
+static void place_in_plane(kt_model *m, kt_loop_record *r, int end, double delta) {
+    kt_planar_loop *flat = &m->planar_loop[r - m->loop];
+    const double c = cos(delta), s = sin(delta);
+    for (int i = 0; end == 0 && i < flat->count; i++)
+        turn_pair(&flat->row[i].e[0], &flat->row[i].e[1], c, s);
+    turn_pair(&flat->c, &flat->s, c, end == 0 ? -s : s);
+    kt_planar_ends(m, r, flat);
+}
+
+void kt_loop_place_put(kt_model *m, int loop, const double *x) {
+    kt_loop_record *r = &m->loop[loop];
+    const int end = kt_loop_place_end(r);
+    const kt_pose from = r->frame[end], to = pose_of(x);
+    r->frame[end] = to;
+    if (is_flat(m, r))
+        place_in_plane(m, r, end, kt_vec3_dot(plane_of(m, r)->basis.z, turn_to(&from, &to)));
+}
+
+/* The pose of a link in the world, from that of one of its bodies. */
+static kt_pose link_pose(const kt_model *m, const kt_data *data, const kt_loop_record *r, int end) {
+    return kt_pose_compose(kt_body_pose(m, data, r->body[end]), kt_pose_invert(m->body[r->body[end]].in_link));
+}
+
+kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loop, double *values, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    if (KT_IS_MISSING(error, model, values) || KT_IS_OTHER_DATA(error, model, data))
+        return KT_ERROR_ARGUMENT;
+    if (!KT_IS_INDEX(loop, model->n.loop))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "loop", "%d: there is no such loop", loop);
+    const kt_loop_record *r = &model->loop[loop];
+    const int end = kt_loop_place_end(r);
+    (void)snprintf(where, sizeof where, "loop '%.100s'", model->text + r->name);
+    if (end < 0)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+                            "it has no place: none of its ends is on the world, it bounds a side, or it counts an "
+                            "angle from the start");
+    const kt_pose here = kt_pose_compose(link_pose(model, data, r, 1 - end), r->frame[1 - end]);
+    if (!isfinite(here.position.x) || !isfinite(here.rotation.x.x))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+                            "the data have no kinematics; call kt_kinematics_update first");
+    kt_loop_place_write(here, values);
+    return KT_OK;
+}
+
+#else
+
+kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loop, double *values, kt_error *error) {
+    if (KT_IS_MISSING(error, model, values) || KT_IS_OTHER_DATA(error, model, data))
+        return KT_ERROR_ARGUMENT;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "loop", "%d: there is no such loop", loop);
+}
+
+#endif
