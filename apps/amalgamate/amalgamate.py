@@ -1,6 +1,10 @@
 """Writes the core as one file: kinetree.c and kinetree.h.
 
     amalgamate.py FOLDER_OF_SOURCES OUTPUT_FOLDER
+    amalgamate.py FOLDER_OF_SOURCES --fmu OUTPUT.c [DEPENDENCIES]
+
+With --fmu, one file without a header has the core, the scene reader and the functions of FMI: the source of all FMUs.
+DEPENDENCIES is a file for make and ninja.
 
 Headers are copied once, where they are first included. Headers without a guard are patterns: they are copied wherever
 they are included. Then the sources follow in the order of the house. Names of file scope that two sources have receive
@@ -33,6 +37,7 @@ HIDDEN = '''
 #endif
 '''
 
+EXPORTED = '#define KT_API __attribute__((visibility("default")))\n'
 LAPACK = 'lapacke.h'
 SYSTEM = re.compile(r'^#include <(\w+\.h)>\n', re.M)
 
@@ -47,6 +52,20 @@ TOP = '''/* Kinetree {version}, the core in one file. Do not edit: apps/amalgama
  *
  * License: Apache-2.0.
  */
+'''
+
+FMU_TOP = '''/* Kinetree {version}, an FMU in one file. Do not edit: apps/amalgamate writes it.
+ *
+ *     cc -std=c17 -O2 -ffp-contract=off -fno-math-errno -Wno-psabi -fPIC -shared -o NAME.so kinetree-fmu.c -lm
+ *
+ * The compiler is gcc or clang. The file needs libc with the functions of POSIX, and libm. It exports the functions of
+ * FMI alone. The binary reads the scene from the resources of the FMU.
+ *
+ * License: Apache-2.0.
+ */
+#ifndef _XOPEN_SOURCE
+#define _XOPEN_SOURCE 700 /* POSIX 2008 */
+#endif
 '''
 
 MACROS = '''
@@ -80,21 +99,24 @@ MACROS = '''
 
 
 class Amalgam:
-    def __init__(self, root):
-        self.lib, self.include = root / 'lib', root / 'include'
+    def __init__(self, root, absent=ABSENT_HEADERS):
+        self.folders = [root / name for name in ('lib', 'apps/fmu', 'apps/kinetree')]
+        self.include, self.absent, self.read_files = root / 'include', absent, []
         self.out, self.seen = [], set()
         self.texts, self.macros = {}, {}
 
     def read(self, path):
         if path not in self.texts:
-            self.texts[path] = (self.lib / path).read_text()
+            found = next(folder / path for folder in self.folders if (folder / path).is_file())
+            self.texts[path] = found.read_text()
+            self.read_files.append(found)
         return self.texts[path]
 
     # ---- public headers
 
     def public(self):
         """kinetree.h: the public headers of the core, each after those that it includes."""
-        done, out = {f'kinetree/{name}.h' for name in ABSENT_HEADERS}, []
+        done, out = {f'kinetree/{name}.h' for name in self.absent}, []
 
         def add(name):
             if name in done:
@@ -353,7 +375,7 @@ def file_names(text):
 
 
 def prefix_of(path):
-    folder, *_, name = path[:-2].split('/')
+    folder, *_, name = (path if '/' in path else 'fmu/' + path)[:-2].split('/')
     return re.sub(r'\W', '_', name if name.startswith(folder) else f'{folder}_{name}')
 
 
@@ -378,36 +400,75 @@ def collisions(texts, headers, included, public):
             for path, names in own.items()}
 
 
-def main():
-    root, output = Path(sys.argv[1]), Path(sys.argv[2])
-    plain, dual = sources.core(root / 'lib')
-    amalgam = Amalgam(root)
-    version = re.search(r'KT_VERSION "([^"]+)"', (root / 'include/kinetree/status.h').read_text()).group(1)
-    paths = dict.fromkeys([p for p, _ in plain + dual])
-    texts = {p: amalgam.with_patterns(p) for p in paths}
-    headers = {}
-    for p in paths:
-        for h in amalgam.headers_of(p, []):
-            headers[h] = amalgam.with_patterns(h)
-    names = collisions(texts, headers, {p: amalgam.headers_of(p, []) for p in paths},
-                       {n for k, n in ctext.tokens(amalgam.public()) if k == 'name' and n.startswith('kt_')})
-    amalgam.find_macros(headers)
-    for path, condition in plain:
-        amalgam.source(path, condition, names[path])
+class Parts:
+    """Sources of an amalgam, with the names of file scope that must change."""
+
+    def __init__(self, amalgam, plain, dual):
+        paths = dict.fromkeys([p for p, _ in plain + dual])
+        texts = {p: amalgam.with_patterns(p) for p in paths}
+        headers = {}
+        for p in paths:
+            for h in amalgam.headers_of(p, []):
+                headers[h] = amalgam.with_patterns(h)
+        self.plain, self.dual, self.texts = plain, dual, texts
+        self.names = collisions(texts, headers, {p: amalgam.headers_of(p, []) for p in paths},
+                                {n for k, n in ctext.tokens(amalgam.public()) if k == 'name' and n.startswith('kt_')})
+        amalgam.find_macros(headers)
+
+
+def write_dual(amalgam, parts):
     amalgam.out.append('\n/* ==== the same for dual numbers ==== */\n\n'
                        '#define KT_DUAL 1\n#undef KT_ISA\n#define KT_ISA dual\n')
-    shared = amalgam.dual_headers(dual)
-    for path, condition in dual:
-        own = {n: names[path].get(n, n) + '_in_dual' for n in file_names(texts[path])}
+    shared = amalgam.dual_headers(parts.dual)
+    for path, condition in parts.dual:
+        own = {n: parts.names[path].get(n, n) + '_in_dual' for n in file_names(parts.texts[path])}
         text = amalgam.body(path, amalgam.read(path))
         amalgam.emit_source(path, condition, amalgam.macros_with(text, own) + ctext.rename(text, shared | own))
-    output.mkdir(parents=True, exist_ok=True)
-    top = TOP.replace('{version}', version)
-    (output / 'kinetree.h').write_text(top + amalgam.public())
-    body = ''.join(amalgam.out)
+
+
+def system_headers(body):
+    """The standard headers of a text, and the text without them."""
     above = ''.join(f'#include <{name}>\n' for name in sorted(set(SYSTEM.findall(body)) - {LAPACK}))
+    return above, SYSTEM.sub('', body)
+
+
+def write_fmu(root, output, dependencies):
+    """The functions of FMI stand before the dual numbers, whose macros remain."""
+    plain, dual = sources.core(root / 'lib')
+    amalgam = Amalgam(root, tuple(name for name in ABSENT_HEADERS if name not in ('scene', 'study', 'batch')))
+    parts = Parts(amalgam, plain + sources.fmu(root), dual)
+    for path, condition in parts.plain:
+        amalgam.source(path, condition, parts.names[path])
+    write_dual(amalgam, parts)
+    public = amalgam.public().replace(EXPORTED, '#define KT_API\n')
+    above, body = system_headers(public + ''.join(amalgam.out))
+    Path(output).write_text(FMU_TOP.replace('{version}', version_of(root)) + MACROS + '\n' + above + HIDDEN + body)
+    if dependencies:
+        read = [*amalgam.read_files, *(root / 'include/kinetree').glob('*.h'), *(root / 'lib').glob('**/meson.build'),
+                root / 'apps/fmu/meson.build', *Path(__file__).parent.glob('*.py')]
+        Path(dependencies).write_text(f'{output}: ' + ' '.join(str(path) for path in read) + '\n')
+
+
+def version_of(root):
+    return re.search(r'KT_VERSION "([^"]+)"', (root / 'include/kinetree/status.h').read_text()).group(1)
+
+
+def main():
+    root = Path(sys.argv[1])
+    if sys.argv[2] == '--fmu':
+        write_fmu(root, sys.argv[3], sys.argv[4] if len(sys.argv) > 4 else None)
+        return
+    output = Path(sys.argv[2])
+    amalgam = Amalgam(root)
+    parts = Parts(amalgam, *sources.core(root / 'lib'))
+    for path, condition in parts.plain:
+        amalgam.source(path, condition, parts.names[path])
+    write_dual(amalgam, parts)
+    output.mkdir(parents=True, exist_ok=True)
+    top = TOP.replace('{version}', version_of(root))
+    (output / 'kinetree.h').write_text(top + amalgam.public())
+    above, body = system_headers(''.join(amalgam.out))
     above += f'#ifndef KT_NO_LAPACK\n#include <{LAPACK}>\n#undef complex /* of complex.h */\n#undef I\n#endif\n'
-    body = SYSTEM.sub('', body)
     (output / 'kinetree.c').write_text(top + MACROS + f'\n#include "kinetree.h"\n\n{above}{HIDDEN}{body}')
 
 

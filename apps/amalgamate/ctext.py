@@ -57,7 +57,7 @@ class Item:
 
     def declares(self):
         """Names of file scope, without macros: the object or function, tags, constants of enumerations."""
-        if self.directive or not self.code:
+        if self.directive or not self.code or self.code[0][1] == '_Static_assert':
             return set()
         return tags_of(self.code) | declared_of(self.code)
 

@@ -53,10 +53,10 @@ class Folder:
         files = []
         for part in value.split(' + '):
             names = re.findall(r"'([\w/.]+)'", part)
-            if 'files' in part:
+            if part.strip().startswith('files('):
                 files += [(f'{self.name}/{n}', condition) for n in names]
             else:
-                files += [(path, own or condition) for path, own in self.lists[part.strip()]]
+                files += [(path, own or condition) for path, own in self.lists.get(part.strip(), [])]
         if target in ('kt_sources', 'kt_kernel_sources'):
             known = {path for path, _ in self.plain}
             self.plain += [f for f in files if f[0] not in known and f[0] not in LEFT_OUT_FILES]
@@ -71,3 +71,19 @@ def core(lib):
     parts = [Folder(Path(lib), name) for name in folders_of(Path(lib))]
     plain = [f for part in parts for f in part.plain] + [('linear/lapack_call.c', None)]
     return plain, [f for part in parts for f in part.dual]
+
+
+# The folders of the scene reader, which reads flow style in an FMU, and the files of apps/fmu/meson.build.
+READER_FOLDERS = ('mesh', 'document', 'scene')
+
+
+def fmu(root):
+    """The files of an FMU besides the core: the scene reader, the columns of records, and the functions of FMI."""
+    lib = Path(root) / 'lib'
+    folders = [Folder(lib, name) for name in READER_FOLDERS]
+    reader = [f for folder in folders for f in folder.lists['kt_scene_sources']]
+    reader = [(path, own) for path, own in reader if '..' not in path] + [('document/flow.c', None)]
+    text = (Path(root) / 'apps/fmu/meson.build').read_text()
+    names = re.search(r"shared_module\('kinetree-fmu', (.*?)\n  name_prefix", text, re.S).group(1)
+    own = [(path.replace('../kinetree/', ''), None) for path in re.findall(r"'([\w/.]+\.c)'", names)]
+    return reader + own

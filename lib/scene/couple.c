@@ -22,16 +22,16 @@ static kt_status fail_memory(kt_error *error) {
 }
 
 kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_scene_fmu *fmu, kt_resets *resets,
-                          kt_coupled *to, bool *moves, kt_error *error) {
+                          kt_coupled_fmu *to, bool *moves, kt_error *error) {
     const size_t inputs = (size_t)fmu->input_count, outputs = (size_t)fmu->output_count;
-    *to = (kt_coupled){.step = fmu->step,
-                       .formulas = kt_pool_take(in->pool, inputs + 1, sizeof *to->formulas),
-                       .inputs = kt_pool_take(in->pool, inputs + 1, sizeof *to->inputs),
-                       .outputs = kt_pool_take(in->pool, outputs + 1, sizeof *to->outputs),
-                       .states = kt_pool_take(in->pool, outputs + 1, sizeof *to->states),
-                       .input_count = fmu->input_count,
-                       .output_count = fmu->output_count,
-                       .resets = resets};
+    *to = (kt_coupled_fmu){.step = fmu->step,
+                           .formulas = kt_pool_take(in->pool, inputs + 1, sizeof *to->formulas),
+                           .inputs = kt_pool_take(in->pool, inputs + 1, sizeof *to->inputs),
+                           .outputs = kt_pool_take(in->pool, outputs + 1, sizeof *to->outputs),
+                           .states = kt_pool_take(in->pool, outputs + 1, sizeof *to->states),
+                           .input_count = fmu->input_count,
+                           .output_count = fmu->output_count,
+                           .resets = resets};
     if (to->formulas == NULL || to->inputs == NULL || to->outputs == NULL || to->states == NULL)
         return fail_memory(error);
     kt_status status = KT_OK;
@@ -48,7 +48,7 @@ kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_
     return status;
 }
 
-int kt_coupled_clock(const kt_coupled *coupled, const kt_instant *at, double *value, kt_error *error) {
+int kt_coupled_clock(const kt_coupled_fmu *coupled, const kt_instant *at, double *value, kt_error *error) {
     const double next = (double)(coupled->point + 1) * coupled->step;
     if (!coupled->is_coupled) {
         (void)kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
@@ -73,7 +73,7 @@ double kt_scene_next_sample(double step, double t) {
     return k * step;
 }
 
-int kt_coupled_sample(kt_coupled *coupled, uint64_t number, const kt_instant *at, kt_simulation *simulation,
+int kt_coupled_sample(kt_coupled_fmu *coupled, uint64_t number, const kt_instant *at, kt_simulation *simulation,
                       kt_error *error) {
     double *x = coupled->output_count > 0 ? kt_resets_states(coupled->resets, simulation) : NULL;
     for (int i = 0; i < coupled->input_count; i++)
@@ -95,13 +95,13 @@ int kt_coupled_sample(kt_coupled *coupled, uint64_t number, const kt_instant *at
     return code;
 }
 
-void kt_coupled_sync(kt_coupled *coupled, uint64_t count, double t) {
+void kt_coupled_sync(kt_coupled_fmu *coupled, uint64_t count, double t) {
     const double next = t > 0.0 ? kt_scene_next_sample(coupled->step, t) : coupled->step;
     const uint64_t before = next < HUGE_VAL ? (uint64_t)(next / coupled->step + 0.5) - 1 : 0;
     coupled->point = count > 0 ? count : before;
 }
 
-void kt_coupled_take(kt_coupled *coupled, const kt_scene_coupling *with) {
+void kt_coupled_take(kt_coupled_fmu *coupled, const kt_scene_coupling *with) {
     if (coupled->is_coupled && coupled->with.release != NULL)
         coupled->with.release(coupled->with.user);
     coupled->is_coupled = with != NULL;

@@ -29,7 +29,7 @@ typedef struct watched {
     int *states;               /* these: the indices of states; those of velocities lie behind them */
     double *velocities;        /* what they become */
     int state_count, set_count;
-    kt_coupled *coupled; /* the event is a communication point of an FMU; NULL: none */
+    kt_coupled_fmu *coupled; /* the event is a communication point of an FMU; NULL: none */
     const kt_scene_watch *watch;
     kt_simulation *simulation;
 } watched;
@@ -94,7 +94,7 @@ static kt_status set_values(const watched *w, kt_simulation *simulation, kt_erro
 }
 
 /* Makes the event of an FMU stop the run, with a record, until the FMU is restarted. */
-static void stop_at(kt_coupled *coupled, const kt_event *event) {
+static void stop_at(kt_coupled_fmu *coupled, const kt_event *event) {
     coupled->event = (kt_event *)(uintptr_t)event; /* the simulation's copy */
     coupled->event->stop = true;
 }

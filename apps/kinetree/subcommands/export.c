@@ -14,7 +14,7 @@
 
 typedef struct kt_export_arguments {
     const char *out, *functions, *inputs;
-    bool urdf, mjcf, c, fmu, constant;
+    bool urdf, mjcf, c, fmu, constant, sources;
     int version;
     kt_settings settings;
 } kt_export_arguments;
@@ -27,6 +27,7 @@ static const kt_option options[] = {
     {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU, for other simulation tools", NULL},
     {"fmi", KT_OPTION_CHOICE, AT(version), "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"},
     {"input", KT_OPTION_TEXT, AT(inputs), "LIST", "take forces and torques of these joints as inputs of an FMU", NULL},
+    {"sources", KT_OPTION_FLAG, AT(sources), NULL, "add the source of the binary to an FMU", NULL},
     {"functions", KT_OPTION_TEXT, AT(functions), "LIST",
      "write these functions of C; default: forward,inverse,bias,mass", NULL},
     {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
@@ -62,6 +63,7 @@ const kt_usage kt_usage_export = {
              "An FMU of FMI 3.0 or 2.0 is for model exchange and co-simulation in other tools, on systems like this "
              "one.\n"
              "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
+             "With --sources gcc and clang compile its binary for other systems.\n"
              "Scenes with events or hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",
     .options = options,
@@ -119,12 +121,13 @@ int kt_command_export(int argc, char **argv) {
         kt_say("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
         return KT_EXIT_USAGE;
     }
-    if (!a.fmu && (a.inputs != NULL || a.version >= 0)) {
-        kt_say("export: %s is an option of --fmu", a.inputs != NULL ? "--input" : "--fmi");
+    if (!a.fmu && (a.inputs != NULL || a.version >= 0 || a.sources)) {
+        kt_say("export: %s is an option of --fmu", a.inputs != NULL ? "--input" : a.sources ? "--sources" : "--fmi");
         return KT_EXIT_USAGE;
     }
     const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
-    const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, a.version < 0 ? KT_FMU_THIRD : a.version};
+    const int version = a.version < 0 ? KT_FMU_THIRD : a.version;
+    const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, version, a.sources};
     code = a.c ? kt_export_c_check(&c) : a.fmu ? kt_export_fmu_check(&fmu) : -1;
     if (code >= 0)
         return code;

@@ -1,6 +1,8 @@
-/* The archive of `kinetree export --fmu`: the description, the binary for this system, and the text of the scene.
+/* The archive of `kinetree export --fmu`: the description, the binary for this system, and the text of the scene; with
+ * --sources also the source of the binary in one file, and a description of its build.
  *
- *     modelDescription.xml    binaries/PLATFORM/NAME.so    resources/scene.yaml
+ *     modelDescription.xml           binaries/PLATFORM/NAME.so    resources/scene.yaml
+ *     sources/buildDescription.xml   sources/kinetree-fmu.c
  *
  * The binary is the same for all scenes. It reads the scene of the resources as a file without a folder. The command
  * reads it in the same way, so that a scene that needs other files is rejected here and not in the importer.
@@ -75,8 +77,8 @@ static int read_content(const char *path, kt_content *content) {
     return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
 }
 
-/* Finds the binary: next to the installed program, in the folder of the build, or in the configured folder. */
-static bool find_binary(char path[KT_FMU_PATH]) {
+/* Finds an installed file: next to the installed program, in the folder of the build, or in the configured folder. */
+static bool find_installed(const char *name, char path[KT_FMU_PATH]) {
     static const char *const configured[] = {KT_FMU_BUILT, KT_FMU_INSTALLED};
     char own[KT_FMU_PATH / 2];
     const ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
@@ -85,18 +87,24 @@ static bool find_binary(char path[KT_FMU_PATH]) {
         char *slash = strrchr(own, '/');
         if (slash != NULL)
             *slash = '\0';
-        (void)snprintf(path, KT_FMU_PATH, "%s/%s", own, KT_FMU_FROM_PROGRAM);
+        (void)snprintf(path, KT_FMU_PATH, "%s/%s/%s", own, KT_FMU_FROM_PROGRAM, name);
         if (access(path, R_OK) == 0)
             return true;
     }
     for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
-        (void)snprintf(path, KT_FMU_PATH, "%s", configured[i]);
+        (void)snprintf(path, KT_FMU_PATH, "%s/%s", configured[i], name);
         if (access(path, R_OK) == 0)
             return true;
     }
-    kt_say("export: the binary of FMUs is neither in %s next to the program nor %s; install Kinetree as a whole",
-           KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
+    kt_say("export: %s, a part of FMUs, is neither in %s next to the program nor in %s; install Kinetree as a whole",
+           name, KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
     return false;
+}
+
+/* Reads such a file. Returns an exit code after printing an error. */
+static int read_installed(const char *name, kt_content *content) {
+    char path[KT_FMU_PATH];
+    return find_installed(name, path) ? read_content(path, content) : KT_EXIT_INTEGRATION;
 }
 
 /* ---- the archive ------------------------------------------------------------------------------------------------- */
@@ -112,6 +120,7 @@ static bool add_entry(zipFile zip, const char *name, kt_content content) {
 typedef struct kt_fmu_parts {
     const char *name, *platform; /* the name of the binary, and of its folder */
     kt_content description, binary, scene;
+    kt_content build, source; /* text is NULL: the archive has no sources */
 } kt_fmu_parts;
 
 static bool write_entries(const char *path, const kt_fmu_parts *parts) {
@@ -120,8 +129,11 @@ static bool write_entries(const char *path, const kt_fmu_parts *parts) {
     zipFile zip = zipOpen(path, APPEND_STATUS_CREATE);
     if (zip == NULL)
         return false;
-    const bool fine = add_entry(zip, "modelDescription.xml", parts->description) &&
-                      add_entry(zip, binary, parts->binary) && add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene);
+    bool fine = add_entry(zip, "modelDescription.xml", parts->description) && add_entry(zip, binary, parts->binary) &&
+                add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene);
+    if (parts->source.text != NULL)
+        fine = fine && add_entry(zip, "sources/buildDescription.xml", parts->build) &&
+               add_entry(zip, "sources/" KT_FMU_SOURCE, parts->source);
     return zipClose(zip, NULL) == ZIP_OK && fine;
 }
 
@@ -199,17 +211,30 @@ static bool find_inputs(const kt_model *model, const char *list, bool *is_input)
 
 /* ---- the export -------------------------------------------------------------------------------------------------- */
 
-static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *described, kt_fmu_parts *parts) {
-    char path[KT_FMU_PATH];
-    FILE *stream = open_memstream(&parts->description.text, &parts->description.size);
+/* Writes a description to memory. */
+static int describe(void (*write)(const kt_fmu_model *fmu, FILE *stream), const kt_fmu_model *described,
+                    kt_content *content) {
+    FILE *stream = open_memstream(&content->text, &content->size);
     if (stream == NULL)
         return KT_EXIT_INTEGRATION;
-    kt_fmu_describe(described, stream);
-    int code = fclose(stream) == 0 && find_binary(path) ? read_content(path, &parts->binary) : KT_EXIT_INTEGRATION;
+    write(described, stream);
+    return fclose(stream) == 0 ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
+}
+
+static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *described, kt_fmu_parts *parts) {
+    int code = describe(kt_fmu_describe, described, &parts->description);
+    if (code == KT_EXIT_DONE)
+        code = read_installed("kinetree-fmu.so", &parts->binary);
+    if (code == KT_EXIT_DONE && fmu->has_sources)
+        code = describe(kt_fmu_describe_build, described, &parts->build);
+    if (code == KT_EXIT_DONE && fmu->has_sources)
+        code = read_installed(KT_FMU_SOURCE, &parts->source);
     if (code == KT_EXIT_DONE)
         code = write_archive(fmu->out, parts);
     free(parts->description.text);
     free(parts->binary.text);
+    free(parts->build.text);
+    free(parts->source.text);
     return code;
 }
 
@@ -233,8 +258,16 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     } else {
         const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
         find_followers(&parts->scene, scene, follows);
-        const kt_fmu_model described = {parts->name, token.text, scene,          model,       &columns,
-                                        is_input,    follows,    reason == NULL, fmu->version};
+        const kt_fmu_model described = {.name = parts->name,
+                                        .token = token.text,
+                                        .scene = scene,
+                                        .model = model,
+                                        .columns = &columns,
+                                        .is_input = is_input,
+                                        .follows = follows,
+                                        .has_exchange = reason == NULL,
+                                        .has_sources = fmu->has_sources,
+                                        .version = fmu->version};
         code = describe_and_write(fmu, &described, parts);
     }
     if (code == KT_EXIT_DONE && reason != NULL)

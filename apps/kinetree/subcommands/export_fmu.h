@@ -10,7 +10,8 @@
 typedef struct kt_export_fmu {
     const char *scene, *inputs, *out; /* inputs: joints, apart by commas; NULL: none */
     const kt_settings *settings;
-    int version; /* KT_FMU_SECOND, KT_FMU_THIRD */
+    int version;      /* KT_FMU_SECOND, KT_FMU_THIRD */
+    bool has_sources; /* the archive has the source of the binary, too */
 } kt_export_fmu;
 
 /* Checks the command line. Returns -1, or an exit code after printing the error. */
@@ -32,10 +33,17 @@ typedef struct kt_fmu_model {
     const bool *is_input; /* [nv]: joint forces that are inputs */
     const bool *follows;  /* [parameter_count]: computed from other parameters */
     bool has_exchange;    /* model exchange is offered */
+    bool has_sources;     /* the archive has KT_FMU_SOURCE */
     int version;          /* KT_FMU_SECOND, KT_FMU_THIRD */
 } kt_fmu_model;
 
+/* The source of the binary, next to the installed binary and in the folder `sources` of an archive. */
+#define KT_FMU_SOURCE "kinetree-fmu.c"
+
 /* Writes modelDescription.xml. Errors of the stream stay in it (ferror). */
 void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream);
+
+/* Writes sources/buildDescription.xml: how to compile KT_FMU_SOURCE. */
+void kt_fmu_describe_build(const kt_fmu_model *fmu, FILE *stream);
 
 #endif

@@ -315,20 +315,27 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
     fputs("  </ModelStructure>\n", to);
 }
 
+/* Writes an interface. FMI 2.0 lists sources in it, and FMI 3.0 in the description of the build alone. */
+static void write_interface(const kt_fmu_model *fmu, const char *kind, const char *capabilities, const char *further,
+                            FILE *to) {
+    const bool has_list = fmu->version == KT_FMU_SECOND && fmu->has_sources;
+    fprintf(to, "  <%s", kind);
+    write_attribute("modelIdentifier", fmu->name, to);
+    fprintf(to, " %s%s%s>\n", capabilities, further, has_list ? "" : "/");
+    if (has_list)
+        fprintf(to, "    <SourceFiles><File name=\"" KT_FMU_SOURCE "\"/></SourceFiles>\n  </%s>\n", kind);
+}
+
 static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
     const bool is_second = fmu->version == KT_FMU_SECOND;
     const char *capabilities =
         is_second ? "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\" providesDirectionalDerivative=\"true\""
                   : "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\" "
                     "providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"";
-    if (fmu->has_exchange) {
-        fputs("  <ModelExchange", to);
-        write_attribute("modelIdentifier", fmu->name, to);
-        fprintf(to, " %s%s/>\n", capabilities, is_second ? "" : " needsCompletedIntegratorStep=\"true\"");
-    }
-    fputs("  <CoSimulation", to);
-    write_attribute("modelIdentifier", fmu->name, to);
-    fprintf(to, " %s canHandleVariableCommunicationStepSize=\"true\"/>\n", capabilities);
+    if (fmu->has_exchange)
+        write_interface(fmu, "ModelExchange", capabilities, is_second ? "" : " needsCompletedIntegratorStep=\"true\"",
+                        to);
+    write_interface(fmu, "CoSimulation", capabilities, " canHandleVariableCommunicationStepSize=\"true\"", to);
 }
 
 void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
@@ -351,4 +358,18 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     write_variables(fmu, stream);
     write_structure(fmu, stream);
     fputs("</fmiModelDescription>\n", stream);
+}
+
+void kt_fmu_describe_build(const kt_fmu_model *fmu, FILE *stream) {
+    fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
+          "  <BuildConfiguration",
+          stream);
+    write_attribute("modelIdentifier", fmu->name, stream);
+    fputs(" description=\"gcc or clang, on systems with the functions of POSIX\">\n"
+          "    <SourceFileSet language=\"C17\" compilerOptions=\"-std=c17 -O2 -ffp-contract=off -fno-math-errno "
+          "-Wno-psabi\">\n"
+          "      <SourceFile name=\"" KT_FMU_SOURCE "\"/>\n    </SourceFileSet>\n"
+          "    <Library name=\"m\" external=\"true\" description=\"the library of mathematical functions of C\"/>\n"
+          "  </BuildConfiguration>\n</fmiBuildDescription>\n",
+          stream);
 }
