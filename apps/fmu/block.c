@@ -1,6 +1,7 @@
 /* The state of an instance as one flat block without pointers. Another process may continue from it.
  *
- *     header, numbers: time, given parameters, their flags, torques, y; then the checkpoint of the simulation
+ *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the present,
+ *     torques, y; then the checkpoint of the simulation
  */
 #include "instance.h"
 
@@ -14,10 +15,11 @@ typedef struct kt_fmu_header {
     uint64_t size, phase, is_over, is_exchange;
 } kt_fmu_header;
 
-static const char mark[8] = "ktFMU01";
+static const char mark[8] = "ktFMU02";
 
 static size_t number_count(const kt_fmu *fmu) {
-    return 1 + 2 * (size_t)fmu->parameter_count + (size_t)fmu->nv + (size_t)kt_fmu_size(fmu);
+    return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
+           (size_t)kt_fmu_size(fmu);
 }
 
 size_t kt_fmu_block_size(const kt_fmu *fmu) {
@@ -43,6 +45,9 @@ void kt_fmu_save(const kt_fmu *fmu, void *block) {
         *to++ = fmu->given[i];
     for (int i = 0; i < fmu->parameter_count; i++)
         *to++ = fmu->is_given[i];
+    kt_fmu_copy_tunables(fmu, fmu->tunables.compiled, to);
+    kt_fmu_copy_tunables(fmu, fmu->tunables.values, to + fmu->tunables.count);
+    to += 2 * fmu->tunables.count;
     for (int i = 0; i < fmu->nv; i++)
         *to++ = fmu->torque[i];
     for (int i = 0; i < kt_fmu_size(fmu); i++)
@@ -59,10 +64,12 @@ static bool fits(const kt_fmu *fmu, const kt_fmu_header *header, size_t size) {
            header->is_exchange == own.is_exchange && header->phase <= (uint64_t)KT_FMU_TERMINATED;
 }
 
-/* Takes over the given parameters. Returns whether any of them changed. */
+/* Takes over the parameters of a compilation. Returns whether any of them changed. */
 static bool take_parameters(kt_fmu *fmu, const double *given) {
-    const double *is_given = given + fmu->parameter_count;
+    const double *is_given = given + fmu->parameter_count, *compiled = is_given + fmu->parameter_count;
     bool differs = false;
+    for (int k = 0; k < fmu->tunables.count; k++)
+        differs |= fmu->tunables.compiled[k] != compiled[k];
     for (int i = 0; i < fmu->parameter_count; i++) {
         differs |= fmu->is_given[i] != (is_given[i] != 0.0) || (fmu->is_given[i] && fmu->given[i] != given[i]);
         fmu->given[i] = given[i];
@@ -75,10 +82,16 @@ kt_status kt_fmu_restore(kt_fmu *fmu, const void *block, size_t size, kt_error *
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU");
-    const double *from = (const double *)(header + 1), *torque = from + 1 + 2 * fmu->parameter_count;
+    const double *from = (const double *)(header + 1), *compiled = from + 1 + 2 * fmu->parameter_count;
+    const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;
     kt_status status = KT_OK;
-    if (take_parameters(fmu, from + 1) || fmu->is_stale)
+    if (take_parameters(fmu, from + 1) || fmu->is_stale) {
+        kt_fmu_copy_tunables(fmu, compiled, fmu->tunables.wanted);
         status = kt_fmu_compile(fmu, error);
+    }
+    kt_fmu_copy_tunables(fmu, tuned, fmu->tunables.wanted);
+    if (status == KT_OK)
+        status = kt_fmu_tune(fmu, false, error);
     if (status == KT_OK)
         status = kt_simulation_restore(fmu->simulation, torque + fmu->nv + kt_fmu_size(fmu), error);
     if (status == KT_OK && fmu->watch != NULL)

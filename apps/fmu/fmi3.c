@@ -176,6 +176,7 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
     kt_error error = {0};
     for (int i = 0; i < fmu->parameter_count; i++)
         fmu->is_given[i] = false;
+    kt_fmu_copy_tunables(fmu, fmu->tunables.standard, fmu->tunables.wanted);
     memset(fmu->torque, 0, (size_t)fmu->nv * sizeof *fmu->torque);
     fmu->phase = KT_FMU_INSTANTIATED;
     fmu->start = 0.0;
@@ -225,6 +226,32 @@ KT_FMI(kt_fmi_status fmi3GetFloat64(void *instance, const kt_fmi_reference *refe
     return status;
 }
 
+static bool is_before_run(const kt_fmu *fmu) { return is_in(fmu, KT_FMU_INSTANTIATED, KT_FMU_INITIALIZATION); }
+
+/* Parameters that are set to their present values stay as they are, and follow others. */
+static kt_fmi_status set_parameter(kt_fmu *fmu, int i, double value) {
+    const int k = kt_fmu_tunable_at(fmu, i);
+    const double now = k >= 0             ? fmu->tunables.wanted[k]
+                       : fmu->is_given[i] ? fmu->given[i]
+                                          : fmu->scene.parameters[i].value;
+    const char *name = fmu->scene.parameters[i].name;
+    if (value == now)
+        return KT_FMI_OK;
+    KT_FMU_REQUIRE(!kt_fmu_role_follows(fmu->roles[i]), "the parameter %s follows from others", name);
+    KT_FMU_REQUIRE(k >= 0 || is_before_run(fmu),
+                   "the parameter %s is fixed: it can be set before the end of the initialization", name);
+    KT_FMU_REQUIRE(is_before_run(fmu) || is_in(fmu, KT_FMU_EVENT, KT_FMU_STEP),
+                   "the parameter %s is tunable: it can be set in event mode, or between steps", name);
+    if (k >= 0) {
+        fmu->tunables.wanted[k] = value;
+    } else {
+        fmu->is_given[i] = true;
+        fmu->given[i] = value;
+    }
+    fmu->is_stale |= is_before_run(fmu);
+    return KT_FMI_OK;
+}
+
 static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double value) {
     int i;
     KT_FMU_REQUIRE(isfinite(value), "the value of the variable %u is not finite", (unsigned)reference);
@@ -236,25 +263,22 @@ static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double v
     }
     i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count);
     KT_FMU_REQUIRE(i >= 0, "the variable %u cannot be set", (unsigned)reference);
-    KT_FMU_REQUIRE(is_in(fmu, KT_FMU_INSTANTIATED, KT_FMU_INITIALIZATION),
-                   "the parameter %s is fixed: it can be set before the end of the initialization",
-                   fmu->scene.parameters[i].name);
-    /* Parameters that are set to their present values stay as they are, and follow others. */
-    if (fmu->is_given[i] ? fmu->given[i] != value : fmu->scene.parameters[i].value != value) {
-        fmu->is_given[i] = true;
-        fmu->given[i] = value;
-        fmu->is_stale = true;
-    }
-    return KT_FMI_OK;
+    return set_parameter(fmu, i, value);
 }
 
 KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *references, size_t count,
                                     const double *values, size_t value_count)) {
     kt_fmu *fmu = instance;
+    kt_error error = {0};
     KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
     kt_fmi_status status = KT_FMI_OK;
     for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
         status = set_value(fmu, references[i], values[i]);
+    if (is_before_run(fmu))
+        return status;
+    if (status == KT_FMI_OK)
+        return kt_fmu_report_status(fmu, kt_fmu_tune(fmu, true, &error), &error);
+    kt_fmu_copy_tunables(fmu, fmu->tunables.values, fmu->tunables.wanted);
     return status;
 }
 

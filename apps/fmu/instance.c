@@ -44,12 +44,14 @@ static kt_status read_resource(const char *folder, const char *name, char **text
 
 static void release_scene(kt_fmu *fmu) {
     kt_columns_free(&fmu->columns);
+    kt_tuning_free(fmu->tuning);
     kt_simulation_free(fmu->simulation);
     kt_scene_watch_free(fmu->watch);
     kt_data_free(fmu->data);
     kt_fmu_linear_free(fmu->linear);
     kt_model_free(fmu->model);
     kt_scene_free(&fmu->scene);
+    fmu->tuning = NULL;
     fmu->simulation = NULL;
     fmu->watch = NULL;
     fmu->data = NULL;
@@ -57,9 +59,13 @@ static void release_scene(kt_fmu *fmu) {
     fmu->model = NULL;
 }
 
+/* Reads the scene with the given parameters. Those that are tunable are variables of the scene. */
 static kt_status parse_scene(kt_fmu *fmu, kt_error *error) {
     kt_scene_options options = kt_scene_options_default();
     options.settings = fmu->settings;
+    options.variables = fmu->tunables.names;
+    options.values = fmu->tunables.values;
+    options.variable_count = fmu->tunables.count;
     for (int i = 0; i < fmu->parameter_count; i++) {
         if (!fmu->is_given[i])
             continue;
@@ -98,12 +104,14 @@ static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
     kt_model_options options = kt_model_options_default();
     options.metric = fmu->scene.run.metric;
     options.plan = fmu->scene.run.plan;
-    options.settable = kt_scene_sets(&fmu->scene);
+    options.settable = kt_scene_sets(&fmu->scene) || fmu->tunables.count > 0;
     kt_status status = kt_model_compile(&fmu->scene.description, &options, &fmu->model, error);
     if (status == KT_OK)
         status = kt_data_create(fmu->model, &fmu->data, error);
     if (status == KT_OK)
         status = create_simulation(fmu, error);
+    if (status == KT_OK && fmu->tunables.count > 0)
+        status = kt_tuning_create(&fmu->scene, fmu->model, &fmu->tuning, error);
     if (status == KT_OK)
         status = list_outputs(fmu, error);
     return status;
@@ -124,6 +132,8 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
     release_scene(fmu);
     kt_fmu_change(fmu);
     fmu->is_stale = false;
+    kt_fmu_copy_tunables(fmu, fmu->tunables.wanted, fmu->tunables.compiled);
+    kt_fmu_copy_tunables(fmu, fmu->tunables.wanted, fmu->tunables.values);
     kt_status status = parse_scene(fmu, error);
     if (status == KT_OK)
         status = compile_scene(fmu, error);
@@ -146,25 +156,37 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
 
 /* Allocates what depends on the sizes of the model. */
 static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
-    const size_t size = (size_t)kt_fmu_size(fmu) + 1, parameters = (size_t)fmu->scene.parameter_count + 1;
+    const size_t size = (size_t)kt_fmu_size(fmu) + 1;
     fmu->y = calloc(size, sizeof *fmu->y);
     fmu->rates = calloc(size, sizeof *fmu->rates);
     fmu->moved = calloc(size, sizeof *fmu->moved);
     fmu->torque = calloc((size_t)fmu->nv + 1, sizeof *fmu->torque);
-    fmu->given = calloc(parameters, sizeof *fmu->given);
-    fmu->is_given = calloc(parameters, sizeof *fmu->is_given);
-    fmu->given_text = calloc(parameters, sizeof *fmu->given_text);
-    fmu->settings = calloc(parameters, sizeof *fmu->settings);
-    if (fmu->y == NULL || fmu->rates == NULL || fmu->moved == NULL || fmu->torque == NULL || fmu->given == NULL ||
-        fmu->is_given == NULL || fmu->given_text == NULL || fmu->settings == NULL)
+    if (fmu->y == NULL || fmu->rates == NULL || fmu->moved == NULL || fmu->torque == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
+    memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
+    return KT_OK;
+}
+
+/* Lists the parameters of the scene, which is read for this purpose alone. */
+static kt_status list_parameters(kt_fmu *fmu, kt_error *error) {
+    kt_status status = parse_scene(fmu, error);
+    if (status != KT_OK)
+        return status;
+    const size_t count = (size_t)fmu->scene.parameter_count + 1;
+    fmu->given = calloc(count, sizeof *fmu->given);
+    fmu->is_given = calloc(count, sizeof *fmu->is_given);
+    fmu->given_text = calloc(count, sizeof *fmu->given_text);
+    fmu->settings = calloc(count, sizeof *fmu->settings);
+    fmu->roles = calloc(count, sizeof *fmu->roles);
+    if (fmu->given == NULL || fmu->is_given == NULL || fmu->given_text == NULL || fmu->settings == NULL ||
+        fmu->roles == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
     for (int i = 0; i < fmu->scene.parameter_count; i++)
         if (snprintf(fmu->given_text[i], sizeof fmu->given_text[i] - 32, "%s=", fmu->scene.parameters[i].name) >=
             (int)sizeof fmu->given_text[i] - 32)
             return kt_error_set(error, KT_ERROR_SCENE, NULL, "the name of a parameter has more than 158 characters");
     fmu->parameter_count = fmu->scene.parameter_count;
-    memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
-    return KT_OK;
+    return kt_fmu_find_tunables(fmu, error);
 }
 
 kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
@@ -175,7 +197,9 @@ kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
 }
 
 kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error) {
-    const kt_status status = kt_fmu_compile(fmu, error);
+    kt_status status = list_parameters(fmu, error);
+    if (status == KT_OK)
+        status = kt_fmu_compile(fmu, error);
     return status == KT_OK ? take_memory(fmu, error) : status;
 }
 
@@ -186,6 +210,8 @@ void kt_fmu_close(kt_fmu *fmu) {
     free(fmu->given_text);
     free(fmu->given);
     free(fmu->is_given);
+    free(fmu->roles);
+    kt_fmu_free_tunables(fmu);
     free(fmu->torque);
     free(fmu->y);
     free(fmu->rates);

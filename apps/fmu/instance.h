@@ -8,10 +8,12 @@
 
 #include "fmi3.h"
 #include "reference.h"
+#include "roles.h"
 
 #include "records/columns.h"
 
 #include "kinetree/scene.h"
+#include "scene/tune.h"
 
 typedef enum kt_fmu_phase {
     KT_FMU_INSTANTIATED,
@@ -22,6 +24,20 @@ typedef enum kt_fmu_phase {
     KT_FMU_TERMINATED,
 } kt_fmu_phase;
 
+enum { KT_FMU_SETTING = 192 }; /* bytes of a setting "NAME=VALUE" */
+
+/* Tunable parameters: variables of the scene (kt_scene_options). */
+typedef struct kt_fmu_tunables {
+    int count;
+    int *parameter; /* [count]: the index among all parameters */
+    char (*name)[KT_FMU_SETTING];
+    const char **names;
+    double *standard; /* values of the file, */
+    double *compiled; /* with which the scene was compiled, */
+    double *values;   /* of the present, */
+    double *wanted;   /* and of the next compilation or kt_fmu_tune */
+} kt_fmu_tunables;
+
 typedef struct kt_fmu_linear kt_fmu_linear; /* derivatives.c */
 
 typedef struct kt_fmu {
@@ -30,13 +46,16 @@ typedef struct kt_fmu {
     size_t scene_size;
     kt_fmu_token token;
     const char **settings; /* of given parameters */
-    char (*given_text)[192];
+    char (*given_text)[KT_FMU_SETTING];
+    kt_fmu_role *roles; /* [parameter_count] */
+    kt_fmu_tunables tunables;
 
     /* The compiled scene. */
     kt_scene scene;
     kt_model *model;
     kt_simulation *simulation;
     kt_scene_watch *watch; /* NULL: no events */
+    kt_tuning *tuning;     /* NULL: no parameter is tunable */
     kt_columns columns;
     kt_data *data; /* for model exchange */
     int nq, nv, nx, parameter_count;
@@ -111,6 +130,21 @@ kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error)
 kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *error);
 
 void kt_fmu_linear_free(kt_fmu_linear *linear);
+
+/* Finds the tunable parameters of the scene that was read, before it is compiled. Errors: KT_ERROR_MEMORY. */
+kt_status kt_fmu_find_tunables(kt_fmu *fmu, kt_error *error);
+void kt_fmu_free_tunables(kt_fmu *fmu);
+
+/* Returns the tunable parameter that is the i-th of all; -1: it is not tunable. */
+int kt_fmu_tunable_at(const kt_fmu *fmu, int i);
+
+/* Copies the values of all tunable parameters. */
+void kt_fmu_copy_tunables(const kt_fmu *fmu, const double *from, double *to);
+
+/* Gives the tunable parameters the values fmu->tunables.wanted: in a simulation that goes on, or before its state is
+ * set. In model exchange the state is then projected onto the loops (kt_fmu_project).
+ * Errors: those of kt_tuning_set; nothing is changed then. */
+kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error);
 
 /* Sends a message to the importer. Both return a status of FMI. */
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);

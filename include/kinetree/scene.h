@@ -252,6 +252,18 @@ KT_API KT_CHECKED kt_status kt_scene_parse_with(const char *path, const char *te
  * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error);
 
+/* Returns whether the variables of a scene can change while a simulation of it runs. All that follows from them are
+ * then numbers that kt_parameter_set sets, or other parameters. Such numbers are gravity, masses, centres, inertias and
+ * armatures of bodies, and numbers and constant functions of effects and loops. Returns false for NULL, without
+ * variables, and if no number follows.
+ * Cost: O(numbers that follow). */
+KT_API bool kt_scene_is_tunable(const kt_scene *scene);
+
+/* Returns whether the k-th parameter of a scene is computed from its variables. Returns false for NULL and without
+ * variables.
+ * Cost: O(numbers that follow). */
+KT_API bool kt_scene_follows(const kt_scene *scene, int k);
+
 /* Adds the position in the file to a fault that only kt_model_compile finds. The text error->where, "body 'crank'" or
  * "loop 'close'", becomes "FILE:LINE:COLUMN", and the former text begins the message. Returns false if the text names
  * no body or loop of the scene, or if the scene was not read. The error is then untouched. The call allocates nothing.

@@ -1,4 +1,5 @@
-/* Parameters that events set (reset.h): which numbers of a model follow from them, and their new values. */
+/* Parameters that events set, or that a program varies (reset.h): which numbers of a model follow from them, and their
+ * new values. */
 #include "scene/reset.h"
 #include "scene/impulse.h"
 
@@ -88,12 +89,14 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
 
 /* A number that follows. */
 typedef struct follower {
-    const kt_expression *expression; /* of parameters */
-    int parameter;                   /* it is this one, */
-    int change, component;           /* or that number of this parameter of the model */
+    const kt_expression *expression; /* of parameters; NULL: the number `varied` of the scene */
+    size_t varied;
+    int parameter;         /* it is this one, */
+    int change, component; /* or that number of this parameter of the model */
 } follower;
 
 struct kt_resets {
+    const kt_scene *scene; /* its variables are set; NULL: auxiliary states are */
     kt_model *model;
     double *parameters; /* values */
     int *state;         /* of each, its auxiliary state in the model; -1: none */
@@ -162,14 +165,15 @@ static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_
 }
 
 static kt_status add_number(kt_resets *to, const kt_scene *scene, const kt_model *model, const kt_reset_number *number,
-                            kt_error *error) {
+                            size_t varied, kt_error *error) {
     const kt_parameter *of = &number->target.parameter;
     kt_parameter parameter = *of;
     if (!find_parameter(scene, model, &parameter))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create",
                             "a number that follows from a parameter which an event sets is not in the model");
     follower *f = &to->followers[to->follower_count++];
-    *f = (follower){.expression = number->expression, .parameter = -1, .component = number->target.component};
+    *f = (follower){
+        .expression = number->expression, .varied = varied, .parameter = -1, .component = number->target.component};
     const int before = to->change_count;
     kt_status status = find_change(to, model, &parameter, &f->change, error);
     if (status == KT_OK && to->change_count > before && of->kind == KT_PARAMETER_MASS &&
@@ -211,6 +215,21 @@ static void bind_parameters(kt_resets *to, const kt_scene *scene, const kt_model
     }
 }
 
+/* Room for so many numbers; NULL: out of memory. */
+static kt_resets *start_resets(kt_pool *pool, const kt_model *model, int parameters, int states, size_t numbers,
+                               kt_error *error) {
+    kt_resets *to = kt_pool_take(pool, 1, sizeof *to);
+    if (to != NULL) {
+        to->parameter_count = parameters;
+        to->x_count = states;
+        to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
+    }
+    if (to != NULL && take_memory(pool, to, numbers))
+        return to;
+    (void)kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
+    return NULL;
+}
+
 kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
                            kt_error *error) {
     const kt_reset_number *next;
@@ -220,14 +239,9 @@ kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model 
         return KT_OK;
     for (size_t k = 0; kt_resets_next(scene, &k) != NULL;)
         count++;
-    kt_resets *to = kt_pool_take(pool, 1, sizeof *to);
-    if (to != NULL) {
-        to->parameter_count = kt_resets_parameters(scene);
-        to->x_count = kt_own_state_count(model);
-    }
-    if (to == NULL || !take_memory(pool, to, count))
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
-    to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
+    kt_resets *to = start_resets(pool, model, kt_resets_parameters(scene), kt_own_state_count(model), count, error);
+    if (to == NULL)
+        return KT_ERROR_MEMORY;
     bind_parameters(to, scene, model);
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && (next = kt_resets_next(scene, &k)) != NULL;) {
@@ -239,13 +253,32 @@ kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model 
             to->followers[to->follower_count++] =
                 (follower){.expression = number.expression, .parameter = number.parameter};
         else if (number.parameter < 0)
-            status = add_number(to, scene, model, &number, error);
+            status = add_number(to, scene, model, &number, 0, error);
     }
     if (status == KT_OK && to->change_count > 0 && !model->placed && !model->settable)
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_create",
                               "events of the scene set parameters of its model, which is immutable: compile it with "
                               "kt_model_options.settable (kt_scene_sets), or make a copy (kt_model_copy)");
     *resets = to;
+    return status;
+}
+
+kt_status kt_resets_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
+                                  kt_error *error) {
+    const kt_reset_number *next;
+    size_t count = 0;
+    for (size_t k = 0; kt_varied_next(scene, &k) != NULL;)
+        count++;
+    *resets = start_resets(pool, model, 0, 0, count, error);
+    if (*resets == NULL)
+        return KT_ERROR_MEMORY;
+    (*resets)->scene = scene;
+    kt_status status = KT_OK;
+    for (size_t k = 0; status == KT_OK && (next = kt_varied_next(scene, &k)) != NULL;) {
+        kt_reset_number number = *next;
+        number.expression = NULL;
+        status = add_number(*resets, scene, model, &number, k - 1, error);
+    }
     return status;
 }
 
@@ -263,7 +296,8 @@ static kt_status evaluate_assignment(kt_resets *r, int *count, kt_error *error) 
             r->parameters[k] = r->x[r->state[k]];
     for (int i = 0; i < r->follower_count; i++) {
         const follower *f = &r->followers[i];
-        const double value = kt_expression_evaluate(f->expression, r->parameters);
+        const double value = f->expression != NULL ? kt_expression_evaluate(f->expression, r->parameters)
+                                                   : kt_varied_value(r->scene, f->varied);
         if (f->parameter < 0) {
             r->changes[f->change].values[f->component] = value;
         } else {
@@ -293,7 +327,8 @@ kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error
     int count = 0;
     kt_status status = evaluate_assignment(resets, &count, error);
     if (status == KT_OK)
-        status = kt_simulation_change(simulation, resets->model, resets->news, count, resets->x, error);
+        status = kt_simulation_change(simulation, resets->model, resets->news, count,
+                                      resets->scene == NULL ? resets->x : NULL, error);
     return status;
 }
 

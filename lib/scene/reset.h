@@ -55,6 +55,14 @@ typedef struct kt_reset_number {
 /* The next number from the *k-th on, in the order in which they are evaluated; NULL: there is none. */
 const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k);
 
+/* The same for numbers of the description that follow from variables (kt_scene_options); and the present value of the
+ * number *k - 1, after the call. */
+const kt_reset_number *kt_varied_next(const kt_scene *scene, size_t *k);
+double kt_varied_value(const kt_scene *scene, size_t k);
+
+/* The present values of these variables, and their number. */
+const double *kt_varied_values(const kt_scene *scene, size_t *count);
+
 /* ---- in a simulation (reset.c) ----------------------------------------------------------------------------------- */
 
 typedef struct kt_resets kt_resets;
@@ -62,6 +70,11 @@ typedef struct kt_resets kt_resets;
 /* Binds the numbers that follow to a model; *resets is NULL if events set nothing. */
 KT_CHECKED kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
                                       kt_error *error);
+
+/* Binds the numbers that follow from the variables of a scene, which must outlive *resets. The two calls below then set
+ * the numbers that the scene has after kt_scene_vary, and leave auxiliary states as they are. */
+KT_CHECKED kt_status kt_resets_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model,
+                                             kt_resets **resets, kt_error *error);
 
 /* The auxiliary states, to be changed by the caller before the next call: those of the simulation. */
 double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation);

@@ -23,10 +23,11 @@ typedef struct kt_follower {
     bool positive;  /* others are refused */
     bool is_reset;  /* it follows from a parameter that an event sets */
     bool is_offset; /* it lies in the struct kt_scene, which its owner may move */
+    bool is_target; /* it is a number that can change while a scene runs, reset.target */
     double *at;
     size_t offset;
     kt_node *node;         /* while the scene is read */
-    kt_reset_number reset; /* if is_reset, once the scene has been read */
+    kt_reset_number reset; /* once the scene has been read */
 } kt_follower;
 
 /* A value that has been read and depends on a variable, until a reader has recorded its final place. */
@@ -256,8 +257,8 @@ static void check_resets(kt_reader *r, const kt_scene *scene) {
                                   at < r->scene->parameter_values + r->scene->parameter_count;
         follower->reset = (kt_reset_number){.expression = follower->expression,
                                             .parameter = is_parameter ? (int)(at - r->scene->parameter_values) : -1};
-        if (follower->is_reset && !is_parameter &&
-            !kt_reset_target_of(&scene->description, at, &follower->reset.target))
+        follower->is_target = !is_parameter && kt_reset_target_of(&scene->description, at, &follower->reset.target);
+        if (follower->is_reset && !is_parameter && !follower->is_target)
             refuse_reset(r, follower->node);
         follower->node = NULL;
     }
@@ -323,6 +324,43 @@ const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k) {
     while (v != NULL && *k < v->count && !v->followers[*k].is_reset)
         (*k)++;
     return v != NULL && *k < v->count ? &v->followers[(*k)++].reset : NULL;
+}
+
+/* ---- numbers of a running simulation ----------------------------------------------------------------------------- */
+
+bool kt_scene_is_tunable(const kt_scene *scene) {
+    const kt_scene_variables *v = scene != NULL ? scene->variables : NULL;
+    bool any = false, all = v != NULL && v->variable_count > 0 && !v->is_fixed;
+    for (size_t i = 0; all && i < v->count; i++) {
+        const kt_follower *follower = &v->followers[i];
+        all = !follower->is_reset && (follower->is_target || follower->reset.parameter >= 0);
+        any = any || follower->is_target;
+    }
+    return any && all;
+}
+
+bool kt_scene_follows(const kt_scene *scene, int k) {
+    const kt_scene_variables *v = scene != NULL ? scene->variables : NULL;
+    for (size_t i = 0; v != NULL && i < v->count; i++)
+        if (v->followers[i].expression != NULL && v->followers[i].reset.parameter == k && k >= 0)
+            return v->variable_count > 0;
+    return false;
+}
+
+const kt_reset_number *kt_varied_next(const kt_scene *scene, size_t *k) {
+    const kt_scene_variables *v = scene->variables;
+    while (v != NULL && *k < v->count && !v->followers[*k].is_target)
+        (*k)++;
+    return v != NULL && *k < v->count ? &v->followers[(*k)++].reset : NULL;
+}
+
+double kt_varied_value(const kt_scene *scene, size_t k) {
+    return *place_of(&scene->variables->followers[k], (kt_scene *)(uintptr_t)scene);
+}
+
+const double *kt_varied_values(const kt_scene *scene, size_t *count) {
+    *count = scene->variables != NULL ? (size_t)scene->variables->variable_count : 0;
+    return *count > 0 ? scene->variables->values : NULL;
 }
 
 /* ---- new values -------------------------------------------------------------------------------------------------- */

@@ -19,6 +19,7 @@ from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS,
                      rows, run)
 from claims import claim, finish, note
 from foreign import check_fmusim, check_library, check_schema
+from tunable import check_tunables
 
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
 # Trees, quaternions, loops, own states, masses that change, drives, contacts; with inputs. Bounds: relative to the
@@ -389,6 +390,7 @@ def main():
         check_slopes(folder)
         check_values(folder)
         check_times(folder)
+        check_tunables(folder)
         check_refusals(folder)
         check_scenes(folder)
         check_settings(folder)

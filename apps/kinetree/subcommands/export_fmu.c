@@ -171,23 +171,6 @@ static const char *reason_against(const kt_scene *scene) {
     return NULL;
 }
 
-/* Marks the parameters that change with others. A changed parameter that the scene rejects marks nothing. */
-static void find_followers(const kt_content *text, const kt_scene *scene, bool *follows) {
-    for (int i = 0; i < scene->parameter_count; i++) {
-        char setting[512];
-        kt_scene other;
-        kt_error error;
-        const double value = scene->parameters[i].value;
-        (void)snprintf(setting, sizeof setting, "%s=%.17g", scene->parameters[i].name,
-                       value == 0.0 ? 1e-3 : value * (1.0 + 1e-3));
-        if (parse_alone(text, setting, &other, &error) != KT_OK)
-            continue;
-        for (int k = 0; k < scene->parameter_count; k++)
-            follows[k] |= k != i && other.parameters[k].value != scene->parameters[k].value;
-        kt_scene_free(&other);
-    }
-}
-
 /* Marks the velocities of the joints in a list. Returns false after printing an error. */
 static bool find_inputs(const kt_model *model, const char *list, bool *is_input) {
     for (const char *at = list; at != NULL; at = strchr(at, ',') != NULL ? strchr(at, ',') + 1 : NULL) {
@@ -244,10 +227,10 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     kt_columns columns = {.count = 0};
     unsigned record = 0;
     bool *is_input = calloc((size_t)kt_model_nv(model) + 1, sizeof *is_input);
-    bool *follows = calloc((size_t)scene->parameter_count + 1, sizeof *follows);
+    kt_fmu_role *roles = calloc((size_t)scene->parameter_count + 1, sizeof *roles);
     const char *reason = kt_fmu_reason_against_exchange(scene, model);
     int code = KT_EXIT_INTEGRATION;
-    if (is_input == NULL || follows == NULL ||
+    if (is_input == NULL || roles == NULL ||
         !kt_columns_list(&columns, scene, model, &scene->run, kt_run_record(&scene->run, model))) {
         kt_say("there is not enough memory");
     } else if (kt_columns_add_own(&columns, scene, &record, &error) != KT_OK) {
@@ -257,14 +240,14 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
         code = KT_EXIT_USAGE;
     } else {
         const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
-        find_followers(&parts->scene, scene, follows);
+        kt_fmu_find_roles(parts->scene.text, parts->scene.size, scene, roles);
         const kt_fmu_model described = {.name = parts->name,
                                         .token = token.text,
                                         .scene = scene,
                                         .model = model,
                                         .columns = &columns,
                                         .is_input = is_input,
-                                        .follows = follows,
+                                        .roles = roles,
                                         .has_exchange = reason == NULL,
                                         .has_sources = fmu->has_sources,
                                         .version = fmu->version};
@@ -274,7 +257,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
         fprintf(stderr, "%s: note: the FMU is for co-simulation alone: %s\n", fmu->scene, reason);
     kt_columns_free(&columns);
     free(is_input);
-    free(follows);
+    free(roles);
     return code;
 }
 

@@ -5,6 +5,8 @@
 #include "records/columns.h"
 #include "text/arguments.h"
 
+#include "../fmu/roles.h"
+
 #include <stdbool.h>
 
 typedef struct kt_export_fmu {
@@ -30,11 +32,11 @@ typedef struct kt_fmu_model {
     const kt_scene *scene;
     const kt_model *model;
     const kt_columns *columns;
-    const bool *is_input; /* [nv]: joint forces that are inputs */
-    const bool *follows;  /* [parameter_count]: computed from other parameters */
-    bool has_exchange;    /* model exchange is offered */
-    bool has_sources;     /* the archive has KT_FMU_SOURCE */
-    int version;          /* KT_FMU_SECOND, KT_FMU_THIRD */
+    const bool *is_input;     /* [nv]: joint forces that are inputs */
+    const kt_fmu_role *roles; /* [parameter_count] */
+    bool has_exchange;        /* model exchange is offered */
+    bool has_sources;         /* the archive has KT_FMU_SOURCE */
+    int version;              /* KT_FMU_SECOND, KT_FMU_THIRD */
 } kt_fmu_model;
 
 /* The source of the binary, next to the installed binary and in the folder `sources` of an archive. */

@@ -2,7 +2,7 @@
  * order of the schema of the standard.
  *
  *     outputs: the columns of the scene           states: q, v, auxiliary states      derivatives of all states
- *     inputs: forces and torques of joints        parameters of the scene, fixed until the end of the initialization
+ *     inputs: forces and torques of joints        parameters of the scene, fixed or tunable (roles.h)
  */
 #include "subcommands/export_fmu.h"
 
@@ -217,15 +217,17 @@ static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
 }
 
 static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
-    for (int i = 0; i < fmu->scene->parameter_count; i++)
+    for (int i = 0; i < fmu->scene->parameter_count; i++) {
+        const bool follows = kt_fmu_role_follows(fmu->roles[i]);
         write_variable(fmu,
                        &(kt_fmu_variable){.name = fmu->scene->parameters[i].name,
-                                          .causality = fmu->follows[i] ? "calculatedParameter" : "parameter",
-                                          .variability = "fixed",
-                                          .initial = fmu->follows[i] ? "calculated" : "exact",
-                                          .start = fmu->follows[i] ? NULL : &fmu->scene->parameters[i].value,
+                                          .causality = follows ? "calculatedParameter" : "parameter",
+                                          .variability = kt_fmu_role_is_tunable(fmu->roles[i]) ? "tunable" : "fixed",
+                                          .initial = follows ? "calculated" : "exact",
+                                          .start = follows ? NULL : &fmu->scene->parameters[i].value,
                                           .reference = KT_FMU_PARAMETER + i},
                        to);
+    }
 }
 
 /* Writes the variable of a state (order 0) or its derivative (order 1). */
@@ -270,14 +272,32 @@ static void write_variables(const kt_fmu_model *fmu, FILE *to) {
 
 /* ---- the structure ----------------------------------------------------------------------------------------------- */
 
-/* Writes unknowns with successive references. Without dependencies, an unknown depends on all knowns. FMI 3.0 names
- * the kind of an unknown; FMI 2.0 has a group for each kind (write_group). */
-static void write_unknowns(const kt_fmu_model *fmu, const char *kind, int first, int count, FILE *to) {
-    for (int i = first; i < first + count; i++)
-        if (fmu->version == KT_FMU_SECOND)
-            fprintf(to, "      <Unknown index=\"%d\"/>\n", place_of(fmu, i));
+/* Returns the only state on which the rate of a state depends: q' = v in joints without quaternions; -1: it is none. */
+static int velocity_of(const kt_fmu_model *fmu, int state) {
+    for (int body = 1; body < kt_model_body_count(fmu->model); body++) {
+        const kt_coordinates at = kt_body_coordinates(fmu->model, body);
+        if (state >= at.q && state < at.q + at.nq)
+            return at.nq == at.nv ? kt_model_nq(fmu->model) + at.v + state - at.q : -1;
+    }
+    return -1;
+}
+
+/* Writes unknowns with successive references. FMI 3.0 names the kind of an unknown; FMI 2.0 has a group for each kind
+ * (write_group). Without dependencies, an unknown depends on all knowns. With `is_rate`, derivatives of positions
+ * depend on velocities. */
+static void write_unknowns(const kt_fmu_model *fmu, const char *kind, int first, int count, bool is_rate, FILE *to) {
+    const bool is_second = fmu->version == KT_FMU_SECOND;
+    for (int i = first; i < first + count; i++) {
+        const int known = is_rate ? velocity_of(fmu, i - first) : -1, reference = KT_FMU_STATE + known;
+        if (is_second)
+            fprintf(to, "      <Unknown index=\"%d\"", place_of(fmu, i));
         else
-            fprintf(to, "    <%s valueReference=\"%d\"/>\n", kind, i);
+            fprintf(to, "    <%s valueReference=\"%d\"", kind, i);
+        if (known >= 0)
+            fprintf(to, " dependencies=\"%d\" dependenciesKind=\"constant\"",
+                    is_second ? place_of(fmu, reference) : reference);
+        fputs("/>\n", to);
+    }
 }
 
 static void write_group(const kt_fmu_model *fmu, const char *line, FILE *to) {
@@ -290,26 +310,26 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
     static const char initial[] = "InitialUnknown";
     bool has_initial = outputs + states > 0;
     for (int i = 0; i < fmu->scene->parameter_count; i++)
-        has_initial |= fmu->follows[i];
+        has_initial |= kt_fmu_role_follows(fmu->roles[i]);
     fputs("  <ModelStructure>\n", to);
     if (outputs > 0) {
         write_group(fmu, "<Outputs>", to);
-        write_unknowns(fmu, "Output", 1, outputs, to);
+        write_unknowns(fmu, "Output", 1, outputs, false, to);
         write_group(fmu, "</Outputs>", to);
     }
     if (states > 0) {
         write_group(fmu, "<Derivatives>", to);
-        write_unknowns(fmu, "ContinuousStateDerivative", KT_FMU_DERIVATIVE, states, to);
+        write_unknowns(fmu, "ContinuousStateDerivative", KT_FMU_DERIVATIVE, states, true, to);
         write_group(fmu, "</Derivatives>", to);
     }
     if (has_initial)
         write_group(fmu, "<InitialUnknowns>", to);
-    write_unknowns(fmu, initial, 1, outputs, to);
+    write_unknowns(fmu, initial, 1, outputs, false, to);
     for (int i = 0; i < fmu->scene->parameter_count; i++)
-        if (fmu->follows[i])
-            write_unknowns(fmu, initial, KT_FMU_PARAMETER + i, 1, to);
-    write_unknowns(fmu, initial, KT_FMU_STATE, states, to);
-    write_unknowns(fmu, initial, KT_FMU_DERIVATIVE, states, to);
+        if (kt_fmu_role_follows(fmu->roles[i]))
+            write_unknowns(fmu, initial, KT_FMU_PARAMETER + i, 1, false, to);
+    write_unknowns(fmu, initial, KT_FMU_STATE, states, false, to);
+    write_unknowns(fmu, initial, KT_FMU_DERIVATIVE, states, false, to);
     if (has_initial)
         write_group(fmu, "</InitialUnknowns>", to);
     fputs("  </ModelStructure>\n", to);

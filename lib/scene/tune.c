@@ -1,0 +1,56 @@
+/* Parameters that change while a simulation runs (tune.h): new values go into the scene (vary.c), and from there into
+ * the model and the simulation (reset.c).
+ */
+#include "scene/tune.h"
+
+#include "document/pool.h"
+#include "scene/reset.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct kt_tuning {
+    kt_pool pool;
+    kt_scene *scene;
+    kt_resets *resets;
+    double *values; /* of the variables, now */
+    size_t count;
+};
+
+kt_status kt_tuning_create(kt_scene *scene, const kt_model *model, kt_tuning **tuning, kt_error *error) {
+    size_t count = 0;
+    const double *values = kt_varied_values(scene, &count);
+    kt_tuning *to = *tuning = calloc(1, sizeof *to);
+    if (to != NULL)
+        to->values = kt_pool_take(&to->pool, count + 1, sizeof *to->values);
+    if (to == NULL || to->values == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, "kt_tuning_create", "there is not enough memory");
+    to->scene = scene;
+    to->count = count;
+    if (count > 0)
+        memcpy(to->values, values, count * sizeof *values);
+    return kt_resets_create_varied(&to->pool, scene, model, &to->resets, error);
+}
+
+void kt_tuning_free(kt_tuning *tuning) {
+    if (tuning != NULL)
+        kt_pool_free(tuning->pool.chunks);
+    free(tuning);
+}
+
+kt_status kt_tuning_set(kt_tuning *tuning, const double *values, kt_simulation *simulation, bool jumps,
+                        kt_error *error) {
+    kt_status status = kt_scene_vary(tuning->scene, values, error);
+    if (status != KT_OK)
+        return status;
+    status =
+        jumps ? kt_resets_apply(tuning->resets, simulation, error) : kt_resets_sync(tuning->resets, simulation, error);
+    if (status == KT_OK) {
+        memcpy(tuning->values, values, tuning->count * sizeof *values);
+        return KT_OK;
+    }
+    kt_error again; /* the former values are valid */
+    if (kt_scene_vary(tuning->scene, tuning->values, &again) == KT_OK && !jumps)
+        (void)(kt_resets_sync(tuning->resets, simulation, &again) == KT_OK);
+    return status;
+}
