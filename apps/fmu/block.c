@@ -1,7 +1,8 @@
-/* The state of an instance as one flat block without pointers. Another process may continue from it.
+/* The state of an instance as one flat block without pointers, and the functions of FMI 3.0 that hand it over. Another
+ * process may continue from it.
  *
  *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the present,
- *     torques, y; then the checkpoint of the simulation
+ *     torques, y, events; then the checkpoint of the simulation
  */
 #include "instance.h"
 
@@ -19,10 +20,10 @@ static const char mark[8] = "ktFMU02";
 
 static size_t number_count(const kt_fmu *fmu) {
     return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
-           (size_t)kt_fmu_size(fmu);
+           (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count;
 }
 
-size_t kt_fmu_block_size(const kt_fmu *fmu) {
+static size_t block_size(const kt_fmu *fmu) {
     return sizeof(kt_fmu_header) + number_count(fmu) * sizeof(double) + kt_simulation_state_size(fmu->simulation);
 }
 
@@ -30,13 +31,13 @@ static void make_header(const kt_fmu *fmu, kt_fmu_header *header) {
     memset(header, 0, sizeof *header);
     memcpy(header->mark, mark, sizeof mark);
     memcpy(header->token, fmu->token.text, sizeof header->token);
-    header->size = kt_fmu_block_size(fmu);
+    header->size = block_size(fmu);
     header->phase = (uint64_t)fmu->phase;
     header->is_over = fmu->is_over;
     header->is_exchange = fmu->is_exchange;
 }
 
-void kt_fmu_save(const kt_fmu *fmu, void *block) {
+static void save_block(const kt_fmu *fmu, void *block) {
     kt_fmu_header *header = block;
     make_header(fmu, header);
     double *to = (double *)(header + 1);
@@ -52,6 +53,11 @@ void kt_fmu_save(const kt_fmu *fmu, void *block) {
         *to++ = fmu->torque[i];
     for (int i = 0; i < kt_fmu_size(fmu); i++)
         *to++ = fmu->y[i];
+    for (int k = 0; k < fmu->event_count; k++) {
+        *to++ = fmu->events[k].side;
+        *to++ = fmu->events[k].value;
+        *to++ = fmu->events[k].count;
+    }
     kt_simulation_save(fmu->simulation, to);
 }
 
@@ -78,7 +84,7 @@ static bool take_parameters(kt_fmu *fmu, const double *given) {
     return differs;
 }
 
-kt_status kt_fmu_restore(kt_fmu *fmu, const void *block, size_t size, kt_error *error) {
+static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_error *error) {
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU");
@@ -92,18 +98,93 @@ kt_status kt_fmu_restore(kt_fmu *fmu, const void *block, size_t size, kt_error *
     kt_fmu_copy_tunables(fmu, tuned, fmu->tunables.wanted);
     if (status == KT_OK)
         status = kt_fmu_tune(fmu, false, error);
+    const double *events = torque + fmu->nv + kt_fmu_size(fmu);
     if (status == KT_OK)
-        status = kt_simulation_restore(fmu->simulation, torque + fmu->nv + kt_fmu_size(fmu), error);
-    if (status == KT_OK && fmu->watch != NULL)
-        status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
+        status = kt_simulation_restore(fmu->simulation, events + 3 * fmu->event_count, error);
     if (status != KT_OK)
         return status;
     memcpy(fmu->torque, torque, (size_t)fmu->nv * sizeof *torque);
     memcpy(fmu->y, torque + fmu->nv, (size_t)kt_fmu_size(fmu) * sizeof *torque);
+    for (int k = 0; k < fmu->event_count; k++, events += 3)
+        fmu->events[k] = (kt_fmu_event){events[0], events[1], events[2], false};
     fmu->time = from[0];
+    if (fmu->is_exchange) /* parameters that events set are in the importer's state */
+        status = kt_fmu_take_over(fmu, error);
+    if (status == KT_OK && fmu->watch != NULL)
+        status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
+    if (status != KT_OK)
+        return status;
     fmu->phase = (kt_fmu_phase)header->phase;
     fmu->is_over = header->is_over != 0;
     fmu->is_moved = false;
     kt_fmu_change(fmu);
     return kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
+}
+
+/* ---- functions of FMI -------------------------------------------------------------------------------------------- */
+
+/* A state in the memory of the importer: its size and the block. */
+typedef struct kt_fmu_kept {
+    size_t size;
+    double block[];
+} kt_fmu_kept;
+
+static kt_fmu_kept *take_kept(kt_fmu_kept **kept, size_t size) {
+    if (*kept != NULL && (*kept)->size == size)
+        return *kept;
+    kt_fmu_kept *other = realloc(*kept, sizeof *other + size);
+    if (other != NULL) {
+        other->size = size;
+        *kept = other;
+    }
+    return other;
+}
+
+KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
+    kt_fmu *fmu = instance;
+    const kt_fmi_status status = kt_fmu_settle(fmu);
+    if (status != KT_FMI_OK)
+        return status;
+    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, block_size(fmu));
+    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
+    save_block(fmu, kept->block);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    const kt_fmu_kept *kept = state;
+    KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
+    return kt_fmu_report_status(fmu, restore_block(fmu, kept->block, kept->size, &error), &error);
+}
+
+KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
+    (void)instance;
+    free(*state);
+    *state = NULL;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size)) {
+    if (state == NULL)
+        return kt_fmu_report(instance, "the state is NULL");
+    *size = ((const kt_fmu_kept *)state)->size;
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned char *bytes, size_t size)) {
+    const kt_fmu_kept *kept = state;
+    if (kept == NULL || size != kept->size)
+        return kt_fmu_report(instance, "a serialized state has another size");
+    memcpy(bytes, kept->block, size);
+    return KT_FMI_OK;
+}
+
+KT_FMI(kt_fmi_status fmi3DeserializeFMUState(void *instance, const unsigned char *bytes, size_t size, void **state)) {
+    kt_fmu *fmu = instance;
+    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, size);
+    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
+    memcpy(kept->block, bytes, size);
+    return KT_FMI_OK;
 }

@@ -32,10 +32,6 @@ kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error
 
 static bool is_in(const kt_fmu *fmu, kt_fmu_phase a, kt_fmu_phase b) { return fmu->phase == a || fmu->phase == b; }
 
-#define KT_FMU_REQUIRE(condition, ...)                                                                                 \
-    if (!(condition))                                                                                                  \
-    return kt_fmu_report(fmu, __VA_ARGS__)
-
 /* ---- instances --------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_fmu_request {
@@ -117,8 +113,7 @@ KT_FMI(kt_fmi_status fmi3SetDebugLogging(void *instance, bool logging, size_t co
 
 /* ---- phases ------------------------------------------------------------------------------------------------------ */
 
-/* Compiles the scene again if parameters were given. */
-static kt_fmi_status settle(kt_fmu *fmu) {
+kt_fmi_status kt_fmu_settle(kt_fmu *fmu) {
     kt_error error = {0};
     KT_FMU_REQUIRE(fmu->model != NULL || fmu->is_stale, "the scene could not be compiled; reset or free the instance");
     if (!fmu->is_stale)
@@ -138,14 +133,14 @@ KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolera
     fmu->phase = KT_FMU_INITIALIZATION;
     fmu->is_stale |= fmu->start != start;
     fmu->start = fmu->time = start;
-    return settle(fmu);
+    return kt_fmu_settle(fmu);
 }
 
 KT_FMI(kt_fmi_status fmi3ExitInitializationMode(void *instance)) {
     kt_fmu *fmu = instance;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_INITIALIZATION, "the instance is not in initialization mode");
     fmu->phase = fmu->is_exchange ? KT_FMU_EVENT : KT_FMU_STEP;
-    return settle(fmu);
+    return kt_fmu_settle(fmu);
 }
 
 KT_FMI(kt_fmi_status fmi3EnterEventMode(void *instance)) {
@@ -210,6 +205,8 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
         status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
         if (status == KT_FMI_OK)
             *value = fmu->rates[i];
+    } else if ((i = index_of(reference, KT_FMU_INDICATOR, kt_scene_event_room(&fmu->scene))) >= 0) {
+        status = kt_fmu_report_status(fmu, kt_fmu_indicate(fmu, i, value, &error), &error);
     } else {
         return kt_fmu_report(fmu, "there is no variable with the reference %u", (unsigned)reference);
     }
@@ -220,7 +217,7 @@ KT_FMI(kt_fmi_status fmi3GetFloat64(void *instance, const kt_fmi_reference *refe
                                     size_t value_count)) {
     kt_fmu *fmu = instance;
     KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
-    kt_fmi_status status = settle(fmu);
+    kt_fmi_status status = kt_fmu_settle(fmu);
     for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
         status = get_value(fmu, references[i], &values[i]);
     return status;
@@ -337,7 +334,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, siz
     kt_fmu *fmu = instance;
     KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
                    count);
-    const kt_fmi_status status = settle(fmu);
+    const kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         memcpy(states, kt_fmu_state(fmu), count * sizeof *states);
     return status;
@@ -348,7 +345,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *d
     kt_error error = {0};
     KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
                    count);
-    kt_fmi_status status = settle(fmu);
+    kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
     if (status == KT_FMI_OK)
@@ -371,14 +368,19 @@ KT_FMI(kt_fmi_status fmi3GetNumberOfContinuousStates(void *instance, size_t *cou
 }
 
 KT_FMI(kt_fmi_status fmi3GetNumberOfEventIndicators(void *instance, size_t *count)) {
-    (void)instance;
-    *count = 0;
+    *count = (size_t)((const kt_fmu *)instance)->event_count;
     return KT_FMI_OK;
 }
 
-KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, const double *indicators, size_t count)) {
-    (void)indicators;
-    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "there are no event indicators");
+KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, double *indicators, size_t count)) {
+    kt_fmu *fmu = instance;
+    kt_error error = {0};
+    KT_FMU_REQUIRE(count == (size_t)fmu->event_count, "there are %d event indicators, not %zu", fmu->event_count,
+                   count);
+    kt_fmi_status status = kt_fmu_settle(fmu);
+    for (size_t k = 0; k < count && status == KT_FMI_OK; k++)
+        status = kt_fmu_report_status(fmu, kt_fmu_indicate(fmu, (int)k, &indicators[k], &error), &error);
+    return status;
 }
 
 /* Event mode is requested if the state has left the loops. */
@@ -397,6 +399,8 @@ KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update,
                                               bool *nominals_changed, bool *values_changed, bool *has_next,
                                               double *next)) {
     kt_fmu *fmu = instance;
+    kt_error error = {0};
+    bool applied = false;
     *need_update = *terminate = *nominals_changed = *has_next = false;
     *next = 0.0;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_EVENT, "the instance is not in event mode");
@@ -406,12 +410,13 @@ KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update,
         kt_fmu_change(fmu);
     }
     fmu->is_moved = false;
-    if (fmu->is_exchange) {
-        const double jump = kt_fmu_next_jump(fmu->model, fmu->time);
-        *has_next = jump < HUGE_VAL;
-        *next = *has_next ? jump : 0.0;
-    }
-    return KT_FMI_OK;
+    const kt_status status = kt_fmu_apply_events(fmu, &applied, terminate, &error);
+    *values_changed |= applied;
+    fmu->is_over |= *terminate;
+    const double jump = fmin(kt_fmu_next_jump(fmu->model, fmu->time), kt_fmu_next_breakpoint(fmu, fmu->time));
+    *has_next = jump < HUGE_VAL;
+    *next = *has_next ? jump : 0.0;
+    return kt_fmu_report_status(fmu, status, &error);
 }
 
 KT_FMI(kt_fmi_status fmi3EvaluateDiscreteStates(void *instance)) {
@@ -487,7 +492,7 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
     KT_FMU_REQUIRE(known_count == seed_count && unknown_count == sensitivity_count,
                    "%zu knowns go with %zu seeds, and %zu unknowns with %zu sensitivities", known_count, seed_count,
                    unknown_count, sensitivity_count);
-    kt_fmi_status status = settle(fmu);
+    kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     if (status == KT_FMI_OK)
@@ -513,7 +518,7 @@ KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_refer
     KT_FMU_REQUIRE(unknown_count == seed_count && known_count == sensitivity_count,
                    "%zu unknowns go with %zu seeds, and %zu knowns with %zu sensitivities", unknown_count, seed_count,
                    known_count, sensitivity_count);
-    kt_fmi_status status = settle(fmu);
+    kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++) {
@@ -528,72 +533,4 @@ KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_refer
         sensitivity[k] = sum;
     }
     return status;
-}
-
-/* ---- states ------------------------------------------------------------------------------------------------------ */
-
-/* A state in the memory of the importer: its size and the block. */
-typedef struct kt_fmu_kept {
-    size_t size;
-    double block[];
-} kt_fmu_kept;
-
-static kt_fmu_kept *take_kept(kt_fmu_kept **kept, size_t size) {
-    if (*kept != NULL && (*kept)->size == size)
-        return *kept;
-    kt_fmu_kept *other = realloc(*kept, sizeof *other + size);
-    if (other != NULL) {
-        other->size = size;
-        *kept = other;
-    }
-    return other;
-}
-
-KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
-    kt_fmu *fmu = instance;
-    const kt_fmi_status status = settle(fmu);
-    if (status != KT_FMI_OK)
-        return status;
-    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, kt_fmu_block_size(fmu));
-    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
-    kt_fmu_save(fmu, kept->block);
-    return KT_FMI_OK;
-}
-
-KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
-    kt_fmu *fmu = instance;
-    kt_error error = {0};
-    const kt_fmu_kept *kept = state;
-    KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
-    return kt_fmu_report_status(fmu, kt_fmu_restore(fmu, kept->block, kept->size, &error), &error);
-}
-
-KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
-    (void)instance;
-    free(*state);
-    *state = NULL;
-    return KT_FMI_OK;
-}
-
-KT_FMI(kt_fmi_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size)) {
-    if (state == NULL)
-        return kt_fmu_report(instance, "the state is NULL");
-    *size = ((const kt_fmu_kept *)state)->size;
-    return KT_FMI_OK;
-}
-
-KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned char *bytes, size_t size)) {
-    const kt_fmu_kept *kept = state;
-    if (kept == NULL || size != kept->size)
-        return kt_fmu_report(instance, "a serialized state has another size");
-    memcpy(bytes, kept->block, size);
-    return KT_FMI_OK;
-}
-
-KT_FMI(kt_fmi_status fmi3DeserializeFMUState(void *instance, const unsigned char *bytes, size_t size, void **state)) {
-    kt_fmu *fmu = instance;
-    kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, size);
-    KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
-    memcpy(kept->block, bytes, size);
-    return KT_FMI_OK;
 }

@@ -53,7 +53,7 @@ KT_FMI_DECLARE(kt_fmi_status fmi3SetContinuousStates(void *instance, const doubl
 KT_FMI_DECLARE(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, size_t count));
 KT_FMI_DECLARE(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *derivatives, size_t count));
 KT_FMI_DECLARE(kt_fmi_status fmi3GetNominalsOfContinuousStates(void *instance, double *nominals, size_t count));
-KT_FMI_DECLARE(kt_fmi_status fmi3GetEventIndicators(void *instance, const double *indicators, size_t count));
+KT_FMI_DECLARE(kt_fmi_status fmi3GetEventIndicators(void *instance, double *indicators, size_t count));
 KT_FMI_DECLARE(kt_fmi_status fmi3CompletedIntegratorStep(void *instance, bool is_final, bool *enter_event,
                                                          bool *terminate));
 KT_FMI_DECLARE(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update, bool *terminate,

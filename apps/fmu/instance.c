@@ -149,6 +149,7 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
     }
     fmu->time = kt_simulation_time(fmu->simulation);
     fmu->is_over = false;
+    kt_fmu_forget_events(fmu);
     if (fmu->y != NULL)
         memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
     return KT_OK;
@@ -164,7 +165,7 @@ static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
     if (fmu->y == NULL || fmu->rates == NULL || fmu->moved == NULL || fmu->torque == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, no_memory);
     memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
-    return KT_OK;
+    return kt_fmu_take_events(fmu, error);
 }
 
 /* Lists the parameters of the scene, which is read for this purpose alone. */
@@ -216,6 +217,7 @@ void kt_fmu_close(kt_fmu *fmu) {
     free(fmu->y);
     free(fmu->rates);
     free(fmu->moved);
+    free(fmu->events);
 }
 
 /* ---- derivatives and outputs ------------------------------------------------------------------------------------- */
@@ -254,8 +256,7 @@ kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error) {
     return KT_OK;
 }
 
-/* Lets the simulation take over the state of the importer. */
-static kt_status set_importers_state(kt_fmu *fmu, kt_error *error) {
+kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error) {
     const double *y = fmu->y;
     kt_status status = kt_simulation_set_state(fmu->simulation, fmu->time, y, y + fmu->nq, error);
     if (status == KT_OK && fmu->nx > 0)
@@ -267,7 +268,7 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error) {
     kt_record record;
     if (fmu->values != NULL)
         return KT_OK;
-    kt_status status = fmu->is_exchange ? set_importers_state(fmu, error) : KT_OK;
+    kt_status status = fmu->is_exchange ? kt_fmu_take_over(fmu, error) : KT_OK;
     if (status == KT_OK)
         status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
     if (status == KT_OK)

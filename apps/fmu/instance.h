@@ -38,6 +38,12 @@ typedef struct kt_fmu_tunables {
     double *wanted;   /* and of the next compilation or kt_fmu_tune */
 } kt_fmu_tunables;
 
+/* An event in model exchange (event.c): its sign and value of before, and the number of its occurrences so far. */
+typedef struct kt_fmu_event {
+    double side, value, count;
+    bool is_due;
+} kt_fmu_event;
+
 typedef struct kt_fmu_linear kt_fmu_linear; /* derivatives.c */
 
 typedef struct kt_fmu {
@@ -63,10 +69,12 @@ typedef struct kt_fmu {
     /* Inputs and state. */
     double *given; /* [parameter_count] */
     bool *is_given;
-    double *torque; /* [nv] */
-    double *y;      /* [nq + nv + nx]: in model exchange the state of the importer */
-    double *rates;  /* likewise */
-    double *moved;  /* likewise: the projected state */
+    double *torque;       /* [nv] */
+    double *y;            /* [nq + nv + nx]: in model exchange the state of the importer */
+    double *rates;        /* likewise */
+    double *moved;        /* likewise: the projected state */
+    kt_fmu_event *events; /* [event_count] */
+    int event_count;      /* 0 in co-simulation */
     double start, time;
     const double *values;  /* of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
@@ -106,6 +114,23 @@ static inline void kt_fmu_change(kt_fmu *fmu) {
     fmu->values = NULL;
     fmu->has_rates = fmu->has_jacobian = false;
 }
+
+/* Lets the simulation take over the state of the importer. */
+kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error);
+
+/* Allocates the events of the simulation; and begins anew, without sides and occurrences. */
+kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error);
+void kt_fmu_forget_events(kt_fmu *fmu);
+
+/* Computes the value of event k in the present state; 1 if it cannot happen again. Errors: those of its formula. */
+kt_status kt_fmu_indicate(kt_fmu *fmu, int k, double *value, kt_error *error);
+
+/* Applies the events that are due in the importer's state. Sets *applied if there are any, and *stops if one ends the
+ * run. Errors: those of formulas and of actions. */
+kt_status kt_fmu_apply_events(kt_fmu *fmu, bool *applied, bool *stops, kt_error *error);
+
+/* Returns the first breakpoint of an event's value, as a function of time, after t. */
+double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t);
 
 /* Projects the state of the importer onto the loops and quaternions into fmu->moved. Sets fmu->is_moved if a number
  * changes by more than 1e-10 of its size or of unity. */
@@ -150,9 +175,12 @@ kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error);
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);
 kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error);
 
-/* The size of a state of this instance, and a copy from and to a block of this size, aligned as a double. */
-size_t kt_fmu_block_size(const kt_fmu *fmu);
-void kt_fmu_save(const kt_fmu *fmu, void *block);
-kt_status kt_fmu_restore(kt_fmu *fmu, const void *block, size_t size, kt_error *error);
+/* Returns an error of FMI after a message, unless a condition holds. */
+#define KT_FMU_REQUIRE(condition, ...)                                                                                 \
+    if (!(condition))                                                                                                  \
+    return kt_fmu_report(fmu, __VA_ARGS__)
+
+/* Compiles the scene again if parameters were given. */
+kt_fmi_status kt_fmu_settle(kt_fmu *fmu);
 
 #endif

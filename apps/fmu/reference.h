@@ -13,6 +13,7 @@ enum {
     KT_FMU_PARAMETER = 2 << 20,  /* + index in the parameters of the scene */
     KT_FMU_STATE = 3 << 20,      /* + index in (q, v, x) */
     KT_FMU_DERIVATIVE = 4 << 20, /* likewise */
+    KT_FMU_INDICATOR = 5 << 20,  /* + index in the events of the scene: the value whose sign is watched */
 };
 
 /* The resource of an FMU: the scene in flow style (kt_scene_write_flow), with the settings of the export. */

@@ -18,6 +18,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records,
                      rows, run)
 from claims import claim, finish, note
+from events import check_events
 from foreign import check_fmusim, check_library, check_schema
 from tunable import check_tunables
 
@@ -300,7 +301,7 @@ def check_refusals(folder):
     claim("what_cannot_be_exported_is_rejected", problems)
     fmu = Fmu(fixed_scene("bouncing-ball", folder), folder)
     status, _, errors = fmu.play("me")
-    claim("model_exchange_is_not_offered_with_events",
+    claim("model_exchange_is_not_offered_with_hard_contacts",
           [] if fmu.root.find("ModelExchange") is None and status != 0 and "use co-simulation" in errors else [errors])
 
 
@@ -391,6 +392,7 @@ def main():
         check_values(folder)
         check_times(folder)
         check_tunables(folder)
+        check_events(folder)
         check_refusals(folder)
         check_scenes(folder)
         check_settings(folder)

@@ -64,7 +64,7 @@ const kt_usage kt_usage_export = {
              "one.\n"
              "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
              "With --sources gcc and clang compile its binary for other systems.\n"
-             "Scenes with events or hard contacts have co-simulation alone. A scene that needs other files is "
+             "Scenes with hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],

@@ -137,6 +137,7 @@ typedef struct kt_fmu_variable {
     const char *name, *description, *causality, *variability, *initial, *unit;
     const double *start;
     int reference, derivative; /* derivative: the reference of its state; 0: it is not a derivative */
+    bool may_jump;             /* it is a state that events and projections set in model exchange */
 } kt_fmu_variable;
 
 static int input_count(const kt_fmu_model *fmu) {
@@ -176,6 +177,8 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
         fprintf(to, " start=\"%.17g\"", *v->start);
     if (v->derivative != 0)
         fprintf(to, " derivative=\"%d\"", is_second ? place_of(fmu, v->derivative) : v->derivative);
+    if (v->may_jump)
+        fputs(" reinit=\"true\"", to);
     fputs(is_second ? "/></ScalarVariable>\n" : "/>\n", to);
 }
 
@@ -252,8 +255,28 @@ static void write_state(const kt_fmu_model *fmu, int index, int order, FILE *to)
                                       .initial = "calculated",
                                       .unit = unit,
                                       .reference = (order == 0 ? KT_FMU_STATE : KT_FMU_DERIVATIVE) + index,
-                                      .derivative = order == 0 ? 0 : KT_FMU_STATE + index},
+                                      .derivative = order == 0 ? 0 : KT_FMU_STATE + index,
+                                      .may_jump = order == 0 && fmu->has_exchange},
                    to);
+}
+
+/* The events of model exchange: those of the scene, then `until`. */
+static int indicator_count(const kt_fmu_model *fmu) { return fmu->has_exchange ? kt_scene_event_room(fmu->scene) : 0; }
+
+static void write_indicators(const kt_fmu_model *fmu, FILE *to) {
+    char name[KT_FMU_NAME + 32];
+    for (int i = 0; i < indicator_count(fmu); i++) {
+        const bool is_until = i >= fmu->scene->event_count;
+        (void)snprintf(name, sizeof name, "event.%s", is_until ? "until" : fmu->scene->events[i].name);
+        write_variable(fmu,
+                       &(kt_fmu_variable){.name = name,
+                                          .description = "Event indicator",
+                                          .causality = "local",
+                                          .variability = "continuous",
+                                          .initial = "calculated",
+                                          .reference = KT_FMU_INDICATOR + i},
+                       to);
+    }
 }
 
 static void write_variables(const kt_fmu_model *fmu, FILE *to) {
@@ -267,6 +290,7 @@ static void write_variables(const kt_fmu_model *fmu, FILE *to) {
     for (int order = 0; order < 2; order++)
         for (int i = 0; i < state_count(fmu->model); i++)
             write_state(fmu, i, order, to);
+    write_indicators(fmu, to);
     fputs("  </ModelVariables>\n", to);
 }
 
@@ -332,6 +356,8 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
     write_unknowns(fmu, initial, KT_FMU_DERIVATIVE, states, false, to);
     if (has_initial)
         write_group(fmu, "</InitialUnknowns>", to);
+    if (fmu->version == KT_FMU_THIRD)
+        write_unknowns(fmu, "EventIndicator", KT_FMU_INDICATOR, indicator_count(fmu), false, to);
     fputs("  </ModelStructure>\n", to);
 }
 
@@ -366,8 +392,10 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     const char *title = fmu->scene->description.name;
     write_attribute("modelName", title != NULL && *title != '\0' ? title : fmu->name, stream);
     write_attribute(is_second ? "guid" : "instantiationToken", fmu->token, stream);
-    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"flat\"%s>\n", KT_VERSION,
-            is_second ? " numberOfEventIndicators=\"0\"" : "");
+    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"flat\"", KT_VERSION);
+    if (is_second)
+        fprintf(stream, " numberOfEventIndicators=\"%d\"", indicator_count(fmu));
+    fputs(">\n", stream);
     write_interfaces(fmu, stream);
     write_units(stream);
     fputs("  <LogCategories>\n    <Category name=\"error\" description=\"failures, with the reason\"/>\n"
