@@ -42,7 +42,8 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, branches, MOTION,
             "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
             "nothing:"),
-    KT_NOTE(kt_mjcf, scaled, DETAIL, "welds with a torquescale, which an exact loop has no use for:"),
+    KT_NOTE(kt_mjcf, scaled, MOTION,
+            "welds with a torquescale other than 0 and 1, whose weak or strong torques are exact here:"),
     KT_NOTE(kt_mjcf, disabled, DETAIL,
             "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, equalities, "
             "actuators, limits of controls)"),

@@ -1,28 +1,14 @@
 """export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, refusals, exit statuses."""
 import pathlib
-import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish
 
-COMMAND, ROOT = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-SCENES = ROOT / "apps/scenes"
+from exported import export, rejected
 
-
-def export(folder, *words):
-    return subprocess.run([COMMAND, "export", *map(str, words)], capture_output=True, text=True, cwd=folder)
-
-
-def rejected(name, status, message, *words):
-    """A wrong call ends with a status and a message, and writes no file."""
-    with tempfile.TemporaryDirectory() as folder:
-        made = export(folder, *words)
-        left = [path.name for path in pathlib.Path(folder).iterdir()]
-        problems = [] if made.returncode == status else [f"status {made.returncode} instead of {status}"]
-        problems += [] if message in made.stderr else [f"'{message}' is not in: {made.stderr}"]
-        claim(name, problems + [f"{path} was written" for path in left])
+SCENES = pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
 
 
 def main():

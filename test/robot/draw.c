@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6, MESHES = 3 };
+enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6, MESHES = 3, EQUALITIES = 3 };
 
 /* The elements written so far: the scalar joints and tendons that others refer to. */
 typedef struct drawing {
@@ -11,6 +11,7 @@ typedef struct drawing {
     int body_count, joint_count, tendon_count, actuator_count;
     int parent[BODIES], body_of[JOINTS];
     bool is_scalar[JOINTS], is_bounded[BODIES], has_meshes; /* of bodies: by actuatorfrcrange of a joint */
+    bool is_repeated[TENDONS];                              /* has a joint twice */
 } drawing;
 
 static double real(drawing *d, double lower, double upper) { return kt_random_uniform(d->random, lower, upper); }
@@ -187,8 +188,10 @@ static void write_tendon(drawing *d) {
         joints[i] = any_scalar(d);
         if (joints[i] < 0)
             return;
-        for (int k = 0; k < i; k++)
+        for (int k = 0; k < i; k++) {
+            d->is_repeated[d->tendon_count] |= joints[i] == joints[k];
             is_one = is_one && is_chain(d, d->body_of[joints[i]], d->body_of[joints[k]]);
+        }
     }
     fprintf(d->to, "<fixed name=\"t%d\"", d->tendon_count);
     write_springs(d, true);
@@ -263,19 +266,49 @@ static void write_actuator(drawing *d) {
 
 /* ---- equalities, options ----------------------------------------------------------------------------------------- */
 
-static void write_equality(drawing *d) {
+/* A connect or a weld of two bodies, of a body and the world, or of two sites. */
+static void write_tie(drawing *d, int index) {
     const int a = kt_random_int(d->random, 0, d->body_count - 1), b = (a + 1) % d->body_count;
-    const bool is_weld = !chance(d, 3);
-    if (a == b)
-        return;
-    fprintf(d->to, "<%s name=\"e%d\" body1=\"b%d\" body2=\"b%d\"", is_weld ? "weld" : "connect", a, a, b);
-    if (!is_weld || chance(d, 2))
+    const bool is_weld = !chance(d, 3), has_sites = a != b && chance(d, 3);
+    fprintf(d->to, "<%s name=\"e%d\"", is_weld ? "weld" : "connect", index);
+    if (has_sites)
+        fprintf(d->to, " site1=\"s%d\" site2=\"s%d\"", a, b);
+    else
+        fprintf(d->to, " body1=\"b%d\"", a);
+    if (!has_sites && a != b && !chance(d, 4))
+        fprintf(d->to, " body2=\"b%d\"", b);
+    if (!has_sites && (!is_weld || chance(d, 2)))
         put(d, "anchor", 3, -0.5, 0.5);
-    if (is_weld && chance(d, 2))
+    if (!has_sites && is_weld && chance(d, 2))
         put(d, "relpose", 7, -1.0, 1.0);
     if (is_weld && chance(d, 3))
         fprintf(d->to, " torquescale=\"0\"");
+    else if (is_weld && chance(d, 3))
+        put(d, "torquescale", 1, 0.01, 3.0);
     fprintf(d->to, "/>\n");
+}
+
+/* An equality of one joint or tendon, or of two. */
+static void write_polynomial(drawing *d, int index, char kind, int first, int second) {
+    const char *type = kind == 't' ? "tendon" : "joint";
+    fprintf(d->to, "<%s name=\"e%d\" %s1=\"%c%d\"", type, index, type, kind, first);
+    if (first != second)
+        fprintf(d->to, " %s2=\"%c%d\"", type, kind, second);
+    if (chance(d, 2))
+        put(d, "polycoef", kt_random_int(d->random, 1, 5), -1.0, 1.0);
+    fprintf(d->to, "/>\n");
+}
+
+/* MuJoCo leaves out an equality of a tendon that has a joint twice. */
+static void write_equality(drawing *d, int index) {
+    const int a = any_scalar(d), b = any_scalar(d);
+    const int other = d->tendon_count > 0 ? kt_random_int(d->random, 0, d->tendon_count - 1) : 0;
+    if (chance(d, 2))
+        write_tie(d, index);
+    else if (d->tendon_count > 0 && !d->is_repeated[0] && !d->is_repeated[other] && chance(d, 2))
+        write_polynomial(d, index, 't', 0, other);
+    else if (a >= 0)
+        write_polynomial(d, index, 'j', a, b);
 }
 
 static void write_options(drawing *d) {
@@ -311,8 +344,8 @@ bool draw_mjcf(FILE *to, kt_random *random, bool has_meshes) {
     for (int i = kt_random_int(random, 0, ACTUATORS); i > 0; i--)
         write_actuator(&d);
     fprintf(to, "</actuator>\n<equality>\n");
-    if (chance(&d, 2))
-        write_equality(&d);
+    for (int i = kt_random_int(random, 0, EQUALITIES); i > 0; i--)
+        write_equality(&d, i);
     fprintf(to, "</equality>\n<keyframe><key name=\"k\"");
     if (d.actuator_count > 0)
         put(&d, "ctrl", d.actuator_count, -3.0, 3.0);

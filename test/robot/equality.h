@@ -6,7 +6,10 @@
 
 #include "kinetree/kinetree.h"
 
+#include "kinetree/expression.h"
+
 #include <math.h>
+#include <string.h>
 
 /* The pose of an end whose body has this one. */
 static inline kt_pose pose_of_end(kt_pose body, const kt_end *end) {
@@ -18,8 +21,9 @@ static inline kt_pose pose_of_end(kt_pose body, const kt_end *end) {
 }
 
 /* The distance of both points along the world's axes. For a weld, also MuJoCo's vector part of the quaternion between
- * both orientations. Its norm is the sine of half the angle. */
-static inline void compare_ends(const kt_loop *loop, kt_pose a, kt_pose b, const double *theirs, kt_worst *worst) {
+ * both orientations. Its norm is the sine of half the angle. MuJoCo multiplies the vector by the weld's torquescale. */
+static inline void compare_ends(const kt_loop *loop, kt_pose a, kt_pose b, double torquescale, const double *theirs,
+                                kt_worst *worst) {
     const kt_vec3 d = kt_vec3_sub(a.position, b.position);
     const double apart[3] = {d.x, d.y, d.z}, scale = fmax(1.0, kt_vec3_norm(d));
     for (int k = 0; k < 3; k++)
@@ -28,8 +32,42 @@ static inline void compare_ends(const kt_loop *loop, kt_pose a, kt_pose b, const
         return;
     const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
     const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
-    kt_worst_near(worst, sin(0.5 * angle), kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5])), 1e-14,
-                  "%s, sine of half the angle", loop->name);
+    kt_worst_near(worst, torquescale * sin(0.5 * angle), kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5])),
+                  1e-14 * fmax(1.0, torquescale), "%s, sine of half the angle", loop->name);
+}
+
+/* The variables of a coupling's formula are the positions of the joints of its terms. */
+static inline bool find_term(void *user, const char *name, kt_symbol *symbol) {
+    const kt_loop *loop = user;
+    for (int k = 0; k < loop->term_count; k++)
+        if (strncmp(name, "position.", 9) == 0 && strcmp(name + 9, loop->terms[k].joint) == 0) {
+            *symbol = (kt_symbol){.index = k};
+            return true;
+        }
+    return false;
+}
+
+enum { COUPLING_TERMS = 8, COUPLING_FORMULA = 400 /* numbers */ };
+
+/* Reads the formula of a coupling (NULL: it has none) into `memory`, of COUPLING_FORMULA numbers. */
+static inline bool parse_coupling(const kt_loop *loop, double *memory, const kt_expression **formula) {
+    const kt_symbols symbols = {.find = find_term, .user = (void *)loop};
+    kt_error error = {0};
+    *formula = NULL;
+    return kt_check_true("formulas have room", loop->term_count <= COUPLING_TERMS) &&
+           (loop->formula == NULL ||
+            kt_check_equal_int("formula",
+                               kt_expression_parse(loop->formula, &symbols, memory, COUPLING_FORMULA * sizeof *memory,
+                                                   formula, NULL, &error),
+                               KT_OK));
+}
+
+/* The residual of a coupling whose joints have these positions. */
+static inline double open_by(const kt_loop *loop, const kt_expression *formula, const double *at) {
+    double sum = -loop->offset;
+    for (int k = 0; k < loop->term_count; k++)
+        sum += loop->terms[k].coefficient * at[k];
+    return sum + (formula != NULL ? kt_expression_evaluate(formula, at) : 0.0);
 }
 
 #endif

@@ -457,37 +457,15 @@ static kt_pose pose_of_body(const pair *p, const char *name) {
     return pose;
 }
 
-/* The variables of a coupling's formula are the positions of the joints of its terms. */
-static bool find_term(void *user, const char *name, kt_symbol *symbol) {
-    const kt_loop *loop = user;
-    for (int k = 0; k < loop->term_count; k++)
-        if (strncmp(name, "position.", 9) == 0 && strcmp(name + 9, loop->terms[k].joint) == 0) {
-            *symbol = (kt_symbol){.index = k};
-            return true;
-        }
-    return false;
-}
-
-enum { TERMS = 8, FORMULA = 400 /* numbers */ };
-
 /* The residual of a coupling and its derivatives, and MuJoCo's, of y - y0 - a0 - a1 (x - x0) - a2 (x - x0)^2 ... */
 static void compare_coupling(const pair *p, const kt_loop *loop, int row, kt_worst *worst) {
-    double sum = -loop->offset, at[TERMS], along[TERMS] = {0.0}, y[3] = {0.0, 0.0, 0.0}, memory[FORMULA];
-    const kt_symbols symbols = {.find = find_term, .user = (void *)loop};
+    double at[COUPLING_TERMS], along[COUPLING_TERMS] = {0.0}, y[3] = {0.0, 0.0, 0.0}, memory[COUPLING_FORMULA];
     const kt_expression *formula = NULL;
-    kt_error error = {0};
-    if (!kt_check_true("formulas have room", loop->term_count <= TERMS))
-        return;
-    if (loop->formula != NULL)
-        kt_check_equal_int("formula",
-                           kt_expression_parse(loop->formula, &symbols, memory, sizeof memory, &formula, NULL, &error),
-                           KT_OK);
-    for (int k = 0; k < loop->term_count; k++) {
+    for (int k = 0; k < loop->term_count && k < COUPLING_TERMS; k++)
         at[k] = position_of(p, loop->terms[k].joint, false);
-        sum += loop->terms[k].coefficient * at[k];
-    }
-    kt_worst_near(worst, sum + (formula ? kt_expression_evaluate(formula, at) : 0.0), p->d->efc_pos[row], 1e-14, "%s",
-                  loop->name);
+    if (!parse_coupling(loop, memory, &formula))
+        return;
+    kt_worst_near(worst, open_by(loop, formula, at), p->d->efc_pos[row], 1e-14, "%s", loop->name);
     for (int k = 0; k < loop->term_count; k++) {
         const int joint = mj_name2id(p->m, mjOBJ_JOINT, loop->terms[k].joint);
         along[k] = 1.0;
@@ -516,7 +494,8 @@ KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
                     compare_coupling(&p, loop, row, &worst);
                 else if (loop != NULL)
                     compare_ends(loop, pose_of_end(pose_of_body(&p, ends[0].body), &ends[0]),
-                                 pose_of_end(pose_of_body(&p, ends[1].body), &ends[1]), p.d->efc_pos + row, &worst);
+                                 pose_of_end(pose_of_body(&p, ends[1].body), &ends[1]), 1.0, p.d->efc_pos + row,
+                                 &worst);
                 compared += loop != NULL;
                 while (row < p.d->ne && p.d->efc_id[row] == e)
                     row++;

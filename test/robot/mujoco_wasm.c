@@ -47,8 +47,9 @@ typedef struct pair {
     body *bodies;
     joint *joints;
     char (*equalities)[NAME];
-    double *of;   /* T: our velocities by theirs, in columns */
-    bool is_ours; /* an export of a bundled scene, which may have neither gravity nor springs */
+    double *torquescales; /* of equalities */
+    double *of;           /* T: our velocities by theirs, in columns */
+    bool is_ours;         /* an export of a bundled scene, which may have neither gravity nor springs */
     double *q, *v, *a, *tau, *matrix;
     double *product, *reduced, *along; /* M T, T' M T, T' f */
     double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual;
@@ -99,8 +100,9 @@ static bool read_header(FILE *from, pair *p) {
     p->bodies = calloc(bodies + 1, sizeof *p->bodies);
     p->joints = calloc((size_t)p->joint_count + 1, sizeof *p->joints);
     p->equalities = calloc((size_t)p->equality_count + 1, sizeof *p->equalities);
+    p->torquescales = calloc((size_t)p->equality_count + 1, sizeof *p->torquescales);
     p->qpos = calloc(state_size(p) + 1, sizeof *p->qpos);
-    if (p->bodies == NULL || p->joints == NULL || p->equalities == NULL || p->qpos == NULL)
+    if (p->bodies == NULL || p->joints == NULL || p->equalities == NULL || p->torquescales == NULL || p->qpos == NULL)
         return false;
     p->qvel = p->qpos + nq;
     p->mass = p->qvel + nv;
@@ -120,7 +122,7 @@ static bool read_header(FILE *from, pair *p) {
             return false;
     }
     for (int i = 0; i < p->equality_count; i++)
-        if (fscanf(from, "%199s", p->equalities[i]) != 1)
+        if (fscanf(from, "%199s", p->equalities[i]) != 1 || !read_number(from, &p->torquescales[i]))
             return false;
     return true;
 }
@@ -202,6 +204,7 @@ static void release(pair *p) {
     free(p->bodies);
     free(p->joints);
     free(p->equalities);
+    free(p->torquescales);
     free(p->qpos);
     free(p->of);
     free(p->q);
@@ -371,10 +374,12 @@ static kt_pose pose_of_body(const pair *p, const char *name) {
     return index > 0 ? kt_body_pose(p->model, p->data, index) : kt_pose_identity();
 }
 
-/* The sum of a linear coupling of joints. Formulas, and lengths of tendons, are compared with MuJoCo 2.2.2
- * (mjcf_mujoco.c). */
+/* The residual of a coupling of joints. False: it has other joints, such as lengths of tendons. */
 static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, kt_worst *worst) {
-    double sum = -loop->offset;
+    double at[COUPLING_TERMS], memory[COUPLING_FORMULA], size = fabs(loop->offset);
+    const kt_expression *formula = NULL;
+    if (!parse_coupling(loop, memory, &formula))
+        return false;
     for (int k = 0; k < loop->term_count; k++) {
         const joint *of = NULL;
         for (int j = 0; j < p->joint_count; j++)
@@ -382,11 +387,11 @@ static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, 
                 of = &p->joints[j];
         if (of == NULL)
             return false;
-        sum += loop->terms[k].coefficient * p->qpos[of->q];
+        at[k] = p->qpos[of->q];
+        size += fabs(loop->terms[k].coefficient * at[k]);
     }
-    if (loop->formula == NULL)
-        kt_worst_near(worst, sum, theirs, 1e-14 * fmax(1.0, fabs(theirs)), "%s", loop->name);
-    return loop->formula == NULL;
+    kt_worst_near(worst, open_by(loop, formula, at), theirs, 1e-14 * fmax(1.0, size + fabs(theirs)), "%s", loop->name);
+    return true;
 }
 
 /* Returns how many equalities are compared. */
@@ -403,7 +408,7 @@ static int compare_equalities(const pair *p, kt_worst *worst) {
             } else {
                 const kt_end *ends = loop->between;
                 compare_ends(loop, pose_of_end(pose_of_body(p, ends[0].body), &ends[0]),
-                             pose_of_end(pose_of_body(p, ends[1].body), &ends[1]), theirs, worst);
+                             pose_of_end(pose_of_body(p, ends[1].body), &ends[1]), p->torquescales[i], theirs, worst);
                 compared++;
             }
         }
@@ -547,7 +552,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     if (read >= 0) {
         kt_check_equal_int("files that both read", read, count);
         kt_check_equal_int("equalities compared", equalities_compared,
-                           (6 + 3) * STATES); /* of ties.xml and attach.xml */
+                           (8 + 3) * STATES); /* of ties.xml and attach.xml */
     }
 }
 
@@ -585,11 +590,12 @@ static void compare_random(int count, bool has_meshes, double bound) {
         const bool is_written = to != NULL && draw_mjcf(to, &random, has_meshes);
         (void)kt_check_true("it is written", to != NULL && fclose(to) == 0 && is_written);
     }
-    lengths_compared = 0;
+    lengths_compared = equalities_compared = 0;
     const int read = compare_files(files, count);
     if (read >= 0) {
         kt_check_equal_int("models that both read", read, count);
         kt_check_above("lengths of tendons", lengths_compared, 0.1 * count);
+        kt_check_above("equalities", equalities_compared, 0.5 * count * STATES);
     }
     for (int i = 0; i < count && getenv("KT_KEEP") == NULL; i++)
         (void)remove(paths[i]);

@@ -4,7 +4,7 @@
 //
 // Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
 //     nbody njnt nq nv neq;  of each body its name (`.`: it has none) and mass;  of each joint its name, type, dofs and body;
-//     of each equality its name;
+//     of each equality its name and the factor of its last three numbers (a weld's torquescale);
 // and of each random state
 //     (with the controls of the only keyframe, if its name is `k`) qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
 //     equalities, six numbers each.
@@ -89,7 +89,7 @@ function describe(file) {
     for (let i = 0; i < model.njnt; i++)
         say([name_of(model.jnt(i)), model.jnt_type[i], model.jnt_qposadr[i], model.jnt_dofadr[i], model.jnt_bodyid[i]]);
     for (let i = 0; i < model.neq; i++)
-        say([name_of(model.eq(i))]);
+        say([name_of(model.eq(i)), model.eq_type[i] === mujoco.mjtEq.mjEQ_WELD.value ? model.eq_data[11 * i + 10] : 1]);
     const controls = model.nkey === 1 && model.nu > 0 && name_of(model.key(0)) === "k" ? model.key_ctrl : [];
     controls.forEach((u, i) => (data.ctrl[i] = u));
     for (let n = 0; n < states; n++) {
