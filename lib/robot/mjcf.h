@@ -6,6 +6,8 @@
 #include "mesh/mesh.h"
 #include "robot/contact.h"
 
+#include <math.h>
+
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
 /* A <default> element. An attribute has the value of the element, else that of its class, else that of the class around
@@ -123,10 +125,11 @@ typedef struct kt_mjcf_tendon {
     const char *joint;  /* the scalar joint that it acts in; NULL: not made yet */
     double coefficient; /* L = coefficient times the position of that joint */
     double length;      /* at the reference positions */
-    double rest;        /* while the springs of all its joints have no force */
+    double rest;        /* while the springs of all joints have no force */
     double start;       /* initially */
     int first_segment, segment_count;
-    int segment; /* whose formula is being written */
+    int segment;     /* whose formula is being written */
+    bool is_bounded; /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
 typedef struct kt_mjcf_term {
@@ -397,7 +400,8 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
 
 /* ---- mjcf_spatial.c ---------------------------------------------------------------------------------------------- */
 
-/* Reads the sites of a spatial tendon, and its length at the reference positions; false if it is left out. */
+/* Reads the sites of a spatial tendon, and its length while the springs of all joints have no force, as MuJoCo does.
+ * False if it is left out. */
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
 /* Adds springs, dampers and stops along a spatial tendon. */
@@ -461,6 +465,14 @@ static inline kt_pose kt_mjcf_place_of(const kt_mjcf *m, int i) {
     return kt_pose_compose(kt_mjcf_body_at(m, i)->pose, kt_mjcf_body_at(m, i)->frame);
 }
 static inline kt_mjcf_joint *kt_mjcf_joint_at(const kt_mjcf *m, int i) { return (kt_mjcf_joint *)m->joints.items + i; }
+/* Whether the forces of actuators are bounded in a joint that carries a body. */
+static inline bool kt_mjcf_is_bounded_above(const kt_mjcf *m, int body) {
+    bool found = false;
+    for (int i = 0; i < m->joints.count; i++)
+        found = found ||
+                (kt_mjcf_is_carried(m, body, kt_mjcf_joint_at(m, i)->body) && !isinf(kt_mjcf_joint_at(m, i)->effort));
+    return found;
+}
 /* Whether the bodies of two joints are the same, or one carries the other. */
 static inline bool kt_mjcf_is_chain(const kt_mjcf *m, int joint, int other) {
     const int a = kt_mjcf_joint_at(m, joint)->body, b = kt_mjcf_joint_at(m, other)->body;

@@ -119,15 +119,6 @@ static void add_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_site *sit
     name_effect(m, kt_xml_attribute(e, "name"));
 }
 
-/* Whether the forces of actuators are bounded in a joint that carries a body. */
-static bool is_bounded_above(const kt_mjcf *m, int body) {
-    bool found = false;
-    for (int i = 0; i < m->joints.count; i++)
-        found = found ||
-                (kt_mjcf_is_carried(m, body, kt_mjcf_joint_at(m, i)->body) && !isinf(kt_mjcf_joint_at(m, i)->effort));
-    return found;
-}
-
 /* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
  * length is zero. */
 static void act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
@@ -148,7 +139,7 @@ static void act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator 
         c[0] = clamp(c[0], bounds[0], bounds[1]);
     if (site == NULL || site->body == 0)
         return;
-    if (is_bounded_above(m, site->body))
+    if (kt_mjcf_is_bounded_above(m, site->body))
         kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a site moves, too", e);
     add_at_site(m, e, site, KT_EFFECT_FORCE, gear, c[0]);
     add_at_site(m, e, site, KT_EFFECT_TORQUE, gear + 3, c[0]);
@@ -500,6 +491,9 @@ static void pull_tendons(kt_mjcf *m, const kt_list *actions) {
         const pull p = {actions, d};
         if (!is_along_path(m, d) || is_written_with_another(actions, i))
             continue;
+        if (kt_mjcf_tendon_at(m, d->tendon)->is_bounded)
+            kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a spatial tendon moves, too",
+                             d->element);
         kt_mjcf_add_along_path(m, kt_mjcf_tendon_at(m, d->tendon), d->element, put_pull, &p);
         kt_left_count(&m->sums, d->element);
     }

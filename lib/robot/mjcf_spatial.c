@@ -23,12 +23,38 @@ static bool moves(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
     return site_of(m, t, segment, 0)->body != site_of(m, t, segment, 1)->body;
 }
 
-/* The distance of the two sites at the reference positions. */
-static double reference_length(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
+/* The motion of a joint from its reference to the position where its spring has no force. */
+static kt_pose spring_turn(const kt_mjcf_joint *j) {
+    const double x = j->spring - j->ref;
+    kt_pose turn = kt_pose_identity();
+    if (j->type == KT_MJCF_SLIDE)
+        turn.position = kt_vec3_scale(x, kt_vec3_normalize(j->axis));
+    if (j->type != KT_MJCF_HINGE)
+        return turn;
+    turn.rotation = kt_matrix_from_euler_vector(kt_vec3_scale(x, kt_vec3_normalize(j->axis)));
+    turn.position = kt_vec3_sub(j->at, kt_mat3_apply(turn.rotation, j->at));
+    return turn;
+}
+
+/* The pose of a body in the world while the springs of all joints have no force. */
+static kt_pose pose_at_rest(const kt_mjcf *m, int body) {
+    kt_pose pose = kt_pose_identity();
+    for (; body > 0; body = kt_mjcf_body_at(m, body)->parent) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+        kt_pose own = b->pose;
+        for (int k = 0; k < b->joint_count; k++)
+            own = kt_pose_compose(own, spring_turn(kt_mjcf_joint_at(m, b->first_joint + k)));
+        pose = kt_pose_compose(own, pose);
+    }
+    return pose;
+}
+
+/* The distance of the two sites while the springs of all joints have no force. */
+static double length_at_rest(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
     kt_vec3 at[2];
     for (int i = 0; i < 2; i++) {
         const kt_mjcf_site *site = site_of(m, t, segment, i);
-        at[i] = kt_pose_apply(kt_mjcf_body_at(m, site->body)->world, site->pose.position);
+        at[i] = kt_pose_apply(pose_at_rest(m, site->body), site->pose.position);
     }
     return kt_vec3_norm(kt_vec3_sub(at[1], at[0]));
 }
@@ -57,8 +83,10 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
         if ((is_pulley && !(divisor > 0.0)) || (!is_pulley && last < 0))
             return false;
     }
+    for (int i = 0; i < 2 * t->segment_count; i++)
+        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, site_of(m, t, i / 2, i % 2)->body);
     for (int i = 0; i < t->segment_count; i++)
-        t->length += reference_length(m, t, i) / segment_at(m, t, i)->divisor;
+        t->rest += length_at_rest(m, t, i) / segment_at(m, t, i)->divisor;
     return t->segment_count > 0;
 }
 
@@ -97,7 +125,7 @@ static void put_distance(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment,
         return;
     }
     if (!moves(m, t, segment)) {
-        kt_mjcf_put_number(to, reference_length(m, t, segment));
+        kt_mjcf_put_number(to, length_at_rest(m, t, segment));
         return;
     }
     for (int axis = 0; axis < 3; axis++) {
@@ -261,7 +289,7 @@ void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (kt_mjcf_numbers(m, e, "tendon", "springlength", 1, 2, rest) == 1)
         rest[1] = rest[0];
     if (rest[0] < 0.0)
-        rest[0] = rest[1] = t->length;
+        rest[0] = rest[1] = t->rest;
     count_lost(m, t, stiffness, damping);
     const passive p = {.stiffness = m->off.springs ? 0.0 : stiffness[0],
                        .damping = m->off.dampers ? 0.0 : damping[0],

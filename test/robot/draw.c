@@ -8,7 +8,7 @@ enum { BODIES = 5, JOINTS = 2 * BODIES, TENDONS = 2, ACTUATORS = 6, MESHES = 3, 
 typedef struct drawing {
     FILE *to;
     kt_random *random;
-    int body_count, joint_count, tendon_count, actuator_count;
+    int body_count, joint_count, tendon_count, fixed_count, actuator_count;
     int parent[BODIES], body_of[JOINTS];
     bool is_scalar[JOINTS], is_bounded[BODIES], has_meshes; /* of bodies: by actuatorfrcrange of a joint */
     bool is_repeated[TENDONS];                              /* has a joint twice */
@@ -213,6 +213,21 @@ static void write_tendon(drawing *d) {
     d->tendon_count++;
 }
 
+/* Two or three sites. MuJoCo takes no site twice in a row. */
+static void write_spatial(drawing *d) {
+    const int first = kt_random_int(d->random, 0, d->body_count - 1);
+    if (d->body_count < 2)
+        return;
+    fprintf(d->to, "<spatial name=\"t%d\"", d->tendon_count++);
+    write_springs(d, false);
+    if (chance(d, 3))
+        put(d, "springlength", 1, 0.0, 1.5);
+    fprintf(d->to, ">");
+    for (int i = kt_random_int(d->random, 1, 2); i >= 0; i--)
+        fprintf(d->to, "<site site=\"s%d\"/>", (first + i) % d->body_count);
+    fprintf(d->to, "</spatial>\n");
+}
+
 /* -1: none. */
 static int any_tendon(drawing *d) {
     return d->tendon_count > 0 && chance(d, 2) ? kt_random_int(d->random, 0, d->tendon_count - 1) : -1;
@@ -239,7 +254,9 @@ static void write_actuator(drawing *d) {
         write_thruster(d);
         return;
     }
-    const int tendon = any_tendon(d);
+    int tendon = any_tendon(d);
+    for (int i = 0; i < d->body_count; i++) /* bounds of joints do not bound spatial tendons here, which is reported */
+        tendon = tendon >= d->fixed_count && d->is_bounded[i] ? -1 : tendon;
     fprintf(d->to, "<%s name=\"a%d\" %s=\"%c%d\"", kinds[kind], d->actuator_count++, tendon >= 0 ? "tendon" : "joint",
             tendon >= 0 ? 't' : 'j', tendon >= 0 ? tendon : joint);
     if (chance(d, 3))
@@ -302,10 +319,10 @@ static void write_polynomial(drawing *d, int index, char kind, int first, int se
 /* MuJoCo leaves out an equality of a tendon that has a joint twice. */
 static void write_equality(drawing *d, int index) {
     const int a = any_scalar(d), b = any_scalar(d);
-    const int other = d->tendon_count > 0 ? kt_random_int(d->random, 0, d->tendon_count - 1) : 0;
+    const int other = d->fixed_count > 0 ? kt_random_int(d->random, 0, d->fixed_count - 1) : 0;
     if (chance(d, 2))
         write_tie(d, index);
-    else if (d->tendon_count > 0 && !d->is_repeated[0] && !d->is_repeated[other] && chance(d, 2))
+    else if (d->fixed_count > 0 && !d->is_repeated[0] && !d->is_repeated[other] && chance(d, 2))
         write_polynomial(d, index, 't', 0, other);
     else if (a >= 0)
         write_polynomial(d, index, 'j', a, b);
@@ -340,6 +357,9 @@ bool draw_mjcf(FILE *to, kt_random *random, bool has_meshes) {
     fprintf(to, "</worldbody>\n<tendon>\n");
     for (int i = kt_random_int(random, 0, TENDONS); i > 0; i--)
         write_tendon(&d);
+    d.fixed_count = d.tendon_count;
+    if (chance(&d, 2))
+        write_spatial(&d);
     fprintf(to, "</tendon>\n<actuator>\n");
     for (int i = kt_random_int(random, 0, ACTUATORS); i > 0; i--)
         write_actuator(&d);
