@@ -13,6 +13,9 @@
 #include <math.h>
 #include <string.h>
 
+/* The largest residual of the cone solver that is taken if there is no smaller one. */
+static const double loose = 1e-7;
+
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
 
 size_t kt_coulomb_solver_size(size_t items, size_t rows) {
@@ -23,6 +26,7 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memor
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
     char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items));
+    solver->is_loose = false;
     solver->cone = kt_cone_init((int)items, solver->cone_memory);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
@@ -153,7 +157,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                                      .symmetric = solver->symmetric};
     const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
-    if (!result.converged)
+    if (!result.converged && !(solver->is_loose && result.residual <= loose))
         return false;
     scatter_rows(c, solver->x, to->p);
     to->shares = false;
@@ -220,6 +224,15 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
+/* Many corners of a body may have no solution up to rounding that the cone solver finds. */
+static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    solver->is_loose = true;
+    const bool found = solve_from(c, solver, to, steps);
+    solver->is_loose = false;
+    return found;
+}
+
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
     kt_coulomb_solution *other = solver->other;
@@ -232,7 +245,7 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
         kt_coulomb_copy(c, other, solution);
-    if (!found && !again)
+    if (!found && !again && !solve_loosely(c, solver, solution, steps))
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (!independent || make_independent(c, solver, solution, steps))

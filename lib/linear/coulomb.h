@@ -175,6 +175,7 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 
 typedef struct kt_coulomb_solver {
     bool has_limit, symmetric;
+    bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)
