@@ -617,7 +617,7 @@ typedef struct kt_contact_counts {
     uint64_t sticks;      /* friction that sticks came to rest */
     uint64_t slips;       /* friction that sticks began to slip */
     uint64_t rested;      /* chains of bounces, or of ends of slip, ended early: further instants lay within 1e-9 of an
-                             interval, slow slip turned round its rest, or slip reversed 8 times in a fixed step */
+                             interval, slow slip turned or was wedged, or slip reversed or stick ended 8 times */
     uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */
@@ -627,8 +627,8 @@ typedef struct kt_contact_counts {
                              and error estimates. Friction acted against the present slip */
     uint64_t pivots;      /* of complementarity problems: at most 50 for each contact that touches. With friction of
                              contacts: steps of Newton's method */
-    uint64_t jammed;      /* instants without accelerations that obey Coulomb's law: an impulse without a collision
-                             stopped the slip */
+    uint64_t jammed;      /* instants without accelerations that obey Coulomb's law, or next to such a state: an impulse
+                             without a collision stopped the slip */
     double dissipated;    /* by impacts, J */
 } kt_contact_counts;
 

@@ -105,6 +105,9 @@ struct kt_contacts {
     kt_coulomb_solver *solver;
     bool rubs;            /* some contacts have friction */
     bool rests;           /* bounces accumulate: contacts that touch come to rest */
+    bool jams;            /* friction wedges a contact that slips: an impulse stops it */
+    bool releases, holds; /* likewise: it is released, or held */
+    int wedged;           /* this contact */
     bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_event_watch watch; /* the event handler, extended for slip that reverses */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
@@ -154,6 +157,8 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 /* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction of a
  * contact that has reached its limit twice at this instant does not stick again within it (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
+/* Holds friction k for a short time, whatever its limit (directions.c). */
+void kt_contact_hold(kt_simulation *simulation, int k);
 /* Counts a reversal of slip, at which friction k is due (directions.c). */
 void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
@@ -169,6 +174,10 @@ double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
+
+/* Finds the contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. Returns whether its slip
+ * is slower than its rest velocity. */
+bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact);
 
 /* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at
  * rest slips forwards. Friction that is released does not act. */

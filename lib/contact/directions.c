@@ -14,6 +14,9 @@
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
  * step comes to rest at whatever speed, since the step does not resolve it.
  *
+ * Stick that ends TURNS times at intervals no longer than `unresolved` is held for the time `hold`: forces are at the
+ * limit of friction up to rounding, and slip ends as soon as it begins.
+ *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
  * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
@@ -28,6 +31,9 @@
 
 enum { TURNS = 8 };
 
+/* s */
+static const double unresolved = 1e-6, hold = 1e-4;
+
 /* The index of a contact's slip among all contacts that slip. */
 static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
     size_t slips = 0;
@@ -40,6 +46,21 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
     const size_t slips = index_of_slip(model, contact);
     const double *s = data->slip_velocity + 2 * slips, *d = data->slip + 2 * slips;
     return s[0] * d[0] + s[1] * d[1];
+}
+
+bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact) {
+    const kt_model *model = simulation->model;
+    const struct kt_contacts *c = simulation->contacts;
+    const size_t wedged = model->n.slip > 0 ? kt_slip_problem_of(simulation->data)->wedged : 0;
+    *contact = -1;
+    if (wedged >= model->n.slip)
+        return false;
+    const kt_loop_record *loop = kt_slip_loop(model, wedged);
+    const double *s = simulation->data->slip_velocity + 2 * wedged;
+    do
+        (*contact)++;
+    while (&model->loop[c->item[*contact].loop] != loop);
+    return kt_hypot(s[0], s[1]) <= loop->rest_velocity;
 }
 
 /* Whether contact k slips in a model. */
@@ -96,6 +117,17 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
     return changes;
 }
 
+/* Counts an end of stick. Returns whether it is held from now on. */
+static bool count_end(kt_contact_memory *memory, double t) {
+    memory->ends = t - memory->ended_at <= unresolved ? memory->ends + 1 : 0;
+    memory->ended_at = t;
+    if (memory->ends < TURNS)
+        return false;
+    memory->ends = 0;
+    memory->held = t + hold;
+    return true;
+}
+
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     static const double instant = 64.0 * DBL_EPSILON;
     const double t = kt_integrator_time(simulation->integrator);
@@ -105,7 +137,12 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
+    simulation->memory.contacts.rested += due && count_end(memory, t);
     return due || memory->left > 1;
+}
+
+void kt_contact_hold(kt_simulation *simulation, int k) {
+    simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold;
 }
 
 void kt_contact_count_reversal(kt_simulation *simulation, int k) {

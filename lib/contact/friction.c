@@ -16,6 +16,10 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
+/* The factor of friction that holds a contact. */
+static const double holding = 1e3;
+/* The approach of a contact that is wedged, relative to its slip. */
+static const double small = 1e-9;
 
 /* Begins a problem of rows of the list. */
 static kt_coulomb *begin(struct kt_contacts *c, const double *W) {
@@ -84,27 +88,85 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     return true;
 }
 
-/* The paradox's problem is that of an impact without approach. Zero impulse is one solution; another one stops slip. */
-bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
+/* Poses the problem of an impact without approach. The contact of row `wedged`, unless -1, approaches at a rate that is
+ * small against its slip, so that zero impulse is no solution; its friction is larger by the part `excess`. */
+static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
+                            double excess) {
     struct kt_contacts *c = simulation->contacts;
-    double most = 0.0, energy = 0.0;
     kt_coulomb *p = begin(c, W);
     for (int i = 0; i < c->meeting; i++)
         if (u[i] <= kt_contact_rest(simulation, W, i))
-            (void)add_item(p, simulation, i);
+            add_item(p, simulation, i)->friction *= i == wedged ? 1.0 + excess : 1.0;
     for (int j = 0; j < p->rows; j++) {
         p->b[j] = u[p->line[j]];
         p->size = fmax(p->size, fabs(p->b[j]));
     }
-    for (int i = 0; i < p->n; i++)
-        p->b[p->item[i].row] = 0.0;
+    for (int i = 0; i < p->n; i++) {
+        const kt_coulomb_item *item = &p->item[i];
+        const bool is_wedged = c->posed[i] == wedged;
+        p->b[item->row] = is_wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
+    }
+    return p;
+}
+
+/* Finds impulses that do not raise the energy. *energy: what they dissipate. */
+static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) {
+    struct kt_contacts *c = simulation->contacts;
+    double most = 0.0;
+    *energy = 0.0;
     if (p->n == 0 || !kt_coulomb_solve(p, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
         return false;
     for (int j = 0; j < p->rows; j++) {
         most = fmax(most, fabs(c->solution->p[j]));
-        energy -= 0.5 * c->solution->p[j] * (p->b[j] + c->solution->u[j]);
+        *energy -= 0.5 * c->solution->p[j] * (p->b[j] + c->solution->u[j]);
     }
-    if (!(most > 0.0) || !(energy >= 0.0))
+    return most > 0.0 && *energy >= 0.0;
+}
+
+/* Whether the contact of row i slips. */
+static bool is_slipping(const struct kt_contacts *c, int i, const double *u) {
+    const int line = friction_line(c, i);
+    return line >= 0 && kt_hypot(u[line], u[line + 1]) > kt_contact_resting;
+}
+
+/* Whether the impulses of the solution change the slip of row i, and not just its approach. */
+static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
+    const int line = friction_line(c, i);
+    const kt_coulomb *p = c->problem;
+    for (int k = 0; k < p->n; k++)
+        if (c->posed[k] == i) {
+            const double *after = c->solution->u + p->item[k].across;
+            return kt_hypot(after[0] - u[line], after[1] - u[line + 1]) > 0.1 * kt_hypot(u[line], u[line + 1]);
+        }
+    return false;
+}
+
+/* The paradox's problem is that of an impact without approach. Zero impulse is one solution; another one stops slip. If
+ * the solver finds the first one, an impulse is sought that wedges one contact after the other. A step that leads into
+ * the paradox ends before, where this impulse still lies beyond the cone. */
+static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
+    static const double excess[] = {0.0, 1e-4, 1e-2, 1e-1, 1.0};
+    struct kt_contacts *c = simulation->contacts;
+    kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
+    if (!c->jams && solve_jam(simulation, p, energy))
+        return p;
+    for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
+        for (int i = 0; i < c->meeting; i++) {
+            if ((c->jams && c->list[i] != c->wedged) || !is_slipping(c, i, u) ||
+                u[i] > kt_contact_rest(simulation, W, i))
+                continue;
+            p = pose_jam(simulation, W, u, i, excess[k]);
+            if (solve_jam(simulation, p, energy) && has_stopped(c, i, u))
+                return p;
+        }
+    return NULL;
+}
+
+bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
+    struct kt_contacts *c = simulation->contacts;
+    double energy = 0.0;
+    const kt_coulomb *p = find_jam(simulation, W, u, &energy);
+    if (p == NULL)
         return false;
     for (int j = 0; j < p->rows; j++)
         for (size_t i = 0; i < simulation->size.nv; i++)
@@ -123,10 +185,11 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u, bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
     kt_coulomb_item *item = add_item(p, simulation, line);
-    if (leaving && c->item[c->list[line]].leaves)
+    if ((leaving && c->item[c->list[line]].leaves) || (c->releases && c->list[line] == c->wedged))
         item->refused = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
+    item->friction *= c->holds && c->list[line] == c->wedged ? holding : 1.0;
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
@@ -200,6 +263,15 @@ static void apply(kt_simulation *simulation) {
     }
 }
 
+/* Whether a contact that is released accelerates into its boundary. */
+static bool closes_released(const struct kt_contacts *c) {
+    bool closes = false;
+    for (int i = 0; c->releases && i < c->problem->n; i++)
+        closes = closes || (c->list[c->posed[i]] == c->wedged &&
+                            !(c->solution->u[c->problem->item[i].row] > -rounding * c->problem->size));
+    return closes;
+}
+
 kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
@@ -213,7 +285,7 @@ kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W
         if (attempt == 1 && !leaving)
             continue;
         kt_coulomb *p = set_problem(simulation, W, u, attempt == 0, attempt == 2);
-        found = kt_coulomb_solve(p, c->solver, true, c->solution, &counts->pivots);
+        found = kt_coulomb_solve(p, c->solver, true, c->solution, &counts->pivots) && !closes_released(c);
     }
     if (!found)
         return kt_contacts_refuse(simulation, t, "reactions", error);

@@ -144,11 +144,14 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
 static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                      kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
+    const bool jams = simulation->contacts->jams;
     kt_status status = find_free(simulation, t, y, error);
-    if (status == KT_OK)
+    if (status == KT_OK && !jams)
         status = kt_contacts_press(simulation, t, W, u, error);
-    if (status != KT_ERROR_CONSTRAINT || !kt_contacts_jam(simulation, W, u, lost))
+    if (status != (jams ? KT_OK : KT_ERROR_CONSTRAINT))
         return status;
+    if (!kt_contacts_jam(simulation, W, u, lost))
+        return jams ? kt_contacts_refuse(simulation, t, "reactions", error) : status;
     for (int k = 0; k < simulation->contacts->n; k++)
         simulation->contacts->item[k].leaves = false;
     status = find_free(simulation, t, y, error);

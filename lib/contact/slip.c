@@ -184,8 +184,9 @@ static kt_status evaluate_without_friction(const kt_model *model, kt_data *data,
     return status;
 }
 
-static kt_status refuse(const kt_model *model, size_t k, double t, double pivot, kt_error *error) {
+static kt_status refuse(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
     char where[KT_WHERE_SIZE];
+    kt_slip_problem_of(data)->wedged = k;
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
                    kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop)), t);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
@@ -200,11 +201,11 @@ static kt_status solve(const kt_model *model, kt_data *data, double t, kt_error 
     double *A = data->slip_matrix, *N = data->slip_normal;
     for (size_t k = 0; k < n; k++)
         if (!(A[k * n + k] > wedged))
-            return refuse(model, k, t, A[k * n + k], error);
+            return refuse(model, data, k, t, A[k * n + k], error);
     for (size_t k = 0; k < n; k++) {
         const double pivot = A[k * n + k];
         if (!(pivot > wedged))
-            return refuse(model, k, t, pivot, error);
+            return refuse(model, data, k, t, pivot, error);
         for (size_t i = k + 1; i < n; i++) {
             const double factor = A[k * n + i] / pivot;
             for (size_t j = k; j <= n; j++)
@@ -477,6 +478,7 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
                           kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     (void)lay_out_slip(p, model->n.slip, &model->n);
+    p->wedged = model->n.slip;
     const bool is_slow = find_directions(model, data, at, a);
     return accelerate(model, data, at, is_slow, a, error);
 }

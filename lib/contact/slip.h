@@ -30,6 +30,7 @@
 
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */
+    size_t wedged; /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;    /* of each contact one, along e, or two, along both axes */
     kt_coulomb *c;
     kt_coulomb_solution *to, *held;

@@ -25,6 +25,8 @@ static double friction_of(const struct kt_contacts *c, const kt_instant *at, int
     if (!kt_contact_is_closed(model, contact))
         return 1.0;
     if (kt_contact_is_closed(model, friction)) {
+        if (at->t < friction->simulation->contact_state[k].held)
+            return 1.0;
         const double *tangent = c->reaction + kt_contact_row(model, friction);
         return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
                kt_hypot(tangent[0], tangent[1]);

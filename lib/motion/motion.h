@@ -69,9 +69,12 @@ typedef struct kt_simulation_memory {
     double event_cut_time; /* s, the beginning of its step */
     int64_t event_cut_of;  /* its event */
     kt_contact_counts contacts;
-    uint64_t released; /* contacts that do not act, as bits of the set; for friction of joints both switches */
-    uint64_t held;     /* friction that slips in joints that contacts or loops hold, as bits of the set */
-    int64_t jumped;    /* forces have jumped since closed contacts were checked last */
+    uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
+    uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
+    int64_t jumped;       /* forces have jumped since closed contacts were checked last */
+    double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
+    uint64_t retries;     /* their number */
+    double shortened; /* s, the length of the last step, which failed with a larger one (retry.c); 0: it did not fail */
 #endif
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
@@ -83,6 +86,8 @@ typedef struct kt_contact_memory {
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
     double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
+    double ended_at, held; /* s, when its stick ended last; until when it sticks whatever its reserve */
+    uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
@@ -289,6 +294,12 @@ typedef struct kt_event_watch {
     kt_status (*value)(kt_simulation *simulation, size_t k, double t, const double *y, double *value, kt_error *error);
 } kt_event_watch;
 
+/* The tries of a step that failed (simulation/retry.c). */
+typedef struct kt_retry {
+    double t_limit; /* of the whole step */
+    int attempt;    /* to free a contact that friction wedges, the next one */
+} kt_retry;
+
 /* The operations on hard contacts (simulation/contacts.c). */
 typedef struct kt_contact_calls {
     /* Opens all contacts, before a state is set that may lie anywhere. */
@@ -308,6 +319,13 @@ typedef struct kt_contact_calls {
     void (*take_back)(kt_simulation *simulation);
     /* Comes after parameters have been set. */
     void (*renew)(kt_simulation *simulation);
+    /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
+    bool (*free_wedged)(kt_simulation *simulation, int *attempt);
+    /* Limits a step behind one that was shortened. */
+    void (*limit)(kt_simulation *simulation, double *t_limit);
+    /* Prepares another try of a step that failed: a shorter one, or one behind an impulse (retry.c). Returns whether
+     * there is one. */
+    bool (*retry)(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
 } kt_contact_calls;
 
 struct kt_simulation {

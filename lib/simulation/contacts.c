@@ -42,6 +42,9 @@
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
+/* Attempts to free a contact that friction wedges. */
+enum { STOP, RELEASE, HOLD, IMPULSES = 4, ATTEMPTS = HOLD + 1 + IMPULSES };
+
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
     kt_simulation *simulation = contact->simulation;
@@ -96,7 +99,8 @@ static void open_all(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = 0.0;
-        simulation->contact_state[k].left_at = -HUGE_VAL;
+        simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
+        simulation->contact_state[k].held = -HUGE_VAL;
     }
 }
 
@@ -192,7 +196,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     return status;
 }
 
-static kt_status resolve(kt_simulation *simulation, kt_error *error) {
+static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_corners(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
@@ -211,6 +215,7 @@ static kt_status resolve(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;
+    simulation->memory.shortened = 0.0;
     kt_data_adapt(open, simulation->data);
     status = kt_contacts_find_response(simulation, open, t, y, W, error);
     if (status == KT_OK)
@@ -238,13 +243,59 @@ static kt_status resolve(kt_simulation *simulation, kt_error *error) {
     return watch_open(simulation, t, error);
 }
 
+/* Whether friction wedges a contact in the present state. */
+static bool is_wedged(kt_simulation *simulation) {
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    kt_error made = {0};
+    return simulation->model->n.slip > 0 &&
+           kt_simulation_accelerate(simulation, t, kt_integrator_state(simulation->integrator), simulation->tau,
+                                    simulation->external, simulation->a, &made) != 0 &&
+           made.code == KT_ERROR_SINGULAR;
+}
+
+/* Frees the contact that friction wedged in the last evaluation. Attempts in turn: if its slip is slow it comes to
+ * rest; it is released, if it then parts; if its slip is slow it is held for a short time; impulses without a collision
+ * stop its slip. Each attempt is made once, the
+ * last one IMPULSES times. Returns false if none is left. */
+static bool free_wedged(kt_simulation *simulation, int *attempt) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_status status = KT_ERROR_CONSTRAINT;
+    const bool slow = kt_contacts_find_wedged(simulation, &c->wedged);
+    while (c->wedged >= 0 && status != KT_OK && *attempt < ATTEMPTS) {
+        const int now = (*attempt)++;
+        kt_error made = {0};
+        if ((now == STOP || now == HOLD) && !slow)
+            continue;
+        for (int k = 0; k < c->n; k++)
+            c->item[k].meets = c->item[k].leaves = false;
+        c->stops = now == STOP || now == HOLD;
+        c->releases = now == RELEASE;
+        c->holds = now == HOLD;
+        c->jams = now > HOLD;
+        if (c->holds)
+            kt_contact_hold(simulation, c->item[c->wedged].of);
+        status = resolve_once(simulation, &made);
+        simulation->memory.contacts.rested += c->stops && status == KT_OK;
+        c->stops = c->releases = c->holds = c->jams = false;
+    }
+    return status == KT_OK;
+}
+
+static kt_status resolve(kt_simulation *simulation, kt_error *error) {
+    const kt_status status = resolve_once(simulation, error);
+    int attempt = 0;
+    while (status == KT_OK && is_wedged(simulation) && free_wedged(simulation, &attempt)) {
+    }
+    return status;
+}
+
 static bool rest(kt_simulation *simulation, size_t k) {
     struct kt_contacts *c = simulation->contacts;
     const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
     const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
-    const bool may = is_open && simulation->model->loop[item->loop].rest_velocity > 0.0;
-    c->rests = may && (int)k < c->sides;
-    c->stops = may && kt_contact_rubs(c, (int)k);
+    const bool may = simulation->model->loop[item->loop].rest_velocity > 0.0;
+    c->rests = may && ((int)k < c->sides || !is_open);
+    c->stops = may && (kt_contact_rubs(c, (int)k) || !is_open);
     simulation->memory.contacts.rested += c->rests || c->stops;
     return c->rests || c->stops;
 }
@@ -256,7 +307,10 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,
                                        .take_back = kt_simulation_take_change_back,
-                                       .renew = kt_contacts_renew_model};
+                                       .renew = kt_contacts_renew_model,
+                                       .free_wedged = free_wedged,
+                                       .limit = kt_simulation_limit_step,
+                                       .retry = kt_simulation_retry};
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     kt_status status = kt_contacts_lay_out(simulation, error);

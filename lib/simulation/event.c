@@ -40,16 +40,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Samples of a panel, at both ends and between them; samples with the vertices of parabolas; vertices at three
- * samples. */
+/* Samples of a panel; samples with the vertices of parabolas; vertices at three samples. */
 enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
 _Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
 
 /* The largest turn of a joint in a panel, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
 
-/* Values that every repetition of a step may take. They suffice for one panel over the whole step, and for the search
- * of the time of a root. PARABOLAS: the most values for the vertices in a panel. */
+/* Values that every repetition of a step may take: of one panel, and of a root. PARABOLAS: of vertices in a panel. */
 enum { AT_LEAST = LOOKS - 1 + ROOT_STEPS, PARABOLAS = (LOOKS - 2) * VERTICES };
 _Static_assert((REPETITIONS + 1) * AT_LEAST + 2 <= KT_EVENT_EVALUATIONS_LEAST, "what a step takes in any case");
 
@@ -642,12 +640,14 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
     kt_status status = find_roots(simulation, may_shorten, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
-    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || repetition >= REPETITIONS);
+    const bool ends =
+        repetition >= REPETITIONS && !(t1 - instant > together(t1) && kt_simulation_skips_contact(simulation));
+    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || ends);
     if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
     if (status != KT_OK) {
-        simulation->cause = *error; /* it names the event, or the evaluation that the dense output needs */
+        kt_simulation_note_cause(simulation, error);
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }
@@ -661,7 +661,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         pass(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
-    instant = within(simulation, instant, t1);
+    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : within(simulation, instant, t1);
     kt_integrator_retreat(simulation->integrator, instant - t0);
     *again = instant - t0 > shortest(instant);
     *t_limit = instant;

@@ -2,6 +2,7 @@
  */
 #include "simulation/simulation.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -82,7 +83,9 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
     const double r = memory->event_ratio;
     memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
-    if ((memory->event_row >= IN_A_ROW || (memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
+    const bool apart = d > 8.0 * DBL_EPSILON * fabs(t);
+    if ((memory->event_row >= IN_A_ROW ||
+         (apart && memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
         !comes_to_rest(simulation, k))
         return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
     const kt_status status = count_within(simulation, k, t, error);
@@ -111,4 +114,20 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     (void)simulation, (void)missed, (void)k, (void)error;
     return KT_OK;
 #endif
+}
+
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
+
+void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) {
+    if (error->code != KT_ERROR_CALLBACK || !kt_simulation_is_recoverable(simulation->cause.code))
+        simulation->cause = *error;
+    simulation->ahead = true;
+}
+
+bool kt_simulation_skips_contact(const kt_simulation *simulation) {
+    const double *last = simulation->event_value + (KT_EVENT_VALUES - 2) * simulation->size.event;
+    bool skips = false;
+    for (size_t k = 0; k < kt_simulation_contact_events(simulation); k++)
+        skips = skips || (!simulation->event_root[k].due && simulation->event_memory[k].side > 0 && last[k] < 0.0);
+    return skips;
 }

@@ -240,6 +240,15 @@ KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recor
 /* The body whose joint has the component `at` of the state y; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
+/* kt_contact_calls.limit and .retry (retry.c). */
+void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
+bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
+
+/* Of the search of events (event_chain.c): notes the error of an event, unless an evaluation has failed whose cause is
+ * known; and whether a contact changes its side in the last step at another instant than the one that is due. */
+void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
+bool kt_simulation_skips_contact(const kt_simulation *simulation);
+
 /* Whether a smaller step may avoid an error. */
 bool kt_simulation_is_recoverable(kt_status status);
 

@@ -211,20 +211,6 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-/* Takes a step. A step that leapt over a contact or a stop is repeated up to that, a step with an event up to the
- * event. */
-static kt_status step_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
-    kt_status status = kt_simulation_begin_watch(simulation, error);
-    bool again = true;
-    for (int repetition = 0; status == KT_OK && again; repetition++) {
-        kt_simulation_begin_try(simulation);
-        status = kt_integrator_take_step(simulation->integrator, t_limit, error);
-        if (status == KT_OK)
-            status = kt_simulation_check_step(simulation, repetition, &t_limit, &again, error);
-    }
-    return status;
-}
-
 kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error) {
     const uint64_t before = simulation->memory.crossings.near;
     if (simulation->groups > 0)
@@ -251,7 +237,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     if (status == KT_OK)
         status = (KT_HAS_GAP && (simulation->watches_gaps || simulation->watches_ends)) ||
                          (KT_HAS_EVENTS && simulation->watch != NULL)
-                     ? step_watched(simulation, t_limit, &from)
+                     ? kt_simulation_step_watched(simulation, t_limit, &from)
                      : kt_integrator_take_step(simulation->integrator, t_limit, &from);
     return kt_simulation_end_step(simulation, status, &from, error);
 }

@@ -41,6 +41,38 @@ static inline kt_status kt_simulation_check_step(kt_simulation *simulation, int 
                : KT_OK;
 }
 
+/* Takes a step. A step that leapt over a contact or a stop is repeated up to that, a step with an event up to the
+ * event. */
+static inline kt_status kt_simulation_try_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
+    kt_status status = kt_simulation_begin_watch(simulation, error);
+    bool again = true;
+    for (int repetition = 0; status == KT_OK && again; repetition++) {
+        kt_simulation_begin_try(simulation);
+        status = kt_integrator_take_step(simulation->integrator, t_limit, error);
+        if (status == KT_OK)
+            status = kt_simulation_check_step(simulation, repetition, &t_limit, &again, error);
+    }
+    return status;
+}
+
+/* A step on hard contacts that fails may have a shorter one, or one behind an impulse. */
+static inline kt_status kt_simulation_step_watched(kt_simulation *simulation, double t_limit, kt_error *error) {
+#if KT_HAS_EVENTS
+    kt_retry retry = {.t_limit = t_limit};
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->limit(simulation, &t_limit);
+#endif
+    kt_status status = kt_simulation_try_watched(simulation, t_limit, error);
+#if KT_HAS_EVENTS
+    while (status != KT_OK && simulation->contacts != NULL &&
+           simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
+        simulation->cause.code = error->code = KT_OK;
+        status = kt_simulation_try_watched(simulation, t_limit, error);
+    }
+#endif
+    return status;
+}
+
 /* Reports a contact that is beyond its boundary since the start (memory.beyond). */
 KT_CHECKED kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error);
 

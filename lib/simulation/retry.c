@@ -1,0 +1,77 @@
+/* Steps on hard contacts that fail.
+ *
+ * Slip of a contact may end, or turn, within a step. Before the search for events has shortened the step, stages lie
+ * behind that time. Their friction has a direction in which it may wedge the contact, so that no acceleration exists
+ * (contact/slip.c). For the same reason an implicit method may find no solution of its equations. The step is therefore
+ * repeated with half of its length, and again, until it passes. Adaptive methods shorten their steps themselves, except
+ * where a value of an event cannot be computed.
+ *
+ * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step. The
+ * contact is then freed (simulation/contacts.c). */
+#include "contact/contact.h"
+#include "integrator/integrator.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+
+/* Tries that are shortened within the length of a fixed step. */
+enum { MOST = 10000 };
+
+/* The shortest step, which is as long as an instant of events, s. */
+static double shortest(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
+
+/* Steps that follow a shortened one are at most longer by this factor, each. */
+static const double growth = 4.0;
+
+/* The length of the step that failed. A step that is undone is the proposal of the next one. */
+static double length_of(const kt_simulation *simulation, double t_limit) {
+    const kt_integrator_memory *m = &simulation->integrator->memory;
+    const double step = simulation->step;
+    return (step > 0.0 ? fmin(t_limit, m->origin + (double)(m->grid + 1) * step) : fmin(t_limit, m->t + m->next_step)) -
+           m->t;
+}
+
+/* Whether a shorter step may pass. A fixed step also fails if Newton's iteration does not converge. */
+static bool may_pass(const kt_simulation *simulation, kt_status status) {
+    const kt_status cause = simulation->cause.code;
+    if (simulation->step > 0.0 && cause == KT_OK)
+        return status == KT_ERROR_STEP || status == KT_ERROR_NOT_FINITE;
+    return kt_simulation_is_recoverable(cause) && simulation->ahead && status != KT_ERROR_STEP;
+}
+
+void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
+    double *h = &simulation->memory.shortened;
+    if (!(*h > 0.0))
+        return;
+    *h *= growth;
+    *t_limit = fmin(*t_limit, simulation->integrator->memory.t + *h);
+    if (*h >= simulation->step)
+        *h = 0.0;
+}
+
+/* Whether the step may be tried with half of its length, which becomes its end *t_limit. */
+static bool shorten(kt_simulation *simulation, kt_status status, double *t_limit) {
+    kt_simulation_memory *memory = &simulation->memory;
+    kt_integrator_memory *m = &simulation->integrator->memory;
+    const double h = 0.5 * length_of(simulation, *t_limit);
+    if (!may_pass(simulation, status) || !(h > shortest(m->t)))
+        return false;
+    const bool is_within = memory->retries > 0 && m->t - memory->retried_since <= simulation->step;
+    memory->retried_since = is_within ? memory->retried_since : m->t;
+    memory->retries = is_within ? memory->retries + 1 : 1;
+    if (memory->retries > MOST)
+        return false;
+    m->counts.rejected++;
+    memory->shortened = h;
+    *t_limit = m->t + h;
+    return true;
+}
+
+bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit) {
+    if (shorten(simulation, status, t_limit))
+        return true;
+    simulation->memory.shortened = 0.0;
+    *t_limit = retry->t_limit;
+    return simulation->contact_calls->free_wedged(simulation, &retry->attempt);
+}
