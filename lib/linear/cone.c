@@ -10,7 +10,7 @@
 KT_ARENA_LAYOUT(lay_out_cone, struct kt_cone, KT_CONE_FIELDS, size_t m)
 
 static const double converged = 1e-9, polished = 1e-12;
-enum { NEWTON_MOST = 25, MANY = 600 };
+enum { NEWTON_MOST = 25, MANY = 600, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON = 10 };
 
 size_t kt_cone_size(int n) { return lay_out_cone(NULL, 3 * (size_t)n); }
 
@@ -135,8 +135,10 @@ static void sweep_cones(kt_cone *cone, const kt_cone_linear *of, double *x) {
         for (int c = 0; c < 3; c++) {
             const double *W = of->W + (3 * i + c) * m;
             q[c] = of->b[3 * i + c];
-            for (int j = 0; j < m; j++)
-                q[c] += j / 3 == i ? 0.0 : W[j] * x[j];
+            for (int k = cone->first[i]; k < cone->first[i + 1]; k++) {
+                const int j = 3 * cone->block[k];
+                q[c] += j == 3 * i ? 0.0 : W[j] * x[j] + W[j + 1] * x[j + 1] + W[j + 2] * x[j + 2];
+            }
             memcpy(w + 3 * c, W + 3 * i, 3 * sizeof *w);
         }
         double *to = x + 3 * i;
@@ -191,6 +193,23 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
 
 /* ---- the cascade ------------------------------------------------------------------------------------------------- */
 
+/* Lists the blocks of W that are not zero: contacts share a body with a few others. */
+static void list_blocks(kt_cone *cone) {
+    const int m = 3 * cone->n;
+    int count = 0;
+    for (int i = 0; i < cone->n; i++) {
+        cone->first[i] = count;
+        for (int j = 0; j < cone->n; j++) {
+            bool any = i == j;
+            for (int k = 0; k < 9 && !any; k++)
+                any = cone->W[(3 * i + k / 3) * m + 3 * j + k % 3] != 0.0;
+            if (any)
+                cone->block[count++] = j;
+        }
+    }
+    cone->first[cone->n] = count;
+}
+
 static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const double *p) {
     const int m = 3 * problem->n;
     cone->n = problem->n;
@@ -215,14 +234,33 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
         for (int c = 0; c < m; c++)
             cone->W[r * m + c] = problem->W[r * m + c] * cone->scale[r / 3] * cone->scale[c / 3];
     }
+    list_blocks(cone);
+}
+
+/* Sweeps and Newton in turn, each from the end of the other. From modes between which Newton's method cycles, sweeps
+ * lead away. The best goes to y. */
+static void alternate(kt_cone *cone, const kt_cone_linear *of, double *y) {
+    const size_t bytes = 3 * (size_t)cone->n * sizeof *y;
+    double least = (double)INFINITY;
+    memcpy(cone->z, cone->found, bytes);
+    for (int turn = 0; turn < TURNS && !(least <= cone->enough); turn++) {
+        for (int k = 0; k < TURN_SWEEPS; k++)
+            sweep_cones(cone, of, cone->z);
+        (void)kt_cone_newton(cone, of, cone->z, TURN_NEWTON);
+        const double left = kt_cone_residual(cone, of, cone->z);
+        if (left < least)
+            memcpy(y, cone->z, bytes);
+        least = fmin(least, left);
+    }
 }
 
 /* One round, from x or from the best so far, to y. */
 static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round round) {
-    static const int sweeps[KT_CONE_ROUNDS] = {
-        [KT_CONE_NEWTON] = 2, [KT_CONE_SWEEPS] = 6, [KT_CONE_MANY_SWEEPS] = MANY};
+    static const int sweeps[KT_CONE_ROUNDS] = {[KT_CONE_NEWTON] = 2, [KT_CONE_MANY_SWEEPS] = MANY};
     const size_t bytes = 3 * (size_t)cone->n * sizeof(double);
-    if (round == KT_CONE_INTERIOR) {
+    if (round == KT_CONE_SWEEPS) {
+        alternate(cone, of, cone->y);
+    } else if (round == KT_CONE_INTERIOR) {
         memcpy(cone->y, cone->x, bytes);
         if (cone->symmetric && !cone->has_least && !cone->has_limit)
             kt_cone_interior(cone, cone->y);
@@ -242,7 +280,9 @@ kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, doub
     scale_problem(cone, problem, p);
     const kt_cone_linear of = {cone->W, cone->b};
     memcpy(cone->found, cone->x, 3 * (size_t)cone->n * sizeof *p);
-    for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= polished); round++) {
+    cone->enough = fmax(problem->enough, polished);
+    cone->fine = fmax(1e-3 * problem->enough, polished);
+    for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++) {
         run_round(cone, &of, (kt_cone_round)round);
         const double left = kt_cone_residual(cone, &of, cone->y);
         if (left < result.residual) {

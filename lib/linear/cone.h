@@ -12,9 +12,9 @@
  *     f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
  *
  * A cascade of solvers ends with the first that succeeds. It begins with two sweeps of block Gauss-Seidel with exact
- * local solutions, and semismooth Newton on f. Six more sweeps and Newton follow. The next solver is an interior point
+ * local solutions, and semismooth Newton on f. Sweeps and Newton in turn follow. The next solver is an interior point
  * method for the cones (cone_interior.c) and Newton. The last ones are 600 sweeps and Newton, and proximal points.
- * Newton's method polishes each returned solution.
+ * Newton's method polishes each returned solution. Sums skip blocks of W that are zero.
  *
  * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a
  * warm start stays near the previous solution.
@@ -35,6 +35,7 @@ typedef struct kt_cone_problem {
     const double *least; /* n: l; NULL: zeros */
     const double *limit; /* n: S of dry friction; negative: a contact; NULL: all are contacts */
     bool symmetric;      /* W is symmetric and positive semidefinite */
+    double enough;       /* the residual at which the cascade ends; 0: rounding */
 } kt_cone_problem;
 
 /* Which part of the cascade has succeeded. */

@@ -6,8 +6,11 @@
 #include <math.h>
 #include <string.h>
 
-static const double polished = 1e-12, exact = 1e-14;
-enum { HALVINGS = 5 };
+static const double exact = 1e-14;
+enum { HALVINGS = 5, WORSE_MOST = 5 };
+
+/* The damping is this part of the residual, within bounds. The least one is small against pivots that are not lost. */
+static const double damping = 0.3, damping_least = 1e-8, damping_most = 1e-2;
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */
 
@@ -23,8 +26,10 @@ static void find_rates(const kt_cone *cone, const kt_cone_linear *of, const doub
     const int m = 3 * cone->n;
     for (int r = 0; r < m; r++) {
         double sum = of->b[r];
-        for (int c = 0; c < m; c++)
-            sum += of->W[r * m + c] * x[c];
+        for (int k = cone->first[r / 3]; k < cone->first[r / 3 + 1]; k++) {
+            const double *W = of->W + r * m + 3 * cone->block[k], *y = x + 3 * cone->block[k];
+            sum += W[0] * y[0] + W[1] * y[1] + W[2] * y[2];
+        }
         u[r] = sum;
     }
 }
@@ -105,12 +110,12 @@ static void eliminate_below(int n, double *A, double *x, int k) {
 static bool eliminate_partially(int n, double *A, double *x) {
     double most = 0.0;
     for (int i = 0; i < n * n; i++)
-        most = fmax(most, fabs(A[i]));
+        most = fabs(A[i]) > most ? fabs(A[i]) : most;
     for (int k = 0; k < n; k++) {
         int r = k;
         for (int i = k + 1; i < n; i++)
             r = fabs(A[i * n + k]) > fabs(A[r * n + k]) ? i : r;
-        if (!(fabs(A[r * n + k]) > 1e-9 * most))
+        if (!(fabs(A[r * n + k]) > 1e-11 * most))
             return false;
         swap_rows(n, A, x, k, r, k);
         eliminate_below(n, A, x, k);
@@ -201,47 +206,59 @@ static double linearise(const kt_cone *cone, int i, int c, const double *x, doub
     return -cone->f[3 * i + c];
 }
 
+/* Adds the terms of W in one row of the linear system: those of unknowns to A, and those of others to *right. */
+static void add_rates(const kt_cone *cone, const kt_cone_linear *of, int row, double by, const double *dx, double *A,
+                      double *right) {
+    const double *W = of->W + row * 3 * cone->n;
+    for (int k = cone->first[row / 3]; k < cone->first[row / 3 + 1]; k++)
+        for (int c = 3 * cone->block[k]; c < 3 * cone->block[k] + 3; c++) {
+            if (cone->slot[c] >= 0)
+                A[cone->slot[c]] += by * W[c];
+            else
+                *right -= by * W[c] * dx[c];
+        }
+}
+
 /* The step dx from x: given rows take their values at once. Requires rates, function and modes at x. */
-static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double *dx) {
-    const int m = 3 * cone->n;
-    int k = 0;
-    for (int r = 0; r < m; r++) {
+static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double damp, double *dx) {
+    int n = 0;
+    for (int r = 0; r < 3 * cone->n; r++) {
         const bool known = is_known((cone_mode)cone->mode[r / 3], r % 3);
         dx[r] = !known ? 0.0 : r % 3 == 0 ? cone->target[r / 3] - x[r] : -x[r];
+        cone->slot[r] = known ? -1 : n;
         if (!known)
-            cone->index[k++] = r;
+            cone->index[n++] = r;
     }
-    for (int r = 0; r < k; r++) {
+    memset(cone->A, 0, (size_t)(n * n) * sizeof *cone->A);
+    for (int r = 0; r < n; r++) {
         const int row = cone->index[r], i = row / 3;
-        double du[3], own[3];
-        double right = linearise(cone, i, row % 3, x, du, own);
-        for (int j = 0; j < k; j++)
-            cone->A[r * k + j] = cone->index[j] / 3 == i ? own[cone->index[j] % 3] : 0.0;
+        double du[3], own[3], *A = cone->A + r * n;
+        cone->right[r] = linearise(cone, i, row % 3, x, du, own);
         for (int d = 0; d < 3; d++) {
-            const double *W = of->W + (3 * i + d) * m;
-            for (int j = 0; j < k && du[d] != 0.0; j++)
-                cone->A[r * k + j] += du[d] * W[cone->index[j]];
-            for (int j = 0; j < m && du[d] != 0.0; j++)
-                right -= du[d] * W[j] * dx[j];
-            right -= own[d] * dx[3 * i + d];
+            const int slot = cone->slot[3 * i + d];
+            if (du[d] != 0.0)
+                add_rates(cone, of, 3 * i + d, du[d], dx, A, &cone->right[r]);
+            if (slot >= 0)
+                A[slot] += own[d] + damp * du[d];
+            else
+                cone->right[r] -= own[d] * dx[3 * i + d];
         }
-        cone->right[r] = right;
     }
-    kt_cone_eliminate(cone, k, cone->A, cone->right);
-    for (int r = 0; r < k; r++)
+    kt_cone_eliminate(cone, n, cone->A, cone->right);
+    for (int r = 0; r < n; r++)
         dx[cone->index[r]] = cone->right[r];
 }
 
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
     const int m = 3 * cone->n;
-    double last = kt_cone_residual(cone, of, x);
+    double last = kt_cone_residual(cone, of, x), left = last;
     bool done = last <= exact;
     memcpy(cone->best, x, (size_t)m * sizeof *x);
     for (int k = 0, worse = 0; k < most && !done; k++) {
         double part = 1.0, now = 0.0;
         find_rates(cone, of, x, cone->u);
         const double merit = find_function(cone, x, cone->u, cone->f);
-        find_step(cone, of, x, cone->dx);
+        find_step(cone, of, x, fmax(damping_least, fmin(damping * left, damping_most)), cone->dx);
         cone->newton++;
         for (int h = 0; h < HALVINGS; h++) {
             for (int i = 0; i < m; i++)
@@ -253,15 +270,15 @@ bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most
             part *= 0.5;
         }
         worse += !(now < merit);
-        if (worse > 2 || !(now < 1e300))
+        if (worse > WORSE_MOST || !(now < 1e300))
             break;
         memcpy(x, cone->trial, (size_t)m * sizeof *x);
-        const double left = kt_cone_residual(cone, of, x);
+        left = kt_cone_residual(cone, of, x);
         if (left < last)
             memcpy(cone->best, x, (size_t)m * sizeof *x);
         last = fmin(last, left);
-        done = left <= exact || (left <= polished && k > 0 && !(now < 0.01 * merit));
+        done = left <= exact || (left <= cone->fine && k > 0 && !(now < 0.5 * merit));
     }
     memcpy(x, cone->best, (size_t)m * sizeof *x);
-    return last <= polished;
+    return last <= cone->enough;
 }

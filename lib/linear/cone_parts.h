@@ -39,6 +39,9 @@
     X(double, gap, m, "of the equations")                                                                              \
     X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
     X(int, index, m, "unknowns")                                                                                       \
+    X(int, slot, m, "of each row: its place among the unknowns, or -1")                                                \
+    X(int, first, m, "of n + 1: the first of an item's blocks in `block`")                                             \
+    X(int, block, m *m / 9, "of each item: the items whose block of W is not zero, itself among them")                 \
     X(int, order, m, "of columns")                                                                                     \
     X(int, mode, m, "of n")
 
@@ -47,6 +50,8 @@ struct kt_cone {
     int n;
     bool symmetric, has_least, has_limit;
     int newton;
+    double enough; /* the residual at which the cascade ends */
+    double fine;   /* that at which Newton's method ends, if its steps are slow */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
 };
 
@@ -57,7 +62,8 @@ typedef struct kt_cone_linear {
 
 double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x);
 
-/* Newton's method from x, at most so many steps. Returns whether the residual is 1e-12 or less; x is the best. */
+/* Newton's method from x, at most so many steps. Returns whether the residual is cone->enough or less; x is the best.
+ * Steps have Levenberg and Marquardt's damping, in proportion to the residual: redundant contacts leave W singular. */
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
 
 /* Solves A x = right (n x n), by the factors in B; unknowns of lost pivots are 0. x: right-hand side, then the
