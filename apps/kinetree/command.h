@@ -110,6 +110,10 @@ bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *option
 /* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);
 
+/* Returns the name of the method of a scene's run, for reports: that of time stepping over contacts, or of
+ * kt_run_method for the integrated model, which may use *storage. */
+const char *kt_scene_method_name(const kt_scene *scene, const kt_model *model, kt_method *storage);
+
 /* The options of a scene's `simulate` section for its compilation, and as a variant of an accuracy study. */
 kt_model_options kt_compile_options(const kt_scene *scene);
 kt_variant kt_own_variant(const kt_scene *scene);

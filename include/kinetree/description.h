@@ -601,6 +601,8 @@ typedef struct kt_effect {
     double radius;      /* contact: of the sphere, m; default 0, a point */
     kt_vec3 axle;       /* hard contact: the axis of a thin disc in the first end's frame. The rim of the disc then
                            replaces the sphere. Default 0: a sphere */
+    double radius2;     /* hard contact: of a sphere about the second end, in place of the plane, m; default 0: a plane.
+                           Spheres with friction need time stepping (KT_CONTACT_STEPS) */
     double exponent;    /* contact: 1 or more; default 1.5, Hertz's */
     double dissipation; /* contact: s/m; after an impact at a slow v the speed is v - dissipation v^2; default 0 */
     double friction;    /* contact: coefficient; default 0. Friction of a hard contact (restitution) sticks */

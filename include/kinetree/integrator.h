@@ -377,6 +377,20 @@ typedef struct kt_newton {
                            void *user); /* Rosenbrock: df/dt */
 } kt_newton;
 
+/* How a simulation steps over hard contacts, stops, slack ropes and friction that sticks. X(id, name in scene files) */
+#define KT_CONTACT_SCHEME_LIST(X)                                                                                      \
+    X(KT_CONTACT_EVENTS, events) /* impacts and transitions are events at which steps end */                           \
+    X(KT_CONTACT_STEPS, steps)   /* time stepping: fixed steps with impulses, which end at no event */
+
+/* The scheme of a simulation. Time stepping is Moreau's midpoint rule, of first order. It needs a fixed step
+ * (kt_run.step), has no other method, and follows Newton's rule alone. */
+typedef enum kt_contact_scheme {
+#define KT_CONTACT_SCHEME_ENUM(id, name) id,
+    KT_CONTACT_SCHEME_LIST(KT_CONTACT_SCHEME_ENUM)
+#undef KT_CONTACT_SCHEME_ENUM
+        KT_CONTACT_SCHEME_COUNT /* how many */
+} kt_contact_scheme;
+
 /* The least relative tolerance, the rounding of numbers (2^-52). A smaller one is rejected: no step could meet it. */
 #define KT_TOLERANCE_LEAST 2.220446049250313e-16
 

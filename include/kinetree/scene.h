@@ -189,6 +189,8 @@ typedef struct kt_scene {
     kt_formulation formulation; /* coordinates that are integrated */
     kt_reduction reduction;     /* how the equations of loops are solved */
 
+    kt_contact_scheme contact; /* the entry of `simulate` for kt_simulation_options.contact */
+
     /* The entry of `initial` for the result of a run, a file next to the scene's file. The motion starts from its end;
      * NULL: none. The command uses this entry. A program reads the file and calls kt_scene_start_from. */
     const char *from;

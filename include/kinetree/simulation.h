@@ -257,8 +257,8 @@ typedef struct kt_simulation_options {
                                 a tick. The method bdf2 starts anew, since it would lag by a tick. Leave the option off
                                 if inputs jump */
     bool watch_works;        /* estimates works from the powers at the ends of steps, to detect wrong energies; the
-                                motion keeps its bits. Not available with the caller's equations, nor in a small
-                                library */
+                                motion keeps its bits. Not available with the caller's equations, with time stepping,
+                                nor in a small library */
     bool kinematics;         /* the data of a record hold the kinematics for queries, as they do if run has markers */
 
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers
@@ -273,7 +273,6 @@ typedef struct kt_simulation_options {
                                          contact closes, opens, sticks or slips (kt_simulation_contacts):
                                          KT_INDEX_CONTACT */
     int events;                       /* the number of events that kt_simulation_event_add can add; 0: none */
-
     const kt_transformation *transformation; /* to the model that is integrated; NULL: the simulation's own model is
                                                 integrated. The transformation and its model must outlive the
                                                 simulation */
@@ -288,6 +287,7 @@ typedef struct kt_simulation_options {
                               counted (kt_simulation_event_cuts) */
     double switch_gap;     /* the largest gap of loops that kt_simulation_switch closes, m or rad; 0: 1e-6 times the
                               mechanism's length, or times unity if the length is smaller */
+    kt_contact_scheme contact; /* KT_CONTACT_STEPS: with run->step, and without run->integrator; default: events */
 } kt_simulation_options;
 
 /* Limits of kt_simulation_options.event_evaluations. */
@@ -621,15 +621,15 @@ typedef struct kt_contact_counts {
     uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */
-    uint64_t shared;      /* contacts reached a state in which they wedge a body. Their normal forces are not unique,
-                             and the least ones were taken */
+    uint64_t shared;      /* contacts wedged a body: normal forces were not unique, and the least ones were taken */
     uint64_t unconverged; /* evaluations in which the direction of slow slip was not found, including those for records
                              and error estimates. Friction acted against the present slip */
     uint64_t pivots;      /* of complementarity problems: at most 50 for each contact that touches. With friction of
                              contacts: steps of Newton's method */
-    uint64_t jammed;      /* instants without accelerations that obey Coulomb's law, or next to such a state: an impulse
-                             without a collision stopped the slip */
-    double dissipated;    /* by impacts, J */
+    uint64_t jammed;      /* no acceleration obeys Coulomb's law here or near: an impulse stops the slip */
+    double dissipated;    /* by impacts, J; in time stepping by all impulses */
+    uint64_t closed, failures;    /* time stepping: closed contacts of all steps; impulses not found to 1e-7 */
+    double supplied, penetration; /* time stepping: J, by impulses; the largest depth within a step, m or rad */
 } kt_contact_counts;
 
 /* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for

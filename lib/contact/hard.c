@@ -2,6 +2,7 @@
  *
  *     joint_limit    q - lower >= 0, q - upper <= 0            couplings of one joint
  *     contact        n . (c - p - r n) >= 0                    inplane, its plane moved by the sphere's radius r
+ *                    |c - p| - r - r2 >= 0                     distance of two spheres
  *                    n . (c - p) - r |n x a| >= 0              of a disc with the axle a: the third row of rolling
  *
  *     joint_friction q' = 0, that sticks                       rates of one joint
@@ -105,6 +106,7 @@ static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *
         loop->axis = effect->axle;
     else
         loop->surface.type = KT_SURFACE_SPHERE;
+    loop->surface.tube = effect->radius2;
     return loop;
 }
 
@@ -136,6 +138,15 @@ static kt_status add_plane(hard_parts *p, const kt_description *d, const kt_effe
     return status;
 }
 
+/* The distance of the centres of two spheres. */
+static void add_distance(hard_parts *p, const kt_effect *effect, const char *of, kt_loop **added) {
+    kt_loop *loop = *added = add_loop(p, effect, of, "");
+    loop->type = KT_LOOP_DISTANCE;
+    loop->between[0] = effect->between[1];
+    loop->between[1] = effect->between[0];
+    loop->function = kt_function_constant(effect->radius + effect->radius2);
+}
+
 static kt_status add_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
     const kt_effect *effect = &d->effects[index];
     const kt_end *centre = &effect->between[0];
@@ -146,6 +157,8 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, int index, 
                    centre->marker != NULL ? "." : "", centre->marker != NULL ? centre->marker : "");
     if (kt_effect_has_axle(effect))
         loop = add_rolling(p, effect, of, "");
+    else if (effect->radius2 > 0.0)
+        add_distance(p, effect, of, &loop);
     else
         status = add_plane(p, d, effect, of, &loop, error);
     loop->side = KT_SIDE_ABOVE;

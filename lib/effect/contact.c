@@ -27,6 +27,11 @@ static void check(kt_checker *checker, const kt_effect *effect) {
             "`axle` out");
     else if (kt_effect_has_axle(effect) && !(effect->radius > 0.0))
         kt_checker_fault(checker, "radius", -1, "radius is %g; that of a disc must be above 0", effect->radius);
+    if (effect->radius2 > 0.0 && (!kt_effect_is_hard(effect) || kt_effect_has_axle(effect)))
+        kt_checker_fault(
+            checker, "radius2", -1,
+            "two spheres have a hard contact (restitution) and no axle; give a restitution in place of the "
+            "stiffness, or leave `radius2` out");
     if (kt_number_is_fine(effect->exponent) && !(effect->exponent >= 1.0))
         kt_checker_fault(checker, "exponent", -1,
                          "exponent is %g; it must be 1 or more: below, contact would begin with an infinite stiffness",
@@ -168,9 +173,12 @@ static double reach_of(const kt_effect_record *effect, const kt_effect_end *end)
 }
 
 /* Returns -x, and the velocity of the sphere's centre in the frame of the plane. For a plane on the ground, the
- * velocity is in the world's axes. A disc's contact is hard, and only its distance is used. */
+ * velocity is in the world's axes. A disc's contact is hard, and so is that of
+ * two spheres: only their distances are used. */
 static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
+    if (effect->radius2 > 0.0)
+        return (kt_gap){.distance = kt_vec3_norm(from_plane) - effect->radius - effect->radius2};
     const double distance = kt_vec3_dot(n, from_plane) - reach_of(effect, end);
     if (effect->force_link[1] == 0)
         return (kt_gap){distance, kt_vec3_dot(n, end[0].velocity), end[0].velocity, kt_vec3_norm(end[0].omega)};
@@ -201,7 +209,11 @@ static const kt_key keys[] = {
          "of a thin disc in place of the sphere, whose rim touches: its axis, in the frame of the point; of a hard "
          "contact"),
      "a sphere", .needed = false},
-    {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "", KT_WORDS("a frame in the plane"), .needed = true},
+    {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "",
+     KT_WORDS("a frame in the plane, or the centre of a second sphere (radius2)"), .needed = true},
+    {"radius2", KT_KEY_NUMBER, KT_EFFECT_AT(radius2), "m",
+     KT_WORDS("of a second sphere in place of the plane; of a hard contact"), "a plane",
+     .range = KT_RANGE_NOT_NEGATIVE},
     {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
      KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},

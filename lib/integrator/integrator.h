@@ -29,6 +29,7 @@
  *     rational.c     their stability functions
  *
  *     switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
+ *     leap.c         the method whose steps the caller takes
  *
  * A family is one const struct of functions, kt_method_family. Its algorithm is private to its own file. The other
  * files call it through the struct.
@@ -131,6 +132,16 @@ typedef struct kt_noise {
                                                which is short; 0: none, or not short */
 } kt_noise;
 
+/* The steps of kt_method_moreau_jean. `step` writes the state at `end` = t + h to y1, and returns the values of a
+ * callback; `accept` follows if the step is accepted. */
+typedef struct kt_leap {
+    int (*step)(double t, double h, double end, const double *y, double *y1, void *user);
+    void (*accept)(void *user);
+} kt_leap;
+
+/* The method whose steps the caller takes. It is not in the list, since no scene names it as an integrator. */
+extern const kt_method kt_method_moreau_jean;
+
 struct kt_integrator {
     const kt_method *method;
     const kt_method_family *family; /* the family of the method */
@@ -138,6 +149,7 @@ struct kt_integrator {
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
     const kt_noise *noise; /* NULL: slopes are exact to rounding */
+    const kt_leap *leap;   /* of kt_method_moreau_jean; else NULL */
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */

@@ -43,7 +43,7 @@ bool kt_method_is_built_in(const kt_method *method) {
     for (int i = 0; i < COUNT; i++)
         if (methods[i] == method)
             return true;
-    return false;
+    return method == &kt_method_moreau_jean;
 }
 
 size_t kt_method_names(bool adaptive, char *text, size_t size) {

@@ -87,9 +87,9 @@ typedef struct kt_loop_kind {
 /* The list of kinds: those of scene files by their types, and the caller's own. */
 enum { KT_LOOP_KIND_CUSTOM = KT_LOOP_TYPE_COUNT, KT_LOOP_KIND_COUNT };
 
-/* The bodies that roll (kt_loop_record.form): a thin disc; a ball, or a disc that may leave its plane, of hard
- * contacts. */
-enum { KT_ROLLING_DISC, KT_ROLLING_BALL, KT_ROLLING_RIM };
+/* The bodies that roll (kt_loop_record.form): a thin disc; of hard contacts a ball, a disc that may leave its plane, or
+ * a ball on another one. */
+enum { KT_ROLLING_DISC, KT_ROLLING_BALL, KT_ROLLING_RIM, KT_ROLLING_BALLS };
 
 static inline int32_t kt_loop_kind_index(kt_loop_type type) {
     return type == KT_LOOP_CUSTOM ? (int32_t)KT_LOOP_KIND_CUSTOM : (int32_t)type;

@@ -24,6 +24,13 @@
  * A ball that rolls, of a hard contact with friction (contact/hard.c), has t = n, s = 1 and t' = 0 in place of these.
  * If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies flat
  * (s = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
+ *
+ * A ball that rolls on a ball of radius R about S, of a hard contact, too, has n = r / |r| and the point P - S = R n.
+ * With k1 along the part of a direction e of end 2 normal to n, and k2 = n x k1, the rows are k . y = 0:
+ *     y     = v1 + w1 x (R n - r) - v2 - w2 x R n
+ *     drift = k . (w1 x (R n' - r') - w2 x R n') + k' . y
+ * Two directions e serve, the second one where the first is next to n. Neither is a coordinate axis: in a mechanism
+ * that moves in a plane, no row is then void.
  */
 #include "loop/relative.h"
 
@@ -48,9 +55,49 @@ static inline contact find_contact(const kt_loop_end *wheel, kt_vector n, kt_vec
     return k;
 }
 
+#if KT_HAS_SWITCHES
+/* The part of e normal to n, of length 1, and its rate. */
+static inline void find_across(kt_vector n, kt_vector n_rate, kt_vector e, kt_vector e_rate, kt_vector *k,
+                               kt_vector *rate) {
+    const kt_real along = kt_dot(n, e), along_rate = kt_dot(n_rate, e) + kt_dot(n, e_rate);
+    const kt_vector across = e - kt_scale(along, n);
+    const kt_vector across_rate = e_rate - kt_scale(along, n_rate) - kt_scale(along_rate, n);
+    const kt_real norm = kt_sqrt(kt_dot(across, across));
+    *k = kt_over(across, norm);
+    *rate = kt_over(across_rate - kt_scale(kt_dot(*k, across_rate), *k), norm);
+}
+
+static int evaluate_balls(const kt_loop_record *loop, const kt_loop_end end[2], kt_loop_row *rows) {
+    const kt_vector *axes = end[1].axes, w1 = end[0].omega, w2 = end[1].omega;
+    const kt_vector r = end[0].point - end[1].point, r_rate = end[0].velocity - end[1].velocity;
+    const kt_real square = kt_dot(r, r), norm = kt_value(square) > 1e-300 ? kt_sqrt(square) : 1.0;
+    const kt_vector n = kt_value(square) > 1e-300 ? kt_over(r, norm) : axes[2];
+    const kt_vector n_rate = kt_over(r_rate - kt_scale(kt_dot(n, r_rate), n), norm);
+    const kt_vector first = kt_scale(0.36, axes[0]) + kt_scale(0.48, axes[1]) + kt_scale(0.8, axes[2]);
+    const kt_vector second = kt_scale(0.48, axes[0]) + kt_scale(0.6, axes[1]) - kt_scale(0.64, axes[2]);
+    const double along = kt_value(kt_dot(n, first));
+    const kt_vector e = along * along < 0.81 ? first : second;
+    const kt_vector point = kt_scale(loop->tube, n), point_rate = kt_scale(loop->tube, n_rate);
+    const kt_vector y = r_rate + kt_cross(w1, point - r) - kt_cross(w2, point);
+    const kt_vector bias = kt_cross(w1, point_rate - r_rate) - kt_cross(w2, point_rate);
+    kt_vector k[2], rate[2];
+    find_across(n, n_rate, e, kt_cross(w2, e), &k[0], &rate[0]);
+    k[1] = kt_cross(n, k[0]);
+    rate[1] = kt_cross(n_rate, k[0]) + kt_cross(n, rate[0]);
+    for (int i = 0; i < 2; i++)
+        rows[i] = (kt_loop_row){
+            .moment = kt_cross(k[i], point), .force = -k[i], .drift = kt_dot(k[i], bias) + kt_dot(rate[i], y)};
+    return 2;
+}
+#endif
+
 static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                             kt_loop_row *rows) {
     (void)numbers, (void)t;
+#if KT_HAS_SWITCHES
+    if (loop->form == KT_ROLLING_BALLS)
+        return evaluate_balls(loop, end, rows);
+#endif
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
     const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
@@ -81,7 +128,9 @@ static int row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
+    record->tube = loop->surface.tube;
     record->form = loop->side != KT_SIDE_NONE                ? KT_ROLLING_RIM
+                   : loop->surface.tube > 0.0                ? KT_ROLLING_BALLS
                    : loop->surface.type == KT_SURFACE_SPHERE ? KT_ROLLING_BALL
                                                              : KT_ROLLING_DISC;
 }

@@ -177,14 +177,21 @@ static double excess_of(const reading *r) {
     return (double)NAN;
 }
 
+/* The normal of a contact: that of the plane, or along the centres of two spheres. */
+static kt_vec3 normal_of(const reading *r) {
+    const kt_vec3 apart = kt_vec3_sub(r->end[0].point, r->end[1].point);
+    const double norm = kt_vec3_norm(apart);
+    return r->effect->radius2 > 0.0 && norm > 0.0 ? kt_vec3_scale(1.0 / norm, apart) : r->end[1].axes.z;
+}
+
 /* Returns the vector less its component along the normal of a contact. */
 static kt_vec3 tangential(const reading *r, kt_vec3 vector) {
-    const kt_vec3 n = r->end[1].axes.z;
+    const kt_vec3 n = normal_of(r);
     return kt_vec3_sub(vector, kt_vec3_scale(kt_vec3_dot(n, vector), n));
 }
 
 static kt_vec3 lowest_point(const reading *r) {
-    return kt_vec3_add(r->end[0].point, kt_contact_lowest(r->effect, r->end[0].axes, r->end[1].axes.z));
+    return kt_vec3_add(r->end[0].point, kt_contact_lowest(r->effect, r->end[0].axes, normal_of(r)));
 }
 
 static kt_vec3 velocity_at(const kt_effect_end *end, kt_vec3 point) {
@@ -203,7 +210,7 @@ static double value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_TENSION:
         return along_line(r, r->load.wrench[0].force);
     case KT_QUANTITY_NORMAL:
-        return kt_vec3_dot(r->load.wrench[0].force, r->end[1].axes.z);
+        return kt_vec3_dot(r->load.wrench[0].force, normal_of(r));
     case KT_QUANTITY_FRICTION:
         return kt_vec3_norm(tangential(r, r->load.wrench[0].force));
     case KT_QUANTITY_FORCE_X:

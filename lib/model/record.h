@@ -231,6 +231,7 @@ typedef struct kt_group {
     X(quadratic)                                                                                                       \
     X(strength)                                                                                                        \
     X(radius)                                                                                                          \
+    X(radius2)                                                                                                         \
     X(exponent)                                                                                                        \
     X(dissipation)                                                                                                     \
     X(friction)                                                                                                        \

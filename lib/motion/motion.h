@@ -90,6 +90,7 @@ typedef struct kt_contact_memory {
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
+    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */
 } kt_contact_memory;
@@ -179,10 +180,12 @@ typedef struct kt_work_panel {
 enum { KT_CONTACT_MASKS = 3 };
 
 struct kt_contacts; /* contact.c */
+struct kt_moreau;   /* moreau.c */
 #if KT_HAS_EVENTS
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
     X(kt_contact_memory, contact_state, size->contacts, "of hard contacts; part of a checkpoint")                      \
+    X(char, moreau_memory, size->moreau, "of time stepping")                                                           \
     X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
     X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
     X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
@@ -261,6 +264,7 @@ typedef struct kt_simulation_sizes {
     size_t event; /* the most events, including hard contacts */
 #if KT_HAS_EVENTS
     size_t contact, contacts; /* bytes of hard contacts, 0 without; their number */
+    size_t moreau;            /* bytes of time stepping; 0 without */
     size_t undo;              /* bytes of `undo`; 0 without */
     size_t mask;              /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
     size_t ranks;
@@ -326,6 +330,10 @@ typedef struct kt_contact_calls {
     /* Prepares another try of a step that failed: a shorter one, or one behind an impulse (retry.c). Returns whether
      * there is one. */
     bool (*retry)(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
+    /* Enclose the evaluations of a record, under forces of contacts that are no loops of the model. NULL: there are
+     * none. */
+    kt_status (*begin_record)(kt_simulation *simulation, double t, kt_error *error);
+    kt_status (*end_record)(kt_simulation *simulation, kt_record *record, kt_error *error);
 } kt_contact_calls;
 
 struct kt_simulation {
@@ -366,6 +374,8 @@ struct kt_simulation {
     size_t contact_count;         /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
+    bool steps_over_contacts;  /* contacts are resolved by time stepping: */
+    struct kt_moreau *moreau;  /* time stepping over contacts (moreau.h); NULL: they are events */
     uint64_t contact_mask;     /* the switches of hard contacts */
     uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
     uint64_t contact_released; /* the contacts that are released at first */

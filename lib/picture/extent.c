@@ -128,7 +128,7 @@ void kt_picture_list_planes(kt_picture_maker *m, kt_bounds bounds) {
         if (p->loops[i].type == KT_LOOP_ROLLING)
             list_plane(m, p->loops[i].ends[1]);
     for (int i = 0; i < p->effect_count; i++)
-        if (p->effects[i].type == KT_EFFECT_CONTACT)
+        if (p->effects[i].has_plane)
             list_plane(m, p->effects[i].ends[1]);
     for (int i = 0; i < p->joint_count; i++)
         if (p->joints[i].type == KT_JOINT_PLANAR)

@@ -182,6 +182,7 @@ void kt_picture_list_effects(kt_picture_maker *m) {
                                      .joint = -1,
                                      .end_count = end_count_of(effect),
                                      .radius = is_sphere ? effect->radius : 0.0,
+                                     .has_plane = is_contact && effect->radius2 == 0.0,
                                      .lower = effect->lower,
                                      .upper = effect->upper,
                                      .has_stiffness = effect->stiffness > 0.0,

@@ -102,6 +102,7 @@ typedef struct kt_picture_effect {
     double radius;         /* contact */
     double lower, upper;   /* joint_limit: positions of the joint; infinite where there is none */
     bool has_stiffness, has_damping; /* spring: its parts */
+    bool has_plane;                  /* contact: with a plane, and not with a sphere */
     kt_vec3
         direction; /* force, torque: unit direction of a typical value; zero: none. In the world, or, if is_carried, in
                           the frame of the end */

@@ -12,10 +12,12 @@ static const char *const formulation_names[] = {KT_FORMULATION_LIST(RUN_NAME)};
 static const char *const reduction_names[] = {KT_REDUCTION_LIST(RUN_NAME)};
 static const char *const metric_names[] = {KT_METRIC_LIST(RUN_NAME)};
 static const char *const plan_names[] = {KT_PLAN_LIST(RUN_NAME)};
+static const char *const scheme_names[] = {KT_CONTACT_SCHEME_LIST(RUN_NAME)};
 static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0};
 static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0};
 static const kt_choice metrics = {"simulate.metric", metric_names, KT_COUNT_OF(metric_names), 0};
 static const kt_choice plans = {"simulate.plan", plan_names, KT_COUNT_OF(plan_names), 0};
+static const kt_choice schemes = {"simulate.contact", scheme_names, KT_COUNT_OF(scheme_names), 0};
 
 #define RECORD_NAME(id, bit, name) #name,
 #define RECORD_BIT(id, bit, name) bit,
@@ -136,6 +138,7 @@ static const kt_field simulate_fields[] = {
     {.key = "reduction", .kind = &kt_kind_choice, AT(reduction), .detail = &reductions},
     {.key = "metric", .kind = &kt_kind_choice, AT(run.metric), .detail = &metrics},
     {.key = "plan", .kind = &kt_kind_choice, AT(run.plan), .detail = &plans},
+    {.key = "contact", .kind = &kt_kind_choice, AT(contact), .detail = &schemes},
     {.key = "until", .kind = &kt_kind_until},
 };
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
@@ -176,6 +179,38 @@ static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, con
                     adaptive);
 }
 
+/* Hard stops, contacts, slack ropes and friction that sticks are loops while they are closed. */
+static bool may_have_loops(const kt_reader *r) {
+    const kt_description *d = r->scene->description;
+    bool found = d == NULL || kt_node_find(r->root, "loops") != NULL || d->loop_count > 0;
+    for (int i = 0; !found && i < d->effect_count; i++)
+        found = kt_effect_is_hard(&d->effects[i]) || kt_effect_sticks(&d->effects[i]);
+    return found;
+}
+
+/* Time stepping over contacts has a fixed step and no other method. Returns whether the scene takes it. */
+static bool check_scheme(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene *scene) {
+    static const char *const others[] = {"integrator", "tolerance", "max_step", "rho", "formulation"};
+    kt_node *contact = kt_node_find(node, "contact");
+    if (contact == NULL || scene->contact != KT_CONTACT_STEPS)
+        return false;
+    for (size_t i = 0; i < KT_COUNT_OF(others); i++) {
+        kt_node *other = kt_node_find(node, others[i]);
+        if (other != NULL)
+            kt_fault_at(r, KT_ERROR_SCENE, scope, other,
+                        "'contact: steps' is a method of its own with a fixed step, in tree coordinates; leave '%s' "
+                        "or 'contact' out",
+                        others[i]);
+    }
+    if (kt_node_find(node, "step") == NULL && !kt_node_has_stray(node))
+        kt_fault_at(r, KT_ERROR_SCENE, scope, contact, "'contact: steps' has a fixed step; give 'step' as well");
+    if (!may_have_loops(r))
+        kt_fault_at(r, KT_ERROR_SCENE, scope, contact,
+                    "the scene has no hard contact, stop or slack rope, and no friction that sticks; leave 'contact' "
+                    "out");
+    return true;
+}
+
 /* Reports the limits that no run could satisfy, one after the other, each at its key; the interval is not among
  * them. */
 static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
@@ -203,7 +238,8 @@ static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, co
     kt_scene *scene = kt_field_in(object, field);
     if (!kt_table_read(r, scope, node, &simulate_table, scene))
         return false;
-    check_method(r, scope, node, &scene->run);
+    if (!check_scheme(r, scope, node, scene))
+        check_method(r, scope, node, &scene->run);
     check_limits(r, scope, node, &scene->run);
     return true;
 }
@@ -219,15 +255,6 @@ static bool same_simulate(const kt_field *field, const void *object, const void 
 const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
 
 /* ---- output ------------------------------------------------------------------------------------------------------ */
-
-/* Hard stops, contacts, slack ropes and friction that sticks are loops while they are closed. */
-static bool may_have_loops(const kt_reader *r) {
-    const kt_description *d = r->scene->description;
-    bool found = d == NULL || kt_node_find(r->root, "loops") != NULL || d->loop_count > 0;
-    for (int i = 0; !found && i < d->effect_count; i++)
-        found = kt_effect_is_hard(&d->effects[i]) || kt_effect_sticks(&d->effects[i]);
-    return found;
-}
 
 static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     unsigned *out = kt_field_in(object, field), bits = 0;

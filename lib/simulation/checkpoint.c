@@ -21,7 +21,9 @@
 #include <string.h>
 
 #if KT_HAS_EVENTS
-#define KT_CHECKPOINT_EVENTS(X) X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)
+#define KT_CHECKPOINT_EVENTS(X)                                                                                        \
+    X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)                           \
+    X(contact, "the option 'contact' at", simulation->steps_over_contacts)
 #else
 #define KT_CHECKPOINT_EVENTS(X)
 #endif

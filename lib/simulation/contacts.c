@@ -35,6 +35,7 @@
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
+#include "simulation/moreau.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -315,7 +316,8 @@ static const kt_contact_calls calls = {.rest = rest,
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     kt_status status = kt_contacts_lay_out(simulation, error);
     struct kt_contacts *c = simulation->contacts;
-    for (int k = 0; status == KT_OK && k < c->n; k++) {
+    const bool steps = simulation->steps_over_contacts;
+    for (int k = 0; status == KT_OK && !steps && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(simulation->model, c->item[k].loop),
                                 .function = watch_contact,
                                 .action = act,
@@ -324,16 +326,18 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .direction = KT_DIRECTION_FALLING};
         status = kt_simulation_event_add(simulation, &event, error);
     }
-    if (status == KT_OK && c->rubs) {
+    if (status == KT_OK && !steps && c->rubs) {
         c->watch = *simulation->watch;
         c->begin = c->watch.begin;
         c->watch.begin = kt_contacts_begin_step;
         simulation->watch = &c->watch;
     }
-    simulation->contact_count = (size_t)c->n;
+    simulation->contact_count = steps ? 0 : (size_t)c->n;
     simulation->contact_mask = c->mask;
     simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
-    simulation->contact_calls = &calls;
+    simulation->contact_calls = steps ? &kt_moreau_calls : &calls;
+    if (status == KT_OK && steps)
+        kt_moreau_init(simulation);
     simulation->memory.contacts.count = (uint64_t)c->n;
     return status;
 }

@@ -297,7 +297,21 @@ static void begin_passage(void *user) {
 
 const struct kt_noise kt_simulation_noise = {begin_passage, noise_within};
 
+#if KT_HAS_EVENTS
+/* Time stepping takes no slopes: the integrator's own steps do (leap.c). */
+static int write_no_slope(double t, const double *y, double *dydt, void *user) {
+    const kt_simulation *simulation = user;
+    (void)t, (void)y;
+    memset(dydt, 0, simulation->size.n * sizeof *dydt);
+    return 0;
+}
+#endif
+
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->steps_over_contacts)
+        return (kt_integrator_callbacks){.rhs = write_no_slope, .user = simulation};
+#endif
     const bool projects =
         simulation->closes_loops || simulation->size.quaternion > 0 || kt_simulation_balances_forces(simulation);
     kt_integrator_callbacks callbacks = {simulation->corners.any ? evaluate_slope_inside : evaluate_slope,

@@ -182,7 +182,8 @@ static const double flat = 1e-3;
 static double inclination_of(const kt_loop_record *loop, const kt_link_kinematics *links) {
     kt_mat3 axes[2];
     kt_vec3 point[2];
-    if (loop->type != KT_LOOP_ROLLING || kt_loop_is_off(loop) || loop->form == KT_ROLLING_BALL)
+    if (loop->type != KT_LOOP_ROLLING || kt_loop_is_off(loop) || loop->form == KT_ROLLING_BALL ||
+        loop->form == KT_ROLLING_BALLS)
         return HUGE_VAL;
     for (int end = 0; end < 2; end++) {
         const kt_link_kinematics *link = &links[loop->link[end]];

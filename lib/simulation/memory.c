@@ -1,11 +1,11 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
 #include "base/options.h"
-#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
+#include "simulation/moreau.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -52,6 +52,47 @@ static kt_status check_options(const kt_simulation_options *options, kt_error *e
     return kt_record_check(options->record, error);
 }
 
+/* Rejects what time stepping over contacts has not. */
+static kt_status check_time_stepping(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
+    const kt_simulation_options *options = &settings->options;
+    if ((unsigned)options->contact >= KT_CONTACT_SCHEME_COUNT)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "contact", "%d: must be KT_CONTACT_EVENTS or KT_CONTACT_STEPS",
+                            (int)options->contact);
+    if (!KT_HAS_EVENTS)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                            "a small library (-Dsmall=enabled) has no hard contacts to step over");
+    const char *integrator = settings->run.integrator;
+    if (options->method != NULL || options->transformation != NULL)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                            "time stepping is a method of its own in tree coordinates; leave %s out",
+                            options->method != NULL ? "the method" : "the transformation");
+    if (integrator != NULL && strcmp(integrator, kt_method_moreau_jean.name) != 0)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "integrator",
+                            "time stepping is a method of its own, and not '%.40s'; set the integrator to NULL",
+                            integrator);
+    if (!(settings->run.step > 0.0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
+                            "time stepping (contact: steps) has a fixed step; give it");
+    bool any = false;
+#if KT_HAS_EVENTS
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        any = any || loop->side != KT_SIDE_NONE || loop->friction > 0;
+        if (loop->poisson)
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                                "'%.60s' follows Poisson's rule, and time stepping Newton's; leave `poisson` out, or "
+                                "take contact: events",
+                                kt_loop_name(model, (int)i));
+    }
+#else
+    (void)model;
+#endif
+    return any ? KT_OK
+               : kt_error_set(error, KT_ERROR_ARGUMENT, "contact",
+                              "time stepping (contact: steps) is for hard stops, contacts, slack ropes and friction "
+                              "that sticks, and there are none; leave it out");
+}
+
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
@@ -59,7 +100,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     const kt_simulation_options *given = options;
     if (KT_HAS_SIZES || options == NULL) {
         own = kt_simulation_options_default();
-        given = KT_OPTIONS(kt_simulation_options, switch_gap, &own, options, error);
+        given = KT_OPTIONS(kt_simulation_options, contact, &own, options, error);
     }
     if (KT_HAS_SIZES && given == NULL)
         return KT_ERROR_ARGUMENT;
@@ -68,6 +109,10 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     const kt_model *known = settings->options.acceleration == NULL ? settings->model : NULL;
     settings->method = settings->options.method != NULL ? settings->options.method
                                                         : kt_run_method(&settings->run, known, &settings->by_rho);
+#if KT_HAS_EVENTS
+    if (settings->options.contact == KT_CONTACT_STEPS)
+        settings->method = &kt_method_moreau_jean;
+#endif
     if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists those that there are",
@@ -75,6 +120,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     kt_status status = kt_run_check(&settings->run, error);
     if (status == KT_OK)
         status = check_options(&settings->options, error);
+    if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
+        status = check_time_stepping(model, settings, error);
     if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
         status = kt_own_states_refuse(model, "transformation",
                                       "no other formulation carries them; integrate in tree coordinates", error);
@@ -132,6 +179,8 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->contact = kt_contacts_size(user_model, contacts);
     size->mask = contacts > 0 ? kt_mask_size(user_model) : 0;
     size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
+    size->moreau =
+        contacts > 0 && settings->options.contact == KT_CONTACT_STEPS ? kt_moreau_size(user_model, size->n) : 0;
 #endif
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
@@ -293,8 +342,12 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
+#if KT_HAS_EVENTS
+    simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
+#endif
     simulation->records_contacts = settings->options.record_contacts;
-    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL;
+    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL &&
+                                settings->options.contact == KT_CONTACT_EVENTS;
     simulation->corners.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
     simulation->lacks_inner_stage = KT_HAS_GAP && !kt_simulation_has_inner_stage(settings->method);
@@ -332,9 +385,16 @@ static kt_status check_contacts(const kt_simulation_request *settings, kt_error 
                             "hard stops, contacts and slack ropes take the engine's own equations and projection; "
                             "leave %s out, or take elastic ones",
                             foreign ? "the caller's" : "unprojected");
+    const bool steps = settings->options.contact == KT_CONTACT_STEPS;
     bool rubs = false;
     for (size_t i = 0; i < settings->model->n.loop; i++)
         rubs = rubs || settings->model->loop[i].rubs > 0;
+    for (size_t i = 0; i < settings->model->n.loop && !steps; i++)
+        if (settings->model->loop[i].friction > 0 && settings->model->loop[i].tube > 0.0)
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                                "'%.60s': friction between spheres (radius2) needs time stepping; take contact: steps "
+                                "with a step, or leave the friction out",
+                                kt_loop_name(settings->model, (int)i));
     if (rubs && kt_method_family_of(settings->method)->exact)
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "contact",

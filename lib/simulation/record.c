@@ -115,14 +115,40 @@ static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
+/* With time stepping, forces of contacts are loads of the evaluations of a record. */
+static kt_status begin_loads(kt_simulation *simulation, double t, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL && simulation->contact_calls->begin_record != NULL)
+        return simulation->contact_calls->begin_record(simulation, t, error);
+#endif
+    (void)simulation, (void)t, (void)error;
+    return KT_OK;
+}
+
+static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts == NULL || simulation->contact_calls->end_record == NULL)
+        return status;
+    kt_simulation_inputs_use(simulation);
+    if (status == KT_OK && simulation->kinematics)
+        return simulation->contact_calls->end_record(simulation, record, error);
+#endif
+    (void)simulation, (void)record, (void)error;
+    return status;
+}
+
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
+    kt_status status = begin_loads(simulation, record->time, error);
     simulation->cached = KT_CACHED_NOTHING;
-    if (accelerates && kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau,
-                                                simulation->external, simulation->a, error) != 0)
-        return error->code;
-    const kt_status status = report(simulation, accelerates, record, error);
+    if (status == KT_OK && accelerates &&
+        kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau, simulation->external,
+                                 simulation->a, error) != 0)
+        status = error->code;
+    if (status == KT_OK)
+        status = report(simulation, accelerates, record, error);
+    status = end_loads(simulation, status, record, error);
     simulation->cached = KT_CACHED_NOTHING;
     return status;
 }
@@ -293,12 +319,23 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
                : from->code;
 }
 
+static bool steps_over_contacts(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->steps_over_contacts;
+#else
+    (void)simulation;
+    return false;
+#endif
+}
+
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     if (KT_HAS_JACOBIAN && simulation->watches_works)
         kt_simulation_complete_powers(simulation);
+    if (KT_HAS_EVENTS && steps_over_contacts(simulation)) /* data do not hold results of the state */
+        return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status =
             owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);

@@ -121,6 +121,19 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
 }
 
 /* strtod accepts more forms than people write as numbers. */
+KT_TEST(options_that_time_stepping_has_not_are_rejected) {
+    static const char *const options[] = {"integrator rk4", "tolerance 1e-6",       "max-step 1",
+                                          "rho 0.5",        "formulation absolute", "unprojected"};
+    kt_write_file("steps.yaml", "kinetree: 1\nbodies:\n  - {name: b, joint: {type: prismatic, axis: z}, mass: 1}\n"
+                                "effects:\n  - {type: joint_limit, joint: b, lower: 0, restitution: 0}\n"
+                                "simulate: {duration: 0.1, contact: steps, step: 1e-2}\n");
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++)
+        kt_expect(1, "the scene has 'simulate.contact: steps'", "$K run steps.yaml --%s", options[i]);
+    kt_expect(0, NULL, "$K run steps.yaml --step 1e-3 --quiet --out a.csv");
+    kt_expect(0, NULL, "$K run steps.yaml --set simulate.contact=events --integrator rk4 --quiet --out a.csv");
+    kt_expect(2, "which an FMU does not have", "$K export --fmu steps.yaml --out a.fmu");
+}
+
 KT_TEST(numbers_of_options_are_decimal) {
     static const struct {
         const char *words, *line;

@@ -70,6 +70,19 @@ def test_an_event_of_python_is_located(held):
     assert simulation.stopped == "low" and simulation.event_count("low") == 1
 
 
+def test_time_stepping_of_a_scene_holds_in_python(held):
+    scene = kt.Scene(BALL.replace("simulate: {duration: 1}", "effects:\n  - {type: joint_limit, joint: ball, lower: 0, restitution: 0}\n"
+                                  "simulate: {duration: 1, contact: steps, step: 1e-3}"))
+    simulation = scene.simulation()
+    simulation.run()
+    held(abs(simulation.positions[0]), 1e-13, "the ball lies, m")
+    assert simulation.integrator == "moreau-jean" and simulation.step_size == 1e-3
+    assert scene.simulation(step=2e-3).integrator == "moreau-jean"
+    for wrong in ({"integrator": "rk4"}, {"tolerance": 1e-6}):
+        with pytest.raises(kt.ArgumentError, match="a method of its own"):
+            scene.simulation(**wrong)
+
+
 def test_an_exception_of_a_callback_reaches_the_caller():
     simulation = kt.Scene(BALL).simulation(duration=1.0)
     simulation.on("broken", lambda at: 1 / 0)

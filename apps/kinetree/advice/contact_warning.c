@@ -44,7 +44,19 @@ static void warn_of_slow_slip(kt_outcome *outcome) {
                 count, count == 1 ? "" : "s");
 }
 
+/* Warns if impulses of time stepping were not found accurately. */
+static void warn_of_failures(kt_outcome *outcome) {
+    const unsigned long long failures = kt_simulation_contacts(outcome->simulation).failures;
+    const kt_warning warning =
+        kt_warning_of("contact_failures", (double)failures, NULL, "Compare with a smaller step, or with less friction");
+    if (failures > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "the impulses of %llu problem%s of contacts were not found to 1e-7: the best ones were taken", failures,
+                failures == 1 ? "" : "s");
+}
+
 void kt_warn_of_contacts(kt_outcome *outcome) {
+    warn_of_failures(outcome);
     warn_of_reduced(outcome);
     warn_of_friction(outcome);
     warn_of_slow_slip(outcome);

@@ -64,7 +64,11 @@ kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, con
         const kt_vec3 apart =
             kt_vec3_sub(point_of(model, data, &effect->between[0]), point_of(model, data, &effect->between[1]));
         penetration.normal = direction_of(model, data, &effect->between[1], effect->axis);
-        penetration.depth = reach_of(model, data, effect, penetration.normal) - kt_vec3_dot(penetration.normal, apart);
+        if (effect->radius2 > 0.0)
+            penetration.depth = effect->radius + effect->radius2 - kt_vec3_norm(apart);
+        else
+            penetration.depth =
+                reach_of(model, data, effect, penetration.normal) - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
         const double x = kt_effect_coordinate(model, data, q, index);

@@ -23,7 +23,9 @@ static json_t *list_markers(const kt_model *model, const kt_data *data) {
 }
 
 const char *kt_method_reason(const kt_outcome *outcome) {
-    return kt_run_method_reason(&outcome->scene->run, kt_integrated_model(outcome->model, outcome->absolute));
+    return outcome->scene->contact == KT_CONTACT_STEPS
+               ? NULL
+               : kt_run_method_reason(&outcome->scene->run, kt_integrated_model(outcome->model, outcome->absolute));
 }
 
 static json_t *describe_method(const kt_outcome *outcome) {
@@ -159,6 +161,14 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
     json_decref(counts);
 }
 
+static void list_time_stepping(const kt_contact_counts *seen, json_t *contacts) {
+    json_object_set_new(contacts, "closed", json_integer((json_int_t)seen->closed));
+    json_object_set_new(contacts, "iterations", json_integer((json_int_t)seen->pivots));
+    json_object_set_new(contacts, "failures", json_integer((json_int_t)seen->failures));
+    json_object_set_new(contacts, "supplied", kt_json_number(seen->supplied));
+    json_object_set_new(contacts, "penetration", kt_json_number(seen->penetration));
+}
+
 /* Lists the counts of hard stops, contacts and slack ropes. */
 static void list_contacts(const kt_outcome *outcome, json_t *root) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
@@ -175,6 +185,8 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "jammed", json_integer((json_int_t)seen.jammed));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
+    if (outcome->scene->contact == KT_CONTACT_STEPS)
+        list_time_stepping(&seen, contacts);
     if (seen.count > 0)
         json_object_set(root, "contacts", contacts);
     json_decref(contacts);
@@ -368,6 +380,10 @@ static void say_contacts(const kt_outcome *outcome) {
                 (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.impacts == 1 ? "s" : "",
                 seen.dissipated, (unsigned long long)seen.closings, (unsigned long long)seen.openings,
                 (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
+    const unsigned long long steps = kt_simulation_counts_get(outcome->simulation).steps;
+    if (outcome->scene->contact == KT_CONTACT_STEPS && steps > 0)
+        fprintf(stderr, "  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
+                (double)seen.closed / (double)steps, (double)seen.pivots / (double)steps, seen.penetration);
 }
 
 /* Names the events that have not happened, with their conditions. */

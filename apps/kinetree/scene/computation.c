@@ -10,6 +10,10 @@ kt_model_options kt_compile_options(const kt_scene *scene) {
     return options;
 }
 
+const char *kt_scene_method_name(const kt_scene *scene, const kt_model *model, kt_method *storage) {
+    return scene->contact == KT_CONTACT_STEPS ? "moreau-jean" : kt_run_method(&scene->run, model, storage)->name;
+}
+
 kt_variant kt_own_variant(const kt_scene *scene) {
     kt_variant variant = kt_variant_default(&scene->run);
     variant.model = kt_compile_options(scene);

@@ -18,6 +18,7 @@ kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const 
     if (((kt_run_record(run, model) | options->record) & KT_RECORD_EFFECT) != 0 &&
         kt_quantities_need_reactions(&scene->description))
         options->record |= KT_RECORD_REACTION;
+    options->contact = scene->contact;
     options->events = kt_scene_event_room(scene);
     kt_fmu_clock *clock = NULL;
     kt_status status = kt_fmus_begin(scene, options, &clock, error);

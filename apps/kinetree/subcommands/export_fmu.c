@@ -166,6 +166,8 @@ static const char *reason_against(const kt_scene *scene) {
         return "simulate.formulation is not that of tree coordinates; remove it";
     if (scene->reduction != usual.reduction)
         return "simulate.reduction is for comparisons; remove it";
+    if (scene->contact != usual.contact)
+        return "simulate.contact is time stepping, which an FMU does not have; remove it";
     if (scene->from != NULL)
         return "initial.from names a file; write its state into the scene with 'kinetree run --from ... --scene'";
     return NULL;

@@ -298,9 +298,9 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
 
 static void show_run(const kt_scene *scene, const kt_model *model, const kt_model *integrated) {
     const kt_run *run = &scene->run;
-    const char *reason = kt_run_method_reason(run, integrated);
+    const char *reason = scene->contact == KT_CONTACT_STEPS ? NULL : kt_run_method_reason(run, integrated);
     kt_method storage;
-    printf("simulate   %g s, %s", run->duration, kt_run_method(run, integrated, &storage)->name);
+    printf("simulate   %g s, %s", run->duration, kt_scene_method_name(scene, integrated, &storage));
     if (run->step > 0.0)
         printf(" with steps of %g s", run->step);
     else if (run->relative == run->absolute)

@@ -512,7 +512,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_run run = scene->run;
     kt_marker_pair *markers;
     kt_method storage;
-    run.integrator = kt_run_method(&run, kt_integrated_model(model, absolute), &storage)->name;
+    run.integrator = kt_scene_method_name(scene, kt_integrated_model(model, absolute), &storage);
     char option[32];
     snprintf(option, sizeof option, "%s: --markers", arguments->command);
     int code = kt_run_override_markers(option, arguments->markers, model, &run, &markers);

@@ -398,6 +398,23 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
     return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
 }
 
+/* Time stepping over contacts has a fixed step, no other method and no other coordinates. */
+static int check_time_stepping(const kt_run_arguments *arguments) {
+    const char *option = arguments->integrator != NULL  ? "integrator"
+                         : arguments->tolerance != NULL ? "tolerance"
+                         : !isnan(arguments->max_step)  ? "max-step"
+                         : !isnan(arguments->rho)       ? "rho"
+                         : arguments->formulation >= 0  ? "formulation"
+                         : arguments->unprojected       ? "unprojected"
+                                                        : NULL;
+    if (option == NULL)
+        return -1;
+    kt_say("%s: --%s: the scene has 'simulate.contact: steps', which is a method of its own with a fixed step; leave "
+           "the option out, or add --set simulate.contact=events",
+           arguments->command, option);
+    return KT_EXIT_USAGE;
+}
+
 /* Checks the limits of the run. The scene was checked when it was read, so that any error here comes from an option. */
 static int check_limits(const kt_run *run) {
     kt_error error = {0};
@@ -410,7 +427,9 @@ static int check_limits(const kt_run *run) {
 
 int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
     kt_run *run = &scene->run;
-    int code = -1;
+    int code = scene->contact == KT_CONTACT_STEPS ? check_time_stepping(arguments) : -1;
+    if (code >= 0)
+        return code;
     if (!isnan(arguments->duration))
         run->duration = arguments->duration;
     if (!isnan(arguments->step))

@@ -70,13 +70,14 @@ class Simulation(Fixed):
         self._error = ffi.new("kt_error *")
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
         options.events = lib.kt_scene_event_room(scene) + _ROOM
+        options.contact = scene.contact
         options.record = _sensor_bits(sensors)
         size = lib.kt_simulation_size(model._pointer, run, options)
         self._memory = Memory(max(size, 1))
         out = ffi.new("kt_simulation **")
         self._check(lib.kt_simulation_init(model._pointer, run, options, self._memory.pointer, size, out, self._error))
         self._simulation = out[0]
-        self.duration, self.step_size, self.integrator = run.duration, run.step, text(run.integrator)
+        self.duration, self.step_size, self.integrator = run.duration, run.step, "moreau-jean" if options.contact else text(run.integrator)
         self._watch_events(scene)
         self.state = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq + model.nv + model.nx)
         self.positions, self.velocities, self.states = np.split(self.state, [model.nq, model.nq + model.nv])
@@ -98,9 +99,12 @@ class Simulation(Fixed):
     def _run(self) -> Any:
         run = ffi.new("kt_run *", self.model.scene._scene.run)
         how = self._how
+        for name in ("integrator", "tolerance"):
+            if how[name] is not None and self.model.scene._scene.contact:
+                raise ArgumentError(1, name, "the scene has 'contact: steps', a method of its own with a fixed step; leave the argument out")
         if how["step"] is not None:
             run.step = finite(how["step"], "step", 0.0)
-            if how["integrator"] is None:
+            if how["integrator"] is None and not self.model.scene._scene.contact:
                 how["integrator"] = "rk4"
         if how["duration"] is not None:
             run.duration = finite(how["duration"], "duration", 0.0)

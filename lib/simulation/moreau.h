@@ -1,0 +1,97 @@
+/* Time stepping over impacts (moreau.c), for the files of this folder. */
+#ifndef KT_SIMULATION_MOREAU_H
+#define KT_SIMULATION_MOREAU_H
+
+#include "contact/contact.h"
+#include "linear/cone.h"
+
+/* Every array: type, name, count, meaning. An item is a contact or dry friction of a joint; its rows are those of
+ * struct kt_contacts. `items` of these, and `list` rows, may take part in a step. */
+#define KT_MOREAU_FIELDS(X)                                                                                            \
+    X(double, y, s->n, "the state in the middle of the step: q, then the velocities without impulses, and x")          \
+    X(double, middle, s->nv, "vm")                                                                                     \
+    X(double, after, s->nv, "velocities at the end")                                                                   \
+    X(double, change, s->nv, "scratch: displacements")                                                                 \
+    X(double, position, s->nq, "scratch")                                                                              \
+    X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
+    X(int, place, s->n_contacts, "of each contact: its item; -1: it takes no part")                                    \
+    X(int, item, s->items, "the contact, or dry friction")                                                             \
+    X(int, chosen, s->items, "scratch: items of a problem")                                                            \
+    X(double, none, s->items, "scratch: zeros")                                                                        \
+    X(double, shift, 3 * s->items, "scratch: of a correction")                                                         \
+    X(int, first, s->items, "its first row in the list")                                                               \
+    X(double, bound, s->items, "the least rate at the end")                                                            \
+    X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
+    X(double, mu, s->items, "coefficients of friction")                                                                \
+    X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
+    X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
+    X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
+    X(double, W, 9 * s->items * s->items, "of the cone solver")                                                        \
+    X(double, b, 3 * s->items, "likewise")                                                                             \
+    X(double, p, 3 * s->items, "likewise: impulses")                                                                   \
+    X(char, cone_memory, s->cone, "the cone solver")                                                                   \
+    X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
+    X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
+    X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \
+    X(double, multiplier, s->row, "of a record: of the equations of all contacts")
+
+typedef struct kt_moreau_sizes {
+    size_t n, nq, nv, x, n_contacts, items, list, cone, body, loop, row;
+} kt_moreau_sizes;
+
+/* The counts of the last step, which are added once the step is accepted. */
+typedef struct kt_moreau_counts {
+    uint64_t closed, newton, failures, reduced;
+    double penetration, supplied, dissipated;
+} kt_moreau_counts;
+
+typedef struct kt_moreau {
+    double h, t; /* of the last step, s: its length, and the time of its middle */
+    bool has_inverse;
+    int count;  /* of items */
+    int dry;    /* of these, the first ones are dry friction */
+    int stride; /* of W in struct kt_contacts */
+    kt_cone *cone;
+    kt_moreau_counts counts;
+    KT_ARENA_DECLARE(KT_MOREAU_FIELDS)
+} kt_moreau;
+
+/* Bytes of the memory for simulations of a model with n numbers of state; 0 without contacts. */
+size_t kt_moreau_size(const kt_model *model, size_t n);
+/* Prepares a simulation whose contacts are laid out (kt_contacts_init). */
+void kt_moreau_init(kt_simulation *simulation);
+
+/* The steps of the integrator, and the operations on contacts. */
+extern const struct kt_leap kt_moreau_leap;
+extern const kt_contact_calls kt_moreau_calls;
+
+/* The rate J x - b' of a row of a contact, in the state of the last equations; b' of its equation; and the rows of an
+ * item. */
+double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x);
+double kt_moreau_right(const struct kt_contacts *c, int k, int component);
+int kt_moreau_rows(const kt_moreau *m, int i);
+
+/* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_solve.c).
+ *
+ * kt_moreau_begin finds the equations in the middle, and the dry friction of joints, which takes part always.
+ *
+ * kt_moreau_take_free receives velocities without impulses, in m->y, and copies them to m->after.
+ *
+ * kt_moreau_add_closing adds contacts that close within the step at the velocities m->after.
+ *
+ * kt_moreau_solve computes the impulses, and m->after with them.
+ *
+ * kt_moreau_correct moves the middle out of contacts. */
+KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error);
+void kt_moreau_take_free(kt_simulation *simulation, double h);
+KT_CHECKED kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any,
+                                           kt_error *error);
+KT_CHECKED kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error);
+void kt_moreau_correct(kt_simulation *simulation, double h);
+
+/* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
+ * data belong to the model in which all contacts are closed. */
+KT_CHECKED kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *error);
+KT_CHECKED kt_status kt_moreau_end_record(kt_simulation *simulation, kt_record *record, kt_error *error);
+
+#endif

@@ -1,0 +1,295 @@
+/* Time stepping over contacts against closed forms, against events, and against its own laws at every step. */
+#include "kinetree/loop.h"
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+
+#include "simulation/moreau.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "interpose.h"
+#include "moreau_scenes.h"
+#include "scenes.h"
+
+static const double g = 9.81;
+
+typedef struct kt_stepped {
+    kt_scene scene;
+    kt_model *model;
+    kt_simulation *simulation;
+} kt_stepped;
+
+static void end(kt_stepped *s) {
+    kt_simulation_free(s->simulation);
+    kt_model_free(s->model);
+    kt_scene_free(&s->scene);
+    *s = (kt_stepped){.model = NULL};
+}
+
+/* Simulates a scene with steps of this length; 0: with events, by dop853. */
+static bool begin(const char *text, double step, kt_stepped *s) {
+    kt_error error = {0};
+    kt_simulation_options options = kt_simulation_options_default();
+    *s = (kt_stepped){.model = NULL};
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &s->scene, NULL, NULL, &error), &error))
+        return false;
+    kt_run run = s->scene.run;
+    run.duration = 100.0;
+    run.integrator = step > 0.0 ? NULL : "dop853";
+    run.step = step;
+    run.relative = run.absolute = 1e-11;
+    options.contact = step > 0.0 ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
+    options.record =
+        KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_MULTIPLIER | KT_RECORD_ACCELERATION;
+    return kt_fine("model", kt_model_compile(&s->scene.description, NULL, &s->model, &error), &error) &&
+           kt_fine("simulation", kt_simulation_create(s->model, &run, &options, &s->simulation, &error), &error);
+}
+
+static bool advance(const kt_stepped *s, double time) {
+    kt_error error = {0};
+    return kt_fine("step", kt_simulation_advance(s->simulation, time, &error), &error);
+}
+
+/* ---- closed forms ------------------------------------------------------------------------------------------------ */
+
+/* A block slides: v = v0 - mu g t, without an error, until it rests at v0^2 / (2 mu g), with an error of the order of a
+ * step. */
+KT_TEST(a_block_slides_and_stops_as_coulomb_has_it) {
+    const double mu = 0.3, v0 = 2.0, steps[] = {1e-2, 1e-3};
+    for (int i = 0; i < 2; i++) {
+        kt_stepped s;
+        double worst = 0.0;
+        if (begin(KT_MOREAU_SLIDER, steps[i], &s)) {
+            for (int k = 1; k <= 50 && advance(&s, 0.01 * k); k++)
+                worst = fmax(worst, fabs(kt_simulation_velocities(s.simulation)[0] - (v0 - mu * g * 0.01 * k)));
+            kt_check_below("velocity", worst, 1e-12);
+            (void)advance(&s, 2.0);
+            kt_check_near("place", kt_simulation_positions(s.simulation)[0], v0 * v0 / (2.0 * mu * g),
+                          mu * g * steps[i] * steps[i]);
+            kt_check_near("rest", kt_simulation_velocities(s.simulation)[0], 0.0, 1e-14);
+            kt_check_near("dissipated, J", kt_simulation_contacts(s.simulation).dissipated, 0.5 * v0 * v0, 1e-13);
+        }
+        end(&s);
+    }
+}
+
+/* A ball that is dropped from 1 m reaches the height e^2 (1 - O(h)), and rests at the end of all bounces. */
+KT_TEST(a_ball_bounces_and_rests) {
+    const double e = 0.5, t1 = sqrt(2.0 / g), zeno = t1 * (1.0 + e) / (1.0 - e);
+    for (double step = 4e-3; step > 4e-4; step /= 4.0) {
+        kt_stepped s;
+        double top = 0.0, depth = 0.0;
+        if (begin(KT_MOREAU_BALL, step, &s)) {
+            for (int k = 1; k * step < t1 * (1.0 + 2.0 * e) && advance(&s, k * step); k++) {
+                const double z = kt_simulation_positions(s.simulation)[0];
+                top = k * step > t1 ? fmax(top, z) : top;
+                depth = fmax(depth, -z);
+            }
+            kt_check_near("height", top, e * e, g * t1 * step);
+            kt_check_below("depth", depth, 1e-13);
+            (void)advance(&s, zeno + 20.0 * step);
+            kt_check_near("where", kt_simulation_positions(s.simulation)[0], 0.0, 1e-13);
+            kt_check_near("speed", kt_simulation_velocities(s.simulation)[0], 0.0, 1e-13);
+            kt_check_near("balance", kt_scene_balance(s.simulation), g, 1e-11);
+            kt_check_near("penetration", kt_simulation_contacts(s.simulation).penetration, 0.0, 1e-13);
+        }
+        end(&s);
+    }
+}
+
+/* ---- against events ---------------------------------------------------------------------------------------------- */
+
+static double distance(const kt_stepped *a, const kt_stepped *b) {
+    double worst = 0.0;
+    for (int i = 0; i < kt_model_nq(a->model); i++)
+        worst =
+            fmax(worst, fabs(kt_simulation_positions(a->simulation)[i] - kt_simulation_positions(b->simulation)[i]));
+    return worst;
+}
+
+/* The mean error at 50 times up to `duration`. */
+static double error_of(const char *text, double step, double duration) {
+    kt_stepped stepped, exact;
+    double sum = (double)NAN;
+    const bool fine = begin(text, 0.0, &exact);
+    if (begin(text, step, &stepped) && fine)
+        sum = 0.0;
+    for (int k = 1; k <= 50 && sum >= 0.0; k++)
+        sum = advance(&exact, duration * k / 50.0) && advance(&stepped, duration * k / 50.0)
+                  ? sum + distance(&exact, &stepped) / 50.0
+                  : (double)NAN;
+    end(&stepped);
+    end(&exact);
+    return sum;
+}
+
+/* The mean error over step of four steps next to each other. Where in its step an impact lies is random. */
+static double error_over_step(const char *text, double step, double duration) {
+    double sum = 0.0;
+    for (int k = 0; k < 4; k++)
+        sum += 0.25 * error_of(text, step * (1.0 - 0.07 * k), duration) / (step * (1.0 - 0.07 * k));
+    return sum;
+}
+
+/* The error over step stays below the bound, and does not grow by more than a half while steps shrink by 8. */
+static void check_order(const char *name, const char *text, double step, double duration, double bound) {
+    kt_note("%s", name);
+    const double coarse = error_over_step(text, step, duration), fine = error_over_step(text, step / 8.0, duration);
+    kt_check_below("error over step", coarse, bound);
+    kt_check_below("the same with steps shorter by 8", fine, 1.5 * coarse);
+}
+
+KT_TEST(errors_are_of_first_order) {
+    check_order("ball", KT_MOREAU_BALL, 4e-3, 1.5, 2.0);
+    check_order("slider", KT_MOREAU_SLIDER, 4e-3, 1.0, 4e-4);
+    check_order("pendulum on a stop", KT_MOREAU_PENDULUM, 4e-3, 2.0, 6.0);
+    check_order("four-bar with a stop", KT_MOREAU_FOUR_BAR, 2e-3, 1.0, 2.0);
+    check_order("rod that falls and slides", KT_MOREAU_ROD, 2e-3, 0.9, 0.4);
+    check_order("rope", KT_MOREAU_ROPE, 4e-3, 2.0, 4.0);
+    check_order("dry friction", KT_MOREAU_DRY, 4e-3, 3.0, 1.0);
+}
+
+/* ---- laws at every step ------------------------------------------------------------------------------------------ */
+
+/* The largest violation of Coulomb's cone, of its direction, and of complementarity, by the impulses of the last step,
+ * relative to the largest impulse and rate. */
+static double violation_of(const kt_simulation *simulation) {
+    const kt_moreau *m = simulation->moreau;
+    const struct kt_contacts *c = simulation->contacts;
+    double worst = 0.0, most = 1e-12, fastest = 1e-9;
+    for (int i = m->dry; i < m->count; i++) {
+        most = fmax(most, m->p[3 * i]);
+        fastest = fmax(fastest, fmax(fabs(m->begin[m->first[i]]), fabs(m->free[m->first[i]])));
+    }
+    for (int i = m->dry; i < m->count; i++) {
+        const double *p = m->p + 3 * i, cone = m->mu[i] * p[0];
+        double u[3] = {0.0, 0.0, 0.0};
+        for (int r = 0; r < kt_moreau_rows(m, i); r++)
+            u[r] = kt_moreau_rate(c, c->list[m->first[i] + r], c->component[m->first[i] + r], m->after);
+        const double bound = m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i], slip = hypot(u[1], u[2]);
+        worst = fmax(worst, -p[0] / most);
+        worst = fmax(worst, (bound - u[0]) / fastest);
+        worst = fmax(worst, p[0] / most * (u[0] - bound) / fastest);
+        worst = fmax(worst, (hypot(p[1], p[2]) - cone) / most);
+        if (slip > 1e-7 * fastest && cone > 0.0)
+            worst = fmax(worst, hypot(p[1] + cone * u[1] / slip, p[2] + cone * u[2] / slip) / most * slip / fastest);
+    }
+    return worst;
+}
+
+KT_TEST(a_thrown_box_obeys_the_laws_of_contact_at_every_step) {
+    kt_stepped s;
+    double worst = 0.0, grown = 0.0, last = 0.0;
+    kt_error error = {0};
+    int closed = 0;
+    if (begin(KT_MOREAU_BOX, 1e-3, &s)) {
+        for (int k = 1; k <= 2000 && advance(&s, 1e-3 * k); k++) {
+            kt_record record = {.kinetic = (double)NAN};
+            worst = fmax(worst, violation_of(s.simulation));
+            (void)kt_fine("sense", kt_simulation_sense(s.simulation, &record, &error), &error);
+            const double energy = record.kinetic + record.potential;
+            grown = k > 1 ? fmax(grown, energy - last) : 0.0;
+            last = energy;
+            closed += s.simulation->moreau->count > 0;
+        }
+        kt_check_below("violation", worst, 1e-12);
+        kt_check_below("growth of the energy in a step, J", grown, 1e-5);
+        kt_check_true("it lies on the floor", closed > 1000);
+        kt_check_equal_int("failures", (long long)kt_simulation_contacts(s.simulation).failures, 0);
+        kt_check_below("penetration", kt_simulation_contacts(s.simulation).penetration, 1e-8);
+        kt_check_below("speed at the end", fabs(kt_simulation_velocities(s.simulation)[2]), 1e-9);
+    }
+    end(&s);
+}
+
+/* ---- records ----------------------------------------------------------------------------------------------------- */
+
+static int keep_last(const kt_record *record, void *user) {
+    double *force = user;
+    const int loop = kt_loop_find(record->model, "floor");
+    force[0] = record->multipliers[kt_loop_rows_of(record->model, loop).first];
+    force[1] = record->loop_reactions[loop].force.z;
+    force[2] = record->a[0];
+    return 0;
+}
+
+/* A block of 2 kg that slides: its weight, and the acceleration -mu g. */
+KT_TEST(records_have_forces_as_impulses_over_steps) {
+    kt_stepped s;
+    kt_error error = {0};
+    double force[3] = {0.0, 0.0, 0.0};
+    if (begin(KT_MOREAU_SLIDER, 1e-2, &s) && advance(&s, 0.2)) {
+        kt_record record;
+        (void)kt_fine("sense", kt_simulation_sense(s.simulation, &record, &error), &error);
+        (void)keep_last(&record, force);
+        kt_check_near("multiplier", force[0], g, 1e-12);
+        kt_check_near("normal force", force[1], g, 1e-12);
+        kt_check_near("acceleration", force[2], -0.3 * g, 1e-12);
+    }
+    end(&s);
+}
+
+/* ---- continuing -------------------------------------------------------------------------------------------------- */
+
+/* A run from a checkpoint has the bits of a run without a break, and no step allocates. */
+KT_TEST(checkpoints_keep_all_bits_and_steps_do_not_allocate) {
+    kt_stepped whole, broken;
+    kt_error error = {0};
+    const bool fine = begin(KT_MOREAU_BOX, 1e-3, &whole);
+    if (begin(KT_MOREAU_BOX, 1e-3, &broken) && fine && advance(&broken, 0.437)) {
+        void *block = malloc(kt_simulation_state_size(broken.simulation));
+        kt_simulation_save(broken.simulation, block);
+        end(&broken);
+        (void)advance(&whole, 0.437);
+        if (begin(KT_MOREAU_BOX, 1e-3, &broken) &&
+            kt_fine("restore", kt_simulation_restore(broken.simulation, block, &error), &error)) {
+            kt_interpose_start();
+            const bool done = advance(&whole, 0.8);
+            kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+            if (done && advance(&broken, 0.8))
+                kt_check_equal_bits("state", kt_simulation_positions(broken.simulation),
+                                    kt_simulation_positions(whole.simulation), 7);
+        }
+        free(block);
+    }
+    end(&whole);
+    end(&broken);
+}
+
+/* ---- what is rejected -------------------------------------------------------------------------------------------- */
+
+static void check_rejected(const char *text, kt_run run, kt_simulation_options options, const char *where) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), &error))
+        return;
+    if (kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error)) {
+        kt_check_true("rejected", kt_simulation_create(model, &run, &options, &simulation, &error) != KT_OK);
+        kt_check_text(error.message, error.where, where);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(time_stepping_rejects_what_it_has_not) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    options.contact = KT_CONTACT_STEPS;
+    check_rejected(KT_MOREAU_BALL, run, options, "integrator"); /* the default one */
+    run.integrator = NULL;
+    check_rejected(KT_MOREAU_BALL, run, options, "step");
+    run.step = 1e-3;
+    check_rejected(KT_MOREAU_FREE, run, options, "contact");
+    check_rejected(KT_MOREAU_POISSON, run, options, "contact");
+    options.method = kt_method_find("rk4");
+    check_rejected(KT_MOREAU_BALL, run, options, "contact");
+    options.method = NULL;
+    options.contact = (kt_contact_scheme)7;
+    check_rejected(KT_MOREAU_BALL, run, options, "contact");
+}

@@ -1,0 +1,98 @@
+/* Scenes with hard contacts, for time stepping. */
+#ifndef KT_TEST_SIMULATION_MOREAU_SCENES_H
+#define KT_TEST_SIMULATION_MOREAU_SCENES_H
+
+#define KT_MOREAU_HEAD "kinetree: 1\ngravity: [0, 0, -9.81]\n"
+
+#define KT_MOREAU_FALLING                                                                                              \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: ball, joint: {type: prismatic, axis: z, position: 1}, mass: 1}\n"
+
+/* A ball falls from 1 m onto a stop. */
+#define KT_MOREAU_BALL                                                                                                 \
+    KT_MOREAU_FALLING "effects:\n"                                                                                     \
+                      "  - {type: joint_limit, joint: ball, lower: 0, restitution: 0.5}\n"
+#define KT_MOREAU_FREE KT_MOREAU_FALLING
+#define KT_MOREAU_POISSON                                                                                              \
+    KT_MOREAU_FALLING "effects:\n"                                                                                     \
+                      "  - {type: joint_limit, joint: ball, lower: 0, restitution: 0.5, poisson: true}\n"
+
+/* A block of 1 kg without rotations slides on the floor. */
+#define KT_MOREAU_SLIDER                                                                                               \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: rail, joint: {type: prismatic, axis: x, velocity: 2}, mass: 0}\n"                                      \
+    "  - {name: block, parent: rail, joint: {type: prismatic, axis: z}, mass: 1,"                                      \
+    " markers: {foot: [0, 0, 0]}}\n"                                                                                   \
+    "effects:\n"                                                                                                       \
+    "  - {name: floor, type: contact, point: block.foot, plane: world, friction: 0.3, restitution: 0}\n"
+
+/* A rod swings against a stop. */
+#define KT_MOREAU_PENDULUM                                                                                             \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: rod, joint: {type: revolute, axis: y, position: 1.2}, mass: 1, com: [0, 0, -0.5]}\n"    \
+                   "effects:\n"                                                                                        \
+                   "  - {type: joint_limit, joint: rod, lower: 0.1, restitution: 0.6}\n"
+
+/* A four-bar that closes in a plane falls onto a stop of its crank. */
+#define KT_MOREAU_FOUR_BAR                                                                                             \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: crank, joint: {type: revolute, axis: y, position: 0.4}, mass: 1, com: [0, 0, 0.5],"     \
+                   " markers: {end: [0, 0, 1]}}\n"                                                                     \
+                   "  - {name: rod, parent: crank, joint: {type: revolute, axis: y, at: [0, 0, 1], position: 1.2},"    \
+                   " mass: 1, com: [0, 0, 1], markers: {end: [0, 0, 2]}}\n"                                            \
+                   "  - {name: rocker, joint: {type: revolute, axis: y, at: [2, 0, 0], position: 0.4}, mass: 1,"       \
+                   " com: [0, 0, 0.6], markers: {end: [0, 0, 1.2]}}\n"                                                 \
+                   "loops:\n"                                                                                          \
+                   "  - {name: pin, type: revolute, between: [rod.end, rocker.end], axis: y}\n"                        \
+                   "effects:\n"                                                                                        \
+                   "  - {type: joint_limit, joint: crank, upper: 1.0, restitution: 0.4}\n"
+
+/* A rod falls onto its end, and slides. */
+#define KT_MOREAU_ROD                                                                                                  \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: rod, joint: {type: planar, axis: y, position: [0, 0, 0.4]}, mass: 1,"                   \
+                   " inertia: [0.1, 0.1, 0.001], markers: {a: [0, 0, 0.5], b: [0, 0, -0.5]}}\n"                        \
+                   "effects:\n"                                                                                        \
+                   "  - {name: a, type: contact, point: rod.a, plane: {body: world, at: [0, 0, -0.7]}, friction: 0.3," \
+                   " restitution: 0}\n"                                                                                \
+                   "  - {name: b, type: contact, point: rod.b, plane: {body: world, at: [0, 0, -0.7]}, friction: 0.3," \
+                   " restitution: 0}\n"
+
+/* A ball is thrown up at the end of a rope. */
+#define KT_MOREAU_ROPE                                                                                                 \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: ball, joint: {type: planar, axis: y, position: [0.2, 0.3, 0]}, mass: 1, inertia: [1, 1, 1],"           \
+    " markers: {middle: [0, 0, 0]}}\n"                                                                                 \
+    "loops:\n"                                                                                                         \
+    "  - {name: rope, type: distance, between: [world, ball.middle], length: 1, slack: true,"                          \
+    " restitution: 0.3}\n"
+
+/* A mass on a spring with dry friction. */
+#define KT_MOREAU_DRY                                                                                                  \
+    "kinetree: 1\n"                                                                                                    \
+    "bodies:\n"                                                                                                        \
+    "  - {name: mass, joint: {type: prismatic, axis: x, position: 1}, mass: 1}\n"                                      \
+    "effects:\n"                                                                                                       \
+    "  - {type: joint_spring, joint: mass, stiffness: 40}\n"                                                           \
+    "  - {type: joint_friction, joint: mass, coulomb: 3, static: 4, stribeck: 0.1, viscous: 0.5, stick: true}\n"
+
+/* A box with four corners is thrown onto the floor. */
+#define KT_MOREAU_BOX                                                                                                  \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - name: box\n"                                                                                                  \
+    "    joint: {type: free, position: {position: [0, 0, 0.5], orientation: {axis: [1, 2, 0], angle: 0.4}},"           \
+    " velocity: {linear: [1, 0, 0], angular: [1, 2, 3]}}\n"                                                            \
+    "    mass: 2\n"                                                                                                    \
+    "    shape: {type: box, size: [0.4, 0.3, 0.2]}\n"                                                                  \
+    "    markers: {a: [0.2, 0.15, -0.1], b: [0.2, -0.15, -0.1], c: [-0.2, 0.15, -0.1],"                                \
+    " d: [-0.2, -0.15, -0.1]}\n"                                                                                       \
+    "effects:\n"                                                                                                       \
+    "  - {name: a, type: contact, point: box.a, plane: world, friction: 0.4, restitution: 0.2}\n"                      \
+    "  - {name: b, type: contact, point: box.b, plane: world, friction: 0.4, restitution: 0.2}\n"                      \
+    "  - {name: c, type: contact, point: box.c, plane: world, friction: 0.4, restitution: 0.2}\n"                      \
+    "  - {name: d, type: contact, point: box.d, plane: world, friction: 0.4, restitution: 0.2}\n"
+
+#endif
