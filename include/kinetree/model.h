@@ -430,14 +430,14 @@ KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter 
                                              kt_error *error);
 
 /* Writes the numbers of `loop NAME.place` with which the ends of a loop coincide at the positions of the last
- * kt_kinematics_update ("weld here"). Then the equations of welds, hinges and pins are satisfied. A loop that a switch
- * turns on later catches a foot where it stands:
+ * kt_kinematics_update ("weld here"). Then the equations of welds, hinges and pins are satisfied. So a loop can catch a
+ * foot where it stands:
  *
+ *     double here[KT_PARAMETER_MAX];
  *     status = kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error);
  *     status = kt_loop_place_here(model, data, kt_loop_find(model, "foot"), here, &error);
- *     status = kt_simulation_set_parameter(simulation, copy, &place, here, &error);
- *     status = kt_simulation_switch(simulation, set, NULL, &error);
  *
+ * Then kt_simulation_set_parameter sets the place, and kt_simulation_switch switches the loop on.
  * Shape: values has 6 numbers.
  * Errors: KT_ERROR_ARGUMENT (no such loop, it has no place, the data belong to another model, or their kinematics are
  * not available). `values` is then unchanged.
