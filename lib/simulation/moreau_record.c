@@ -88,7 +88,8 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
         for (size_t j = 0; c->all->loop[item->loop].term_count > 0 && j < nv; j++)
             m->tau[j] += c->jacobian[j * c->all->n.row + (size_t)row] * m->multiplier[row];
     }
-    add_wrenches(simulation, t, q, v);
+    if (KT_HAS_LOOPS)
+        add_wrenches(simulation, t, q, v);
     simulation->tau = m->tau;
     simulation->external = m->external;
     return KT_OK;
