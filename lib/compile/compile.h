@@ -103,15 +103,15 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
  * neither constant nor set by a parameter. */
 bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
 
-/* loop_place.c: the place of a loop's end on the world, as six numbers (KT_PARAMETER_LOOP_PLACE). The first function
+/* loop_place.c: the place of a loop's end on the world, as six numbers x (KT_PARAMETER_LOOP_PLACE). The first function
  * returns that end; -1 if there is none, if the loop bounds a side, or if it counts an angle from the start. The check
  * reports places that the plane of the loop does not have. */
 enum { KT_PLACE_COUNT = 6 };
-int kt_loop_place_end(const kt_loop_record *loop);
-void kt_loop_place_write(kt_pose pose, double *numbers);
-void kt_loop_place_get(const kt_model *model, int loop, double *numbers);
-KT_CHECKED kt_status kt_loop_place_check(const kt_model *model, int loop, const double *numbers, kt_error *error);
-void kt_loop_place_put(kt_model *model, int loop, const double *numbers);
+int kt_loop_place_end(const kt_loop_record *r);
+void kt_loop_place_write(kt_pose pose, double *x);
+void kt_loop_place_get(const kt_model *m, int loop, double *x);
+KT_CHECKED kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_error *error);
+void kt_loop_place_put(kt_model *m, int loop, const double *x);
 
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 
