@@ -289,6 +289,7 @@ def check_refusals(folder):
     cases = {
         "from": (", mass: 1", "initial: {from: other.json}\n", "initial.from"),
         "formulation": (", mass: 1", "simulate: {formulation: absolute}\n", "simulate.formulation"),
+        "steps": (", mass: 1", "effects: [{type: joint_limit, joint: b, lower: 0, restitution: 0}]\nsimulate: {contact: steps, step: 1e-2}\n", "which an FMU does not have"),
         "mesh": ("", "meshes: [{body: b, file: b.stl, density: 1}]\n", "it reads other files"),
     }
     problems = []
