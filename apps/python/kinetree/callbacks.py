@@ -257,7 +257,7 @@ class PointForce(Force):
                     end.marker = self._text(marker, "points")
             elif isinstance(point, (list, tuple)) and len(point) == 2:
                 end.body = self._text(point[0], "points")
-                end.at.x, end.at.y, end.at.z = doubles(point[1], (3,), "points").tolist()
+                end.at.x, end.at.y, end.at.z = (float(each) for each in doubles(point[1], (3,), "points"))
             else:
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, "points", f'expected "body", "body.marker" or (body, place in its frame), got {point!r}')
         effect.wrench = self._called(lib.kt_python_wrench)

@@ -126,7 +126,7 @@ class Run(Table):
     @property
     def warnings(self) -> List[Json]:
         """The warnings of the run."""
-        return self.summary.get("warnings", [])
+        return list(self.summary.get("warnings", []))
 
     def _quantity(self, name: str) -> str:
         """The title of the panel of a column: "Position, rad"."""
