@@ -55,11 +55,12 @@ typedef struct compilation {
 
 /* The effect whose friction sticks by the loop of switch k; -1: none. */
 static int effect_of_stick(const compilation *c, int k) {
-    const kt_loop *loop = c->item[k].loop >= 0 ? &c->loops[c->item[k].loop] : NULL;
-    const bool may =
-        loop && loop->side == KT_SIDE_NONE && (loop->type == KT_LOOP_RATES || loop->type == KT_LOOP_ROLLING);
-    const int effect = may ? loop->equation_count - 1 : -1;
-    if (effect < 0 || effect >= c->description.effect_count)
+    if (c->item[k].loop < 0)
+        return -1;
+    const kt_loop *loop = &c->loops[c->item[k].loop];
+    const int effect = loop->equation_count - 1;
+    if (loop->side != KT_SIDE_NONE || (loop->type != KT_LOOP_RATES && loop->type != KT_LOOP_ROLLING) || effect < 0 ||
+        effect >= c->description.effect_count)
         return -1;
     const kt_effect *of = &c->effects[effect];
     return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
