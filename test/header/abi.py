@@ -92,6 +92,7 @@ SUPPRESSED = """[suppress_type]
   type_kind = struct
   name_regexp = ^kt_[a-z_]*_options$
   has_data_member_inserted_at = end
+  has_size_change = yes
 """
 
 
