@@ -231,7 +231,7 @@ def test_a_plot_has_the_panels_and_colours_of_the_command(scenes, tmp_path):
     kt.command.run("plot", str(tmp_path / "run.csv"), "--columns", "position,marker", "--out", str(tmp_path / "run.svg"))
     svg = (tmp_path / "run.svg").read_text()
     ours = [line.get_color() for each in panels for line in each.get_lines()]
-    theirs = [each for each in re.findall(r"stroke:(#[0-9a-f]{6})", svg)]
+    theirs = [each for each in re.findall(r'stroke(?::|=")(#[0-9a-f]{6})', svg)]
     quiet, faint = (matplotlib.colors.to_hex(each) for each in (panels[0].spines["left"].get_edgecolor(), panels[0].get_xgridlines()[0].get_color()))
     curves = [each for each in theirs if each not in (quiet, faint)]
     print("       colours of curves and keys:", len(curves), "of", len(theirs))
