@@ -1,6 +1,7 @@
 """Evaluations at a state: dynamics, derivatives, constraints and kinematics."""
 from __future__ import annotations
 
+import itertools
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -24,7 +25,7 @@ class State:
         counts = (nq, nv, nv, nv)
         self.memory = Memory(8 * sum(counts))
         numbers = self.memory.array.view(np.float64)
-        ends = np.cumsum(counts).tolist()
+        ends = itertools.accumulate(counts)
         self.arrays = [numbers[end - count:end] for count, end in zip(counts, ends)]
         self.pointers = [pointer(array) for array in self.arrays]
 

@@ -5,7 +5,7 @@ import contextlib
 import copy
 import hashlib
 import threading
-from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union, cast
 
 import numpy as np
 
@@ -131,7 +131,7 @@ class Simulation(Fixed):
 
     def _changing(self) -> ContextManager[None]:
         """The guard of a change, which the action of an event may make, too: the call that led to the action holds the guard."""
-        return contextlib.nullcontext() if self._acting == threading.get_ident() else self._guard  # type: ignore[return-value]
+        return cast(ContextManager[None], contextlib.nullcontext() if self._acting == threading.get_ident() else self._guard)
 
     def _check(self, status: int) -> None:
         if status:
