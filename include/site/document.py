@@ -20,6 +20,7 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
 """
+import itertools
 import os
 import pathlib
 import re
@@ -432,6 +433,14 @@ def gather(output, command, gallery):
             page.write(f"\n```{{raw}} html\n{(extra / 'gallery/figures.html').read_text()}```\n")
 
 
+def name_anonymous(folder):
+    """Doxygen 1.9.8 leaves the names of anonymous enumerations empty, which Sphinx rejects; earlier versions wrote @0, @1 ..."""
+    number = itertools.count()
+    for path in sorted(folder.glob("*.xml")):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub("<name></name>", lambda _: f"<name>@{next(number)}</name>", text), encoding="utf-8")
+
+
 def build(output, dependencies=None, command=None, gallery=None):
     output = pathlib.Path(output).resolve()
     output.mkdir(parents=True, exist_ok=True)
@@ -444,9 +453,10 @@ def build(output, dependencies=None, command=None, gallery=None):
     status = subprocess.run(["doxygen", "site/Doxyfile"], cwd=HERE, env=environment).returncode
     if status:
         return status
+    name_anonymous(output / "xml")
     gather(output, command, gallery)
     return subprocess.run(["sphinx-build", "-q", "-W", "--keep-going", "-c", HERE / "site", "-d", output / "doctrees",
-                           output / "source", output / "html"], env=environment).returncode
+                           output / "source", output / "html"], env={**environment, "PYTHONWARNINGS": "ignore::DeprecationWarning"}).returncode
 
 
 def main():
