@@ -14,8 +14,8 @@
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
  * step comes to rest at whatever speed, since the step does not resolve it.
  *
- * Stick that ends TURNS times at intervals no longer than `unresolved` is held for the time `hold`: forces are at the
- * limit of friction up to rounding, and slip ends as soon as it begins.
+ * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Stick that ends TURNS
+ * times at intervals of at most `unresolved` is therefore held for the time `hold`.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The

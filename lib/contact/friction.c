@@ -88,8 +88,9 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     return true;
 }
 
-/* Poses the problem of an impact without approach. The contact of row `wedged`, unless -1, approaches at a rate that is
- * small against its slip, so that zero impulse is no solution; its friction is larger by the part `excess`. */
+/* Poses the problem of an impact without approach. Row `wedged` is that of one contact, or -1. This contact approaches
+ * at a rate that is small against its slip, so that no impulse is no solution. Its friction is larger by the part
+ * `excess`. */
 static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
                             double excess) {
     struct kt_contacts *c = simulation->contacts;

@@ -173,8 +173,8 @@ static double reach_of(const kt_effect_record *effect, const kt_effect_end *end)
 }
 
 /* Returns -x, and the velocity of the sphere's centre in the frame of the plane. For a plane on the ground, the
- * velocity is in the world's axes. A disc's contact is hard, and so is that of
- * two spheres: only their distances are used. */
+ * velocity is in the world's axes. Contacts of a disc, and of two spheres, are
+ * hard: only their distances are used. */
 static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
     if (effect->radius2 > 0.0)

@@ -254,10 +254,14 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
-/* Frees the contact that friction wedged in the last evaluation. Attempts in turn: if its slip is slow it comes to
- * rest; it is released, if it then parts; if its slip is slow it is held for a short time; impulses without a collision
- * stop its slip. Each attempt is made once, the
- * last one IMPULSES times. Returns false if none is left. */
+/* Frees the contact that friction wedged in the last evaluation. There are four attempts, in this order:
+ *
+ *     STOP       slow slip comes to rest
+ *     RELEASE    the contact is released, if it then parts
+ *     HOLD       slow slip is held for a short time
+ *     then       impulses without a collision stop the slip, up to IMPULSES times
+ *
+ * Returns false if no attempt is left. */
 static bool free_wedged(kt_simulation *simulation, int *attempt) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_ERROR_CONSTRAINT;

@@ -97,7 +97,6 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     return KT_OK;
 }
 
-/* Counts a step that ended without an event. Returns an error if too many were to end at event k and did not. */
 kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error) {
 #if KT_HAS_EVENTS
     const double t = kt_integrator_time(simulation->integrator);

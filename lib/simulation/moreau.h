@@ -5,8 +5,8 @@
 #include "contact/contact.h"
 #include "linear/cone.h"
 
-/* Every array: type, name, count, meaning. An item is a contact or dry friction of a joint; its rows are those of
- * struct kt_contacts. `items` of these, and `list` rows, may take part in a step. */
+/* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. Its rows are those of
+ * struct kt_contacts. At most `items` items and `list` rows take part in a step. */
 #define KT_MOREAU_FIELDS(X)                                                                                            \
     X(double, y, s->n, "the state in the middle of the step: q, then the velocities without impulses, and x")          \
     X(double, middle, s->nv, "vm")                                                                                     \

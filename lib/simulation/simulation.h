@@ -198,7 +198,8 @@ void kt_simulation_pass_clearances(kt_simulation *simulation);
 void kt_simulation_count(kt_simulation *simulation);
 
 /* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no
- * end. */
+ * end. The second function counts a step that ended without an event; `missed`: it was to end at event k. Returns an
+ * error if too many steps in turn miss their event. */
 KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
 KT_CHECKED kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error);
 
@@ -244,8 +245,9 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
 bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
 
-/* Of the search of events (event_chain.c): notes the error of an event, unless an evaluation has failed whose cause is
- * known; and whether a contact changes its side in the last step at another instant than the one that is due. */
+/* Parts of the search of events (event_chain.c). The first one notes the error of an event, unless the cause of a
+ * failed evaluation is known. The second one returns whether a contact changes its side within the last step, and not
+ * at the instant that is due. */
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
 bool kt_simulation_skips_contact(const kt_simulation *simulation);
 

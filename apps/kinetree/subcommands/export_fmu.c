@@ -1,5 +1,5 @@
-/* The archive of `kinetree export --fmu`: the description, the binary for this system, and the text of the scene; with
- * --sources also the source of the binary in one file, and a description of its build.
+/* The archive of `kinetree export --fmu` has the description, the binary for this system, and the text of the scene.
+ * With --sources it also has the source of the binary in one file, and a description of its build.
  *
  *     modelDescription.xml           binaries/PLATFORM/NAME.so    resources/scene.yaml
  *     sources/buildDescription.xml   sources/kinetree-fmu.c
