@@ -19,7 +19,7 @@ typedef struct equations {
     kt_error error;
 } equations;
 
-bool equations_open(equations *e, const char *path);
+bool equations_open(equations *e, const char *path, const kt_scene_options *options); /* options may be NULL */
 void equations_close(equations *e);
 
 /* dydt = f(t, y). Returns 0, or -1 if the mechanism has no acceleration there or the limit is reached. */
@@ -30,6 +30,13 @@ int equations_project(equations *e, double t, double *y, bool *changed);
 
 /* A solver's run from the start to the end, which it writes to y. The text is NULL, or why it failed. */
 typedef const char *solver_run(equations *e, const char *method, double tolerance, double end, double *y);
+
+/* Receives the state at the end of an interval; false stops the run. */
+typedef bool solver_output(void *user, int record, const double *y);
+
+/* A run of SUNDIALS with `records` equal intervals, whose ends it interpolates. */
+const char *sundials_records(equations *e, const char *method, double tolerance, double end, int records,
+                             solver_output *output, void *user);
 
 solver_run sundials_run;
 extern const char *const sundials_methods[]; /* ends with NULL */

@@ -28,6 +28,9 @@ const char *const sundials_methods[] = {"cvode-adams", "cvode-bdf", "erk5", "erk
 typedef struct session {
     equations *e;
     double tolerance, end;
+    int records;           /* intervals up to the end */
+    solver_output *output; /* NULL: none */
+    void *user;
     SUNContext context;
     N_Vector y, rate;
     SUNMatrix matrix;
@@ -68,6 +71,19 @@ static int project_correction(realtype t, N_Vector y, N_Vector correction, realt
     return failed;
 }
 
+static const char *fault_of(bool good, bool has_ended) {
+    return has_ended ? NULL : good ? "the solver gave up" : "the solver could not be set up";
+}
+
+/* The end of an interval. */
+static double end_of(const session *s, int record) {
+    return record == s->records ? s->end : s->end * record / s->records;
+}
+
+static bool put_record(const session *s, int record) {
+    return s->output == NULL || s->output(s->user, record, N_VGetArrayPointer(s->y));
+}
+
 static const char *run_cvode(session *s, bool adams) {
     void *solver = CVodeCreate(adams ? CV_ADAMS : CV_BDF, s->context);
     realtype t = 0.0;
@@ -81,9 +97,11 @@ static const char *run_cvode(session *s, bool adams) {
         good = CVodeSetLinearSolver(solver, s->linear, s->matrix) == CV_SUCCESS &&
                CVodeSetProjFn(solver, project_correction) == CV_SUCCESS &&
                CVodeSetProjErrEst(solver, SUNFALSE) == CV_SUCCESS;
-    const int ended = good ? CVode(solver, s->end, s->y, &t, CV_NORMAL) : -1;
+    bool runs = good;
+    for (int k = 1; k <= s->records && runs; k++)
+        runs = CVode(solver, end_of(s, k), s->y, &t, CV_NORMAL) >= 0 && put_record(s, k);
     CVodeFree(&solver);
-    return ended >= 0 ? NULL : good ? "the solver gave up" : "the solver could not be set up";
+    return fault_of(good, runs);
 }
 
 static const char *run_erk(session *s, int order) {
@@ -95,9 +113,11 @@ static const char *run_erk(session *s, int order) {
                       ERKStepSetMaxNumSteps(solver, most_steps) == ARK_SUCCESS &&
                       ERKStepSetPostprocessStepFn(solver, project_step) == ARK_SUCCESS &&
                       ERKStepSetStopTime(solver, s->end) == ARK_SUCCESS;
-    const int ended = good ? ERKStepEvolve(solver, s->end, s->y, &t, ARK_NORMAL) : -1;
+    bool runs = good;
+    for (int k = 1; k <= s->records && runs; k++)
+        runs = ERKStepEvolve(solver, end_of(s, k), s->y, &t, ARK_NORMAL) >= 0 && put_record(s, k);
     ERKStepFree(&solver);
-    return ended >= 0 ? NULL : good ? "the solver gave up" : "the solver could not be set up";
+    return fault_of(good, runs);
 }
 
 static const char *run_dirk(session *s) {
@@ -110,9 +130,11 @@ static const char *run_dirk(session *s) {
                       ARKStepSetLinearSolver(solver, s->linear, s->matrix) == ARK_SUCCESS &&
                       ARKStepSetPostprocessStepFn(solver, project_step) == ARK_SUCCESS &&
                       ARKStepSetStopTime(solver, s->end) == ARK_SUCCESS;
-    const int ended = good ? ARKStepEvolve(solver, s->end, s->y, &t, ARK_NORMAL) : -1;
+    bool runs = good;
+    for (int k = 1; k <= s->records && runs; k++)
+        runs = ARKStepEvolve(solver, end_of(s, k), s->y, &t, ARK_NORMAL) >= 0 && put_record(s, k);
     ARKStepFree(&solver);
-    return ended >= 0 ? NULL : good ? "the solver gave up" : "the solver could not be set up";
+    return fault_of(good, runs);
 }
 
 static const char *run_ida(session *s) {
@@ -125,9 +147,11 @@ static const char *run_ida(session *s) {
                       IDASetMaxNumSteps(solver, most_steps) == IDA_SUCCESS &&
                       IDASetLinearSolver(solver, s->linear, s->matrix) == IDA_SUCCESS &&
                       IDASetStopTime(solver, s->end) == IDA_SUCCESS;
-    const int ended = good ? IDASolve(solver, s->end, &t, s->y, s->rate, IDA_NORMAL) : -1;
+    bool runs = good;
+    for (int k = 1; k <= s->records && runs; k++)
+        runs = IDASolve(solver, end_of(s, k), &t, s->y, s->rate, IDA_NORMAL) >= 0 && put_record(s, k);
     IDAFree(&solver);
-    return ended >= 0 ? NULL : good ? "the solver gave up" : "the solver could not be set up";
+    return fault_of(good, runs);
 }
 
 static const char *run_method(session *s, const char *method) {
@@ -138,27 +162,39 @@ static const char *run_method(session *s, const char *method) {
     return strcmp(method, "ida") == 0 ? run_ida(s) : run_dirk(s);
 }
 
-const char *sundials_run(equations *e, const char *method, double tolerance, double end, double *y) {
-    session s = {.e = e, .tolerance = tolerance, .end = end};
-    const sunindextype n = (sunindextype)e->n;
+/* The whole life of a session. y (NULL: not wanted) receives the state at the end. */
+static const char *run_session(session *s, const char *method, double *y) {
+    const sunindextype n = (sunindextype)s->e->n;
     const char *failed = "no memory";
-    if (SUNContext_Create(NULL, &s.context) != 0)
+    if (SUNContext_Create(NULL, &s->context) != 0)
         return failed;
-    s.y = N_VNew_Serial(n, s.context);
-    s.rate = N_VNew_Serial(n, s.context);
-    s.matrix = SUNDenseMatrix(n, n, s.context);
-    s.linear = s.y && s.matrix ? SUNLinSol_Dense(s.y, s.matrix, s.context) : NULL;
-    s.fixed_point = s.y ? SUNNonlinSol_FixedPoint(s.y, 0, s.context) : NULL;
-    if (s.rate && s.linear && s.fixed_point) {
-        memcpy(N_VGetArrayPointer(s.y), e->start, e->n * sizeof *y);
-        failed = run_method(&s, method);
-        memcpy(y, N_VGetArrayPointer(s.y), e->n * sizeof *y);
+    s->y = N_VNew_Serial(n, s->context);
+    s->rate = N_VNew_Serial(n, s->context);
+    s->matrix = SUNDenseMatrix(n, n, s->context);
+    s->linear = s->y && s->matrix ? SUNLinSol_Dense(s->y, s->matrix, s->context) : NULL;
+    s->fixed_point = s->y ? SUNNonlinSol_FixedPoint(s->y, 0, s->context) : NULL;
+    if (s->rate && s->linear && s->fixed_point) {
+        memcpy(N_VGetArrayPointer(s->y), s->e->start, s->e->n * sizeof *y);
+        failed = run_method(s, method);
+        if (y != NULL)
+            memcpy(y, N_VGetArrayPointer(s->y), s->e->n * sizeof *y);
     }
-    SUNNonlinSolFree(s.fixed_point);
-    SUNLinSolFree(s.linear);
-    SUNMatDestroy(s.matrix);
-    N_VDestroy(s.rate);
-    N_VDestroy(s.y);
-    SUNContext_Free(&s.context);
+    SUNNonlinSolFree(s->fixed_point);
+    SUNLinSolFree(s->linear);
+    SUNMatDestroy(s->matrix);
+    N_VDestroy(s->rate);
+    N_VDestroy(s->y);
+    SUNContext_Free(&s->context);
     return failed;
+}
+
+const char *sundials_run(equations *e, const char *method, double tolerance, double end, double *y) {
+    session s = {.e = e, .tolerance = tolerance, .end = end, .records = 1};
+    return run_session(&s, method, y);
+}
+
+const char *sundials_records(equations *e, const char *method, double tolerance, double end, int records,
+                             solver_output *output, void *user) {
+    session s = {.e = e, .tolerance = tolerance, .end = end, .records = records, .output = output, .user = user};
+    return run_session(&s, method, NULL);
 }

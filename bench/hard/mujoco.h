@@ -2,24 +2,10 @@
 #ifndef KT_BENCH_HARD_MUJOCO_H
 #define KT_BENCH_HARD_MUJOCO_H
 
+#include "../peers/mujoco_twin.h"
 #include "events.h"
 
-#include <mujoco/mujoco.h>
-#include <stddef.h>
 #include <stdio.h>
-
-enum { KT_MUJOCO_REASON = 300 };
-
-/* The model of an MJCF in memory, which is freed; NULL and MuJoCo's words where there is no text, or it is refused. */
-mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]);
-
-/* The same of a scene that includes "part.xml" (NULL: does not): MuJoCo's parser nests no more than a hundred elements
- * in one file. */
-typedef struct kt_mujoco_text {
-    char *text;
-    size_t size;
-} kt_mujoco_text;
-mjModel *kt_mujoco_read_parts(kt_mujoco_text *scene, kt_mujoco_text *part, char reason[KT_MUJOCO_REASON]);
 
 /* A motion with events; all but `write` and `see` may be NULL. */
 typedef struct kt_mujoco_motion {

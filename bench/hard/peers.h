@@ -3,6 +3,7 @@
 #define KT_BENCH_HARD_PEERS_H
 
 #include "../../test/hard/hard.h"
+#include "../peers/twin.h"
 
 /* Runs the motion of h (opened, with a simulation at its start) with motion->step and writes the observations to
  * `watch`. Returns false if the engine cannot run the motion or gave up. Then `words` (KT_HARD_WORDS) hold a short
@@ -21,16 +22,8 @@ const char *kt_hard_ode_version(void);
  * that both engines have. */
 bool kt_hard_peer_begin(kt_hard *h, char *words);
 
-/* Mass properties. Both engines reject a moment of inertia of zero, which slender bars have. If all motion is in the
- * plane of x and y, the moments about x and y have no effect on it. They are then raised to a hundredth of m (0.1 m)^2.
- */
-void kt_hard_peer_mass(const kt_hard *h, int body, kt_vec3 *com, kt_sym3 *inertia);
-
-/* Whether all motion is in the plane of x and y. */
-bool kt_hard_peer_flat(const kt_hard *h);
-
-/* The frame of an end at the start, in the world, and its body (-1: the world). */
-kt_pose kt_hard_peer_end(const kt_hard *h, const kt_end *end, int *body);
+/* The mechanism for an engine. */
+kt_twin kt_hard_twin(kt_hard *h);
 
 /* The views of a run in turn: steps until the next one, 0 behind the last. */
 long kt_hard_peer_steps(const kt_hard *h, const kt_hard_motion *motion, long view);

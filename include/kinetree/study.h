@@ -637,6 +637,15 @@ KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_var
                                                 bool adaptive, double setting, kt_accuracy_point *point,
                                                 kt_error *error);
 
+/* Compares a run of another program with the study's reference. `poses` has a row for each record, from the start on
+ * (results.records + 1). A row has seven numbers for each body of the model but the world, in the model's order: the
+ * origin of its frame (m, world axes) and the quaternion w, x, y, z of its rotation.
+ * Sets point->status, usable, believed and error.position and end_position; other errors are NaN. If a number is not
+ * finite, or a quaternion is none, the status is KT_ERROR_STEP and the error infinite.
+ * Errors: those of kt_absolute_create; KT_ERROR_MEMORY. */
+KT_API KT_CHECKED kt_status kt_accuracy_compare(kt_accuracy *study, const double *poses, kt_accuracy_point *point,
+                                                kt_error *error);
+
 /* A run of a differential-algebraic baseline, against the study's reference. */
 typedef struct kt_accuracy_baseline {
     kt_status status;        /* of the run; if it is not KT_OK, the rest describes the part before the failure */

@@ -101,6 +101,10 @@ KT_CHECKED kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, 
                                      const kt_variant *variant, const kt_method *method, bool adaptive,
                                      kt_accuracy_point *point, kt_error *error);
 
+/* Fills `usable` and `believed` of a point whose status and error are set. The error of a run that failed becomes
+ * infinite. */
+void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point);
+
 /* Computes all points of a curve, whose variant, method, `adaptive` and `first` are set; deadline: by the clock, s. */
 KT_CHECKED kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double deadline, kt_error *error);
 

@@ -155,7 +155,7 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
 
 /* ---- both -------------------------------------------------------------------------------------------------------- */
 
-static void judge(const kt_accuracy *study, kt_accuracy_point *point) {
+void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point) {
     const kt_accuracy_results *results = &study->results;
     const double most = KT_ACCURACY_USABLE * kt_accuracy_amplitude(study);
     if (point->status != KT_OK || isnan(point->error.position))
@@ -201,7 +201,7 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     point->status = kt_simulation_run(simulation, watch, &watcher, NULL);
     point->counts = kt_simulation_counts_get(simulation);
     kt_simulation_free(simulation);
-    judge(study, point);
+    kt_accuracy_judge(study, point);
     return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
 }
 
@@ -250,7 +250,7 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
         status = kt_constraint_formulation_create(integrated, &settings, &formulation, error);
         if (status == KT_ERROR_SINGULAR) { /* the formulation cannot compute this scene */
             point->status = point->verdict = status;
-            judge(study, point);
+            kt_accuracy_judge(study, point);
             return KT_OK;
         }
         if (status == KT_OK)

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Two panels show the same curves; the last series of each panel is the Pareto front. */
 typedef struct kt_diagram {
@@ -15,6 +16,8 @@ typedef struct kt_diagram {
     kt_plot_series *series[2];
     char (*labels)[64];
 } kt_diagram;
+
+static int count_peers(const kt_findings *findings) { return findings->peers != NULL ? findings->peers->count : 0; }
 
 /* Methods of one order share a colour and differ by their marks. */
 static int colour_of(int order) {
@@ -75,16 +78,48 @@ static size_t find_front(const kt_accuracy_results *results, bool of_time, doubl
     return count;
 }
 
-static void fill(const kt_accuracy_results *results, kt_diagram *d) {
-    for (int i = 0; i < results->point_count; i++) {
-        const kt_accuracy_point *point = &results->points[i];
-        d->error[i] = known(results, point);
-        d->cost[0][i] = 1e3 * point->cpu / results->duration;
-        d->cost[1][i] = (double)point->counts.evaluations / results->duration;
+static void place_point(const kt_accuracy_results *results, const kt_accuracy_point *point, int i, kt_diagram *d) {
+    d->error[i] = known(results, point);
+    d->cost[0][i] = 1e3 * point->cpu / results->duration;
+    d->cost[1][i] = (double)point->counts.evaluations / results->duration;
+}
+
+/* Other engines, behind the curves and points of the study. An engine without usable points has its name alone. */
+static void fill_peers(const kt_findings *findings, kt_diagram *d) {
+    const kt_accuracy_results *results = findings->results;
+    int first = results->point_count, engine = 0;
+    for (int i = 0; i < count_peers(findings); i++) {
+        const kt_peer_curve *curve = &findings->peers->curves[i];
+        const int at = results->curve_count + i;
+        bool is_usable = false;
+        for (int k = 0; k < curve->count; k++) {
+            place_point(results, &curve->points[k], first + k, d);
+            is_usable = is_usable || curve->points[k].usable;
+        }
+        engine += i > 0 && strcmp(curve->engine, curve[-1].engine) != 0;
+        (void)snprintf(d->labels[at], sizeof d->labels[at], "%.*s %s%s", (int)strcspn(curve->engine, " "),
+                       curve->engine, curve->method, is_usable ? "" : ": fails");
+        for (int panel = 0; panel < 2; panel++)
+            d->series[panel][at] = (kt_plot_series){.label = d->labels[at],
+                                                    .x = d->cost[panel] + first,
+                                                    .y = d->error + first,
+                                                    .count = (size_t)curve->count,
+                                                    .colour = 1 + engine % KT_PLOT_SERIES_MAX,
+                                                    .mark = 1 + i % KT_PLOT_MARK_COUNT,
+                                                    .hollow = !curve->adaptive,
+                                                    .is_scattered = true};
+        first += curve->count;
     }
+}
+
+static void fill(const kt_findings *findings, kt_diagram *d) {
+    const kt_accuracy_results *results = findings->results;
+    for (int i = 0; i < results->point_count; i++)
+        place_point(results, &results->points[i], i, d);
+    fill_peers(findings, d);
     for (int panel = 0; panel < 2; panel++) {
-        const int last = results->curve_count;
-        for (int i = 0; i < last; i++) {
+        const int last = results->curve_count + count_peers(findings);
+        for (int i = 0; i < results->curve_count; i++) {
             const kt_accuracy_curve *curve = &results->curves[i];
             name_curve(results, curve, d->labels[i], sizeof d->labels[i]);
             d->series[panel][i] = (kt_plot_series){.label = d->labels[i],
@@ -123,7 +158,7 @@ static int draw(const kt_findings *findings, const kt_diagram *d, const char *pa
         panels[panel] = (kt_plot_panel){.title = "Position error",
                                         .unit = kt_findings_unit(findings),
                                         .series = d->series[panel],
-                                        .series_count = results->curve_count + 1,
+                                        .series_count = results->curve_count + count_peers(findings) + 1,
                                         .has_legend = panel == 1,
                                         .x_log = true,
                                         .y_log = true,
@@ -143,7 +178,9 @@ static int draw(const kt_findings *findings, const kt_diagram *d, const char *pa
 
 int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark) {
     const kt_accuracy_results *results = findings->results;
-    const size_t points = (size_t)results->point_count + 1, curves = (size_t)results->curve_count + 1;
+    const size_t peers = (size_t)count_peers(findings);
+    const size_t points = (size_t)results->point_count + peers * KT_PEER_POINTS_MAX + 1;
+    const size_t curves = (size_t)results->curve_count + peers + 1;
     double *numbers = malloc(7 * points * sizeof *numbers);
     kt_plot_series *series = malloc(2 * curves * sizeof *series);
     kt_diagram d = {.labels = malloc(curves * sizeof *d.labels)};
@@ -158,7 +195,7 @@ int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark
             d.front_cost[panel] = numbers + (size_t)(5 + panel) * points;
             d.series[panel] = series + (size_t)panel * curves;
         }
-        fill(results, &d);
+        fill(findings, &d);
         code = draw(findings, &d, path, is_dark);
     }
     free(numbers);

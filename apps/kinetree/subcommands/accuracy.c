@@ -41,6 +41,8 @@ static const kt_option option_table[] = {
     {"baselines", KT_OPTION_FLAG, KT_AT(baselines), NULL,
      "compare differential-algebraic formulations of the loops, with implicit methods; no other table and no file",
      NULL},
+    {"peers", KT_OPTION_FLAG, KT_AT(peers), NULL,
+     "run the scene in other engines, too: with each program kinetree-peer-NAME on the PATH", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
      "write every run as a line of CSV; '-': standard output; default: NAME-accuracy.csv; /dev/null: none", NULL},
     {"plot", KT_OPTION_TEXT, KT_AT(plot), "FILE",
@@ -59,6 +61,7 @@ const kt_usage kt_usage_accuracy = {
                 "  kinetree accuracy pendulum.yaml --goal 1e-6 --plot pendulum-cost.svg --out pendulum-cost.csv\n"
                 "  kinetree accuracy robot.yaml --integrators rk4,dopri5 --duration 2 --budget 60\n"
                 "  kinetree accuracy robot.yaml --integrators rk4 --steps 1e-3,5e-4 --reference exact.csv\n"
+                "  kinetree accuracy robot.yaml --peers --plot robot-engines.svg\n"
                 "  kinetree accuracy linkage.yaml --formulations --plot linkage-formulations.svg\n"
                 "  kinetree accuracy linkage.yaml --baselines --duration 1 --steps 0.01,0.005,0.0025\n",
     .operands = "SCENE",
@@ -77,6 +80,10 @@ const kt_usage kt_usage_accuracy = {
         "stabilisation,\n"
         "the augmented Lagrangian and force projection.\n"
         "Baumgarte's gains are 0.1 and 0.4, divided by the step.\n"
+        "\n"
+        "--peers adds points of other engines to the tables, the CSV file and the diagram, for the same records.\n"
+        "'bench/run engines SCENE' builds the programs for MuJoCo, ODE and SUNDIALS, and does this.\n"
+        "An engine that fails is listed with its reason.\n"
         "\n"
         "--baselines compares equations with multipliers: of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of "
         "index 1 after Baumgarte.\n"
@@ -131,6 +138,10 @@ static int read_lists(kt_accuracy_arguments *a) {
                               a->reference != NULL)) {
         kt_say("accuracy: --vary writes a line for each value; --plot, --reference, --prices, --formulations and "
                "--baselines are of a single study");
+        return KT_EXIT_USAGE;
+    }
+    if (a->peers && (a->vary.count > 0 || a->baselines || a->formulations)) {
+        kt_say("accuracy: --peers is of a single study, without --vary, --formulations and --baselines");
         return KT_EXIT_USAGE;
     }
     if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
@@ -237,8 +248,22 @@ static int report(const kt_findings *findings) {
     return kt_finish_output(code);
 }
 
-static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *name,
-                       const kt_reference_file *reference) {
+/* The report, after runs in other engines if they are asked for. */
+static int report_with_peers(kt_findings *findings, const char *path) {
+    const kt_accuracy_arguments *a = findings->arguments;
+    const kt_peer_work work = {findings->scene, path, &a->settings, findings->study, a->budget, a->quiet};
+    kt_peers *peers = NULL;
+    int code = a->peers ? kt_peers_measure(&work, &peers) : -1;
+    findings->peers = peers;
+    if (code < 0)
+        code = report(findings);
+    findings->peers = NULL;
+    free(peers);
+    return code;
+}
+
+static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *path,
+                       const char *name, const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
     kt_accuracy_options options = choose_options(arguments, reference, &progress);
@@ -262,7 +287,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     if (arguments->along != NULL)
         kt_accuracy_along_line(arguments->along, &findings);
     else
-        code = report(&findings);
+        code = report_with_peers(&findings, path);
     kt_accuracy_free(findings.study);
     return code;
 }
@@ -304,7 +329,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0)
-        code = study_scene(arguments, &scene, title != NULL && *title != '\0' ? title : base, &reference);
+        code = study_scene(arguments, &scene, path, title != NULL && *title != '\0' ? title : base, &reference);
     free(reference.states);
     kt_model_free(model);
     kt_scene_free(&scene);

@@ -6,6 +6,8 @@
 
 #include "kinetree/study.h"
 
+#include "subcommands/accuracy_peers.h"
+
 enum {
     KT_ACCURACY_GOALS_MAX = 6,
     KT_ACCURACY_SETTINGS_MAX = 40,
@@ -23,7 +25,7 @@ typedef struct kt_accuracy_arguments {
     kt_settings settings, vary;
     kt_accuracy_along *along; /* NULL: a single study */
     const char *reference, *out, *plot, *plot_dark;
-    bool prices, formulations, baselines, dark, quiet;
+    bool prices, formulations, baselines, peers, dark, quiet;
 
     /* The parsed lists. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
@@ -60,7 +62,8 @@ typedef struct kt_findings {
     kt_accuracy *study;
     const kt_accuracy_results *results;
     const kt_scene *scene;
-    const char *name; /* the scene's name, or the file's if it has none */
+    const char *name;      /* the scene's name, or the file's if it has none */
+    const kt_peers *peers; /* other engines; NULL: not asked for */
 } kt_findings;
 
 /* Unit of the position errors: "m" if all coordinates are lengths, else "rad" (lengths are divided by the length

@@ -139,12 +139,13 @@ static void print_methods(const kt_findings *findings) {
 
 /* ---- goals ------------------------------------------------------------------------------------------------------- */
 
-/* Returns the cheapest point of a curve that reaches a goal; NULL: none does. */
-static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_accuracy_curve *curve, double goal) {
+/* Returns the cheapest of the points that reach a goal; NULL: none does. */
+static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_accuracy_point *points, int count,
+                                          double goal) {
     const kt_accuracy_results *results = findings->results;
     const kt_accuracy_point *best = NULL;
-    for (int i = curve->first; i < curve->first + curve->count; i++) {
-        const kt_accuracy_point *point = &results->points[i];
+    for (int i = 0; i < count; i++) {
+        const kt_accuracy_point *point = &points[i];
         if (point->usable && fmax(point->error.position, results->uncertainty.position) <= goal &&
             (best == NULL || point->cpu < best->cpu))
             best = point;
@@ -152,31 +153,75 @@ static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_
     return best;
 }
 
-static void print_costs(const kt_findings *findings) {
+/* The number of goals for which a table has room. */
+static int count_goals(const kt_findings *findings) {
+    return findings->arguments->goal_count < 4 ? findings->arguments->goal_count : 4;
+}
+
+/* Prints the cheapest of the points for each goal; an asterisk marks the cheapest of all methods. */
+static void print_cheapest(const kt_findings *findings, const kt_accuracy_point *points, int count) {
     const kt_accuracy_results *results = findings->results;
-    const kt_accuracy_arguments *arguments = findings->arguments;
-    const int columns = arguments->goal_count < 4 ? arguments->goal_count : 4;
-    printf("\n  a simulated second costs, for an error of\n  %-14s", "");
-    for (int g = 0; g < columns; g++)
-        printf("  %-8.3g %-17s", arguments->goals[g], kt_findings_unit(findings));
-    printf("\n  %-14s", "method");
-    for (int g = 0; g < columns; g++)
+    for (int g = 0; g < count_goals(findings); g++) {
+        const double goal = findings->arguments->goals[g];
+        const kt_accuracy_point *point = find_best(findings, points, count, goal);
+        const int best = kt_accuracy_best(findings->study, goal);
+        if (point == NULL)
+            printf("  %-8s %7s %9s", "-", "-", "- ");
+        else
+            printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
+                   1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
+    }
+}
+
+/* Prints the head of a table of costs, whose first column has this width. */
+static void print_costs_head(const kt_findings *findings, int width, const char *what) {
+    printf("\n  a simulated second costs, for an error of\n  %-*s", width, "");
+    for (int g = 0; g < count_goals(findings); g++)
+        printf("  %-8.3g %-17s", findings->arguments->goals[g], kt_findings_unit(findings));
+    printf("\n  %-*s", width, what);
+    for (int g = 0; g < count_goals(findings); g++)
         printf("  %-8s %7s %9s", "with", "evals", "ms");
     putchar('\n');
+}
+
+static void print_costs(const kt_findings *findings) {
+    const kt_accuracy_results *results = findings->results;
+    print_costs_head(findings, 14, "method");
     for (int i = 0; i < results->curve_count; i++) {
         const kt_accuracy_curve *curve = &results->curves[i];
         printf("  %-14s", curve->method->name);
-        for (int g = 0; g < columns; g++) {
-            const kt_accuracy_point *point = find_best(findings, curve, arguments->goals[g]);
-            const int best = kt_accuracy_best(findings->study, arguments->goals[g]);
-            if (point == NULL)
-                printf("  %-8s %7s %9s", "-", "-", "- ");
-            else
-                printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
-                       1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
-        }
+        print_cheapest(findings, results->points + curve->first, curve->count);
         printf("%s%s\n", results->variant_count > 1 ? "  " : "",
                results->variant_count > 1 ? results->variants[curve->variant].label : "");
+    }
+}
+
+/* The least error of an engine's method, the reference's uncertainty included. */
+static double least_of_peer(const kt_findings *findings, const kt_peer_curve *curve) {
+    double least = HUGE_VAL;
+    for (int i = 0; i < curve->count; i++)
+        if (curve->points[i].usable)
+            least = fmin(least, fmax(curve->points[i].error.position, findings->results->uncertainty.position));
+    return least;
+}
+
+static void print_peers(const kt_findings *findings) {
+    if (findings->peers == NULL)
+        return;
+    print_costs_head(findings, 31, "other engines");
+    for (int i = 0; i < findings->peers->count; i++) {
+        const kt_peer_curve *curve = &findings->peers->curves[i];
+        const double least = least_of_peer(findings, curve);
+        char name[96];
+        (void)snprintf(name, sizeof name, "%s %s", curve->engine, curve->method);
+        printf("  %-31s", kt_show(name).text);
+        if (isfinite(least)) {
+            print_cheapest(findings, curve->points, curve->count);
+            printf("  least %.2g\n", least);
+        } else {
+            printf("  fails: %s\n",
+                   curve->reason[0] != '\0' ? kt_show(curve->reason).text : "no setting comes near the motion");
+        }
     }
 }
 
@@ -225,6 +270,7 @@ void kt_findings_print(const kt_findings *findings) {
     print_head(findings);
     print_methods(findings);
     print_costs(findings);
+    print_peers(findings);
     print_spread(findings);
     putchar('\n');
     for (int g = 0; g < findings->arguments->goal_count; g++)
@@ -332,11 +378,10 @@ static void put(FILE *file, double value) {
         fprintf(file, ",%.17g", value);
 }
 
-static void write_point(FILE *file, const char *variant, const kt_accuracy_curve *curve,
-                        const kt_accuracy_point *point) {
+/* head: the cells of the variant, the method and its order. */
+static void write_point(FILE *file, const char *head, bool is_adaptive, const kt_accuracy_point *point) {
     const kt_accuracy_error *error = &point->error;
-    fprintf(file, "%s,%s,%d,%s,%.17g,%s", variant, curve->method->name, curve->method->order,
-            curve->adaptive ? "tolerance" : "step", point->setting,
+    fprintf(file, "%s,%s,%.17g,%s", head, is_adaptive ? "tolerance" : "step", point->setting,
             point->status != KT_OK ? "failed"
             : !point->usable       ? "unusable"
             : point->believed      ? "ok"
@@ -356,7 +401,9 @@ static void write_point(FILE *file, const char *variant, const kt_accuracy_curve
     fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
 }
 
-static int write_points(const kt_accuracy_results *results, FILE *file) {
+static int write_points(const kt_findings *findings, FILE *file) {
+    const kt_accuracy_results *results = findings->results;
+    char head[160];
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
           "error.end.velocity,error.energy,constraint.position,constraint.velocity,steps,rejected,evaluations,"
           "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
@@ -364,8 +411,16 @@ static int write_points(const kt_accuracy_results *results, FILE *file) {
     for (int c = 0; c < results->curve_count; c++) {
         const kt_accuracy_curve *curve = &results->curves[c];
         const char *label = results->variants[curve->variant].label;
+        (void)snprintf(head, sizeof head, "%s,%s,%d", label != NULL ? label : "", curve->method->name,
+                       curve->method->order);
         for (int i = 0; i < curve->count; i++)
-            write_point(file, label != NULL ? label : "", curve, &results->points[curve->first + i]);
+            write_point(file, head, curve->adaptive, &results->points[curve->first + i]);
+    }
+    for (int c = 0; findings->peers != NULL && c < findings->peers->count; c++) {
+        const kt_peer_curve *curve = &findings->peers->curves[c];
+        (void)snprintf(head, sizeof head, "%s,%s,", curve->engine, curve->method); /* the order is not known */
+        for (int i = 0; i < curve->count; i++)
+            write_point(file, head, curve->adaptive, &curve->points[i]);
     }
     return fflush(file) != 0 || ferror(file) != 0;
 }
@@ -373,7 +428,7 @@ static int write_points(const kt_accuracy_results *results, FILE *file) {
 int kt_findings_write(const kt_findings *findings, const char *path) {
     kt_output output;
     if (strcmp(path, "-") == 0) {
-        (void)write_points(findings->results, stdout);
+        (void)write_points(findings, stdout);
         return kt_finish_output(KT_EXIT_DONE);
     }
     int code = kt_output_start(&output, path);
@@ -381,7 +436,7 @@ int kt_findings_write(const kt_findings *findings, const char *path) {
         return code;
     errno = 0;
     FILE *file = fopen(kt_output_path(&output), "w");
-    bool failed = file == NULL || write_points(findings->results, file) != 0;
+    bool failed = file == NULL || write_points(findings, file) != 0;
     const int reason = errno;
     if (file != NULL)
         failed = fclose(file) != 0 || failed;

@@ -1,0 +1,31 @@
+/* A mechanism that is built again in another engine: where its bodies are at the start, and what every engine needs of
+ * its masses and loops. */
+#ifndef KT_BENCH_PEERS_TWIN_H
+#define KT_BENCH_PEERS_TWIN_H
+
+#include "kinetree/kinetree.h"
+
+#include <stdbool.h>
+
+typedef struct kt_twin {
+    const kt_description *description;
+    const int *parent; /* of each body of the description; -1: the world */
+    kt_pose *pose;     /* of the bodies */
+    kt_twist *twist;
+} kt_twin;
+
+/* Mass properties. Other engines reject a moment of inertia of zero, which slender bars have. If all motion is in the
+ * plane of x and y, the moments about x and y have no effect on it. They are then raised to a hundredth of m (0.1 m)^2.
+ */
+void kt_twin_mass(const kt_twin *twin, int body, kt_vec3 *com, kt_sym3 *inertia);
+
+/* Whether all motion is in the plane of x and y. */
+bool kt_twin_flat(const kt_twin *twin);
+
+/* Whether all joints and loops are of types that these engines have, and there are no effects. */
+bool kt_twin_known(const kt_description *description);
+
+/* The frame of an end at the start, in the world, and its body (-1: the world). */
+kt_pose kt_twin_end(const kt_twin *twin, const kt_end *end, int *body);
+
+#endif
