@@ -1,6 +1,6 @@
 /* A mechanism in ODE. Every body is free and every joint is a constraint, as in this library's absolute formulation.
- * Semi-implicit Euler steps are taken by dWorldStep, whose exact solver is cubic in the number of constraints. With more
- * than 50 bodies the iterative dWorldQuickStep is used. Error reduction and mixing have ODE's defaults. */
+ * Semi-implicit Euler steps are taken by dWorldStep, whose exact solver is cubic in the number of constraints. With
+ * more than 50 bodies the iterative dWorldQuickStep is used. Error reduction and mixing have ODE's defaults. */
 #ifndef KT_BENCH_PEERS_ODE_TWIN_H
 #define KT_BENCH_PEERS_ODE_TWIN_H
 

@@ -6,8 +6,8 @@
  *
  * The first form prints the engine's name and version, then a line for each method: its name, and `step` or
  * `tolerance`. The second form runs the scene from 0 to RECORDS * INTERVAL seconds with a step or tolerance of SETTING.
- * MJCF is the scene as `kinetree export --mjcf` writes it; SCENE is its file, with the settings that replace its values.
- * It prints a table of CSV with a row for each record, from 0 on. Its columns are
+ * MJCF is the scene as `kinetree export --mjcf` writes it. SCENE is its file, with settings that replace its values. It
+ * prints a table of CSV with a row for each record, from 0 on. Its columns are
  *     cpu            processor time of the whole run without output, s; the least of several runs
  *     evaluations    how often the run computed accelerations
  *     time           s

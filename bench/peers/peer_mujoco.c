@@ -1,4 +1,4 @@
-/* MuJoCo as a peer of `kinetree accuracy`. It reads the scene as MJCF. Loops in that file are constraints between sites,
+/* MuJoCo as a peer of `kinetree accuracy`. It reads the scene as MJCF. Loops in that file are constraints of sites,
  * which versions before 3.1 do not have. If MuJoCo rejects the file, the mechanism is built by mujoco_twin.h. */
 #include "mujoco_twin.h"
 #include "peer_scene.h"

@@ -56,7 +56,7 @@ static void first_line(const char *path, char *line, size_t size) {
         (void)fclose(file);
 }
 
-/* Runs a program with at most `seconds` of processor time. Returns whether it succeeded; if not, `reason` states why. */
+/* Runs a program with at most `seconds` of processor time. On failure returns false, and `reason` states why. */
 static bool run_program(kt_peer_session *s, char **arguments, double seconds, char *reason, size_t size) {
     int status = 0;
     const pid_t child = fork();

@@ -1,5 +1,5 @@
-/* Points of other engines in an accuracy study (--peers). Programs on the PATH run the scene in them; bench/peers/peer.h
- * has the rules for such a program. */
+/* Points of other engines in an accuracy study (--peers). Programs on the PATH run the scene in them. Their rules are
+ * in bench/peers/peer.h. */
 #ifndef KT_COMMAND_SUBCOMMANDS_ACCURACY_PEERS_H
 #define KT_COMMAND_SUBCOMMANDS_ACCURACY_PEERS_H
 
@@ -35,8 +35,8 @@ typedef struct kt_peer_work {
     bool is_quiet;
 } kt_peer_work;
 
-/* Runs the scene in all engines that are found, over a ladder of steps or tolerances. Allocates *peers, which is released
- * with free. Returns -1, or an exit code after printing the error. */
+/* Runs the scene in all engines that are found, over a ladder of steps or tolerances. Allocates *peers; the caller
+ * releases it with free. Returns -1, or an exit code after printing the error. */
 int kt_peers_measure(const kt_peer_work *work, kt_peers **peers);
 
 #endif
