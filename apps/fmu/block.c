@@ -1,25 +1,29 @@
 /* The state of an instance as one flat block without pointers, and the functions of FMI 3.0 that hand it over. Another
  * process may continue from it.
  *
- *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the present,
- *     torques, y, events; then the checkpoint of the simulation
+ *     header, numbers: time, goal, given parameters, their flags, tunable parameters of the compilation and of the
+ *     present, torques, y, events; then the checkpoint of the simulation
  */
 #include "instance.h"
 
+#include "base/sum.h"
+
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_fmu_header {
     char mark[8];
     char token[24]; /* of the resources */
-    uint64_t size, phase, is_over, is_exchange;
+    uint64_t size, phase, is_over, kind;
+    uint64_t sum; /* of all other bytes: a damaged block is rejected */
 } kt_fmu_header;
 
-static const char mark[8] = "ktFMU02";
+static const char mark[8] = "ktFMU03";
 
 static size_t number_count(const kt_fmu *fmu) {
-    return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
+    return 2 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
            (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count;
 }
 
@@ -34,7 +38,13 @@ static void make_header(const kt_fmu *fmu, kt_fmu_header *header) {
     header->size = block_size(fmu);
     header->phase = (uint64_t)fmu->phase;
     header->is_over = fmu->is_over;
-    header->is_exchange = fmu->is_exchange;
+    header->kind = fmu->is_exchange + 2 * (uint64_t)fmu->has_event_mode;
+}
+
+static uint64_t sum_of_block(const void *block, size_t size) {
+    const unsigned char *bytes = block;
+    const uint64_t sum = kt_sum_add(KT_SUM_START, bytes, offsetof(kt_fmu_header, sum));
+    return kt_sum_add(sum, bytes + sizeof(kt_fmu_header), size - sizeof(kt_fmu_header));
 }
 
 static void save_block(const kt_fmu *fmu, void *block) {
@@ -42,6 +52,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
     make_header(fmu, header);
     double *to = (double *)(header + 1);
     *to++ = fmu->time;
+    *to++ = fmu->goal;
     for (int i = 0; i < fmu->parameter_count; i++)
         *to++ = fmu->given[i];
     for (int i = 0; i < fmu->parameter_count; i++)
@@ -59,6 +70,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
         *to++ = fmu->events[k].count;
     }
     kt_simulation_save(fmu->simulation, to);
+    header->sum = sum_of_block(block, header->size);
 }
 
 /* Returns whether a block is a state of this FMU and kind of instance. */
@@ -67,7 +79,8 @@ static bool fits(const kt_fmu *fmu, const kt_fmu_header *header, size_t size) {
     make_header(fmu, &own);
     return size == own.size && memcmp(header->mark, own.mark, sizeof own.mark) == 0 &&
            memcmp(header->token, own.token, sizeof own.token) == 0 && header->size == own.size &&
-           header->is_exchange == own.is_exchange && header->phase <= (uint64_t)KT_FMU_TERMINATED;
+           header->kind == own.kind && header->phase <= (uint64_t)KT_FMU_TERMINATED &&
+           header->sum == sum_of_block(header, size);
 }
 
 /* Takes over the parameters of a compilation. Returns whether any of them changed. */
@@ -87,11 +100,11 @@ static bool take_parameters(kt_fmu *fmu, const double *given) {
 static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_error *error) {
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !fits(fmu, header, size))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU");
-    const double *from = (const double *)(header + 1), *compiled = from + 1 + 2 * fmu->parameter_count;
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU, or it is damaged");
+    const double *from = (const double *)(header + 1), *compiled = from + 2 + 2 * fmu->parameter_count;
     const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;
     kt_status status = KT_OK;
-    if (take_parameters(fmu, from + 1) || fmu->is_stale) {
+    if (take_parameters(fmu, from + 2) || fmu->is_stale) {
         kt_fmu_copy_tunables(fmu, compiled, fmu->tunables.wanted);
         status = kt_fmu_compile(fmu, error);
     }
@@ -108,6 +121,7 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     for (int k = 0; k < fmu->event_count; k++, events += 3)
         fmu->events[k] = (kt_fmu_event){events[0], events[1], events[2], false};
     fmu->time = from[0];
+    fmu->goal = from[1];
     if (fmu->is_exchange) /* parameters that events set are in the importer's state */
         status = kt_fmu_take_over(fmu, error);
     if (status == KT_OK && fmu->watch != NULL)
@@ -142,6 +156,7 @@ static kt_fmu_kept *take_kept(kt_fmu_kept **kept, size_t size) {
 
 KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
     kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE_NO_UPDATE;
     const kt_fmi_status status = kt_fmu_settle(fmu);
     if (status != KT_FMI_OK)
         return status;
@@ -156,6 +171,7 @@ KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
     kt_error error = {0};
     const kt_fmu_kept *kept = state;
     KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
+    KT_FMU_REQUIRE_NO_UPDATE;
     return kt_fmu_report_status(fmu, restore_block(fmu, kept->block, kept->size, &error), &error);
 }
 

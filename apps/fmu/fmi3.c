@@ -38,7 +38,8 @@ typedef struct kt_fmu_request {
     const char *token, *folder;
     void *environment;
     kt_fmi_log *log;
-    bool is_logging, is_exchange;
+    kt_fmi_update *update;
+    bool is_logging, is_exchange, has_event_mode, returns_early;
 } kt_fmu_request;
 
 static kt_fmu *instantiate(const kt_fmu_request *request) {
@@ -50,6 +51,9 @@ static kt_fmu *instantiate(const kt_fmu_request *request) {
     fmu->environment = request->environment;
     fmu->is_logging = request->is_logging;
     fmu->is_exchange = request->is_exchange;
+    fmu->has_event_mode = request->has_event_mode;
+    fmu->returns_early = request->returns_early;
+    fmu->update = request->update;
     kt_status status = kt_fmu_open(fmu, request->folder != NULL ? request->folder : "", &error);
     if (status == KT_OK && (request->token == NULL || strcmp(request->token, fmu->token.text) != 0))
         status = kt_error_set(&error, KT_ERROR_ARGUMENT, NULL,
@@ -71,21 +75,16 @@ static kt_fmu *instantiate(const kt_fmu_request *request) {
 KT_FMI(void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *folder, bool visible,
                                           bool logging, void *environment, kt_fmi_log *log)) {
     (void)name, (void)visible;
-    return instantiate(&(kt_fmu_request){token, folder, environment, log, logging, true});
+    return instantiate(&(kt_fmu_request){token, folder, environment, log, NULL, logging, true, false, false});
 }
 
 KT_FMI(void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible,
                                          bool logging, bool event_mode, bool early_return,
                                          const kt_fmi_reference *required, size_t required_count, void *environment,
                                          kt_fmi_log *log, kt_fmi_update *update)) {
-    (void)name, (void)visible, (void)early_return, (void)required, (void)required_count, (void)update;
-    const kt_fmu_request request = {token, folder, environment, log, logging, false};
-    if (event_mode) {
-        if (log != NULL)
-            log(environment, KT_FMI_ERROR, "error", "this FMU has no event mode in co-simulation (hasEventMode)");
-        return NULL;
-    }
-    return instantiate(&request);
+    (void)name, (void)visible, (void)required, (void)required_count; /* all variables are there in updates */
+    return instantiate(
+        &(kt_fmu_request){token, folder, environment, log, update, logging, false, event_mode, early_return});
 }
 
 KT_FMI(void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *folder, bool visible,
@@ -139,13 +138,14 @@ KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolera
 KT_FMI(kt_fmi_status fmi3ExitInitializationMode(void *instance)) {
     kt_fmu *fmu = instance;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_INITIALIZATION, "the instance is not in initialization mode");
-    fmu->phase = fmu->is_exchange ? KT_FMU_EVENT : KT_FMU_STEP;
+    fmu->phase = fmu->is_exchange || fmu->has_event_mode ? KT_FMU_EVENT : KT_FMU_STEP;
     return kt_fmu_settle(fmu);
 }
 
 KT_FMI(kt_fmi_status fmi3EnterEventMode(void *instance)) {
     kt_fmu *fmu = instance;
-    KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS, "event mode follows continuous-time mode of model exchange");
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS || (fmu->has_event_mode && fmu->phase == KT_FMU_STEP),
+                   "event mode follows continuous-time mode, or step mode if the importer uses event mode");
     fmu->phase = KT_FMU_EVENT;
     return KT_FMI_OK;
 }
@@ -158,7 +158,10 @@ KT_FMI(kt_fmi_status fmi3EnterContinuousTimeMode(void *instance)) {
 }
 
 KT_FMI(kt_fmi_status fmi3EnterStepMode(void *instance)) {
-    return kt_fmu_report(instance, "this FMU has no event mode in co-simulation");
+    kt_fmu *fmu = instance;
+    KT_FMU_REQUIRE(fmu->has_event_mode && fmu->phase == KT_FMU_EVENT, "step mode follows event mode of co-simulation");
+    fmu->phase = KT_FMU_STEP;
+    return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
@@ -169,6 +172,7 @@ KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
 KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
     kt_fmu *fmu = instance;
     kt_error error = {0};
+    KT_FMU_REQUIRE_NO_UPDATE;
     for (int i = 0; i < fmu->parameter_count; i++)
         fmu->is_given[i] = false;
     kt_fmu_copy_tunables(fmu, fmu->tunables.standard, fmu->tunables.wanted);
@@ -252,6 +256,7 @@ static kt_fmi_status set_parameter(kt_fmu *fmu, int i, double value) {
 static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double value) {
     int i;
     KT_FMU_REQUIRE(isfinite(value), "the value of the variable %u is not finite", (unsigned)reference);
+    KT_FMU_REQUIRE_NO_UPDATE;
     if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
         if (fmu->torque[i] != value)
             kt_fmu_change(fmu);
@@ -301,12 +306,9 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
     kt_fmi_status result = check_step(fmu, from, step);
     if (result != KT_FMI_OK)
         return result;
-    kt_status status = kt_simulation_set_torque(fmu->simulation, fmu->torque, &error);
-    if (status == KT_OK)
-        status = kt_simulation_tick(fmu->simulation, step, &error);
-    kt_fmu_change(fmu);
-    *last = fmu->time = kt_simulation_time(fmu->simulation);
-    fmu->is_over = status == KT_OK && kt_simulation_stopped(fmu->simulation) != NULL;
+    const kt_status status = kt_fmu_advance(fmu, step, needs_event, &error);
+    *last = fmu->time;
+    *early = status == KT_OK && fmu->returns_early && fmu->time < fmu->goal;
     *terminate = fmu->is_over;
     return kt_fmu_report_status(fmu, status, &error);
 }
@@ -395,6 +397,17 @@ KT_FMI(kt_fmi_status fmi3CompletedIntegratorStep(void *instance, bool is_final, 
     return kt_fmu_report_status(fmu, status, &error);
 }
 
+/* Events in co-simulation. The next ones are located in steps. */
+static kt_fmi_status update_simulation(kt_fmu *fmu, bool *terminate, bool *values_changed) {
+    kt_error error = {0};
+    const size_t size = (size_t)kt_fmu_size(fmu) * sizeof *fmu->moved;
+    memcpy(fmu->moved, kt_fmu_state(fmu), size);
+    const kt_status status = kt_fmu_fire(fmu, &error);
+    *values_changed = memcmp(fmu->moved, kt_fmu_state(fmu), size) != 0;
+    *terminate = fmu->is_over;
+    return kt_fmu_report_status(fmu, status, &error);
+}
+
 KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update, bool *terminate,
                                               bool *nominals_changed, bool *values_changed, bool *has_next,
                                               double *next)) {
@@ -404,6 +417,8 @@ KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update,
     *need_update = *terminate = *nominals_changed = *has_next = false;
     *next = 0.0;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_EVENT, "the instance is not in event mode");
+    if (!fmu->is_exchange)
+        return update_simulation(fmu, terminate, values_changed);
     *values_changed = fmu->is_moved;
     if (fmu->is_moved) {
         memcpy(fmu->y, fmu->moved, (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);

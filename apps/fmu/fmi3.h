@@ -12,7 +12,7 @@ typedef enum kt_fmi_status { KT_FMI_OK, KT_FMI_WARNING, KT_FMI_DISCARD, KT_FMI_E
 /* A message to the importer. */
 typedef void kt_fmi_log(void *environment, kt_fmi_status status, const char *category, const char *message);
 
-/* Called by FMUs with intermediate updates, which these FMUs do not have. */
+/* Called within a step of co-simulation. The last two arguments request an earlier end of the step, and its time. */
 typedef void kt_fmi_update(void *environment, double time, bool set_requested, bool get_allowed, bool step_finished,
                            bool can_return, bool *return_requested, double *return_time);
 

@@ -18,10 +18,11 @@
 typedef enum kt_fmu_phase {
     KT_FMU_INSTANTIATED,
     KT_FMU_INITIALIZATION,
-    KT_FMU_EVENT,      /* model exchange: states may change */
+    KT_FMU_EVENT,      /* states may change */
     KT_FMU_CONTINUOUS, /* model exchange: the importer integrates */
     KT_FMU_STEP,       /* co-simulation */
     KT_FMU_TERMINATED,
+    KT_FMU_UPDATE, /* the importer reads variables within a step of co-simulation; never in a state that is kept */
 } kt_fmu_phase;
 
 enum { KT_FMU_SETTING = 192 }; /* bytes of a setting "NAME=VALUE" */
@@ -76,12 +77,15 @@ typedef struct kt_fmu {
     kt_fmu_event *events; /* [event_count] */
     int event_count;      /* 0 in co-simulation */
     double start, time;
+    double goal;           /* the end of the last step of co-simulation that was requested; NaN: there was none */
     const double *values;  /* of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
     bool is_exchange, is_stale, has_rates, has_jacobian, is_moved, is_over;
+    bool has_event_mode, returns_early; /* co-simulation: what the importer uses and allows */
     kt_fmu_phase phase;
 
     kt_fmi_log *log;
+    kt_fmi_update *update; /* NULL: the importer needs no intermediate updates */
     void *environment;
     bool is_logging;
 } kt_fmu;
@@ -121,6 +125,13 @@ kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error);
 /* Allocates the events of the simulation; and begins anew, without sides and occurrences. */
 kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error);
 void kt_fmu_forget_events(kt_fmu *fmu);
+
+/* Takes a step of co-simulation. It ends early at an event, or at the importer's request, if the importer allows that.
+ * *needs_event: events are due at its end, which take effect in event mode. Errors: those of kt_simulation_step. */
+kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, kt_error *error);
+
+/* Applies the events that are due in the simulation. Errors: those of formulas and of actions. */
+kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error);
 
 /* Computes the value of event k in the present state; 1 if it cannot happen again. Errors: those of its formula. */
 kt_status kt_fmu_indicate(kt_fmu *fmu, int k, double *value, kt_error *error);
@@ -179,6 +190,8 @@ kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error
 #define KT_FMU_REQUIRE(condition, ...)                                                                                 \
     if (!(condition))                                                                                                  \
     return kt_fmu_report(fmu, __VA_ARGS__)
+
+#define KT_FMU_REQUIRE_NO_UPDATE KT_FMU_REQUIRE(fmu->phase != KT_FMU_UPDATE, "intermediate updates only read variables")
 
 /* Compiles the scene again if parameters were given. */
 kt_fmi_status kt_fmu_settle(kt_fmu *fmu);

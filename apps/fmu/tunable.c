@@ -55,7 +55,9 @@ kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error) {
         differs |= t->values[k] != t->wanted[k];
     if (!differs)
         return KT_OK;
-    const kt_status status = kt_tuning_set(fmu->tuning, t->wanted, fmu->simulation, jumps && !fmu->is_exchange, error);
+    kt_status status = jumps && !fmu->is_exchange ? kt_fmu_fire(fmu, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_tuning_set(fmu->tuning, t->wanted, fmu->simulation, jumps && !fmu->is_exchange, error);
     if (status != KT_OK) {
         kt_fmu_copy_tunables(fmu, t->values, t->wanted);
         return status;

@@ -575,12 +575,35 @@ def reactions(p, _):
     p.text((160, 178), "reaction.arm: all of these together", "")
 
 
+def crane(p, _):
+    """A crane as an FMU: what goes into the archive, and what comes out."""
+    left, right, top, bottom, trolley, hook = 92, 216, 14, 164, (140, 52), (174, 118)
+    p.path([(left, top), (right, top), (right, bottom), (left, bottom)], "axis", True)
+    p.text((0.5 * (left + right), bottom + 18), "crane.fmu", "")
+    p.path([(left + 8, 60), (right - 8, 60)], "")
+    for x in (left + 8, right - 8):
+        p.path([(x, 55), (x, 65)], "")
+    p.ground((left + 8, 60), (right - 8, 60))
+    p.path([trolley, hook], "")
+    flat_box(p, trolley[0] - 16, 44, 32, 16, "p")
+    p.dot(trolley)
+    p.dot(hook, 15, "b2")
+    p.text((hook[0], hook[1] + 32), "load", "i")
+    p.path([trolley, (trolley[0], 128)], "axis")
+    flat_turn(p, trolley, 46, 270, 296)
+    p.arrow((12, 52), (trolley[0] - 18, 52), "f")
+    p.text((8, 44), "input.trolley", "f", "start")
+    for y, words in ((52, "position.trolley"), (92, "position.rope"), (132, "velocity.rope")):
+        p.arrow((right, y), (312, y))
+        p.text((right + 5, y - 8), words, "m", "start")
+
+
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
          inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
 EFFECTS = [spring, bushing, joint_spring, joint_damper, joint_friction, joint_limit, motor, servo, force, torque, drag,
            attraction, contact, expression, thrust]
-FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS, "page": [reactions]}
+FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS, "page": [reactions, crane]}
 
 
 def name_of(noun, draw):

@@ -242,8 +242,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     return kt_simulation_end_step(simulation, status, &from, error);
 }
 
-/* Applies events at the present time: those of the last step, or those that a previous call left pending. */
-static kt_status fire_pending(kt_simulation *simulation, kt_error *error) {
+kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error) {
     return KT_HAS_EVENTS && simulation->memory.fires && simulation->watch != NULL
                ? simulation->watch->fire(simulation, NULL, NULL, error)
                : KT_OK;
@@ -251,7 +250,7 @@ static kt_status fire_pending(kt_simulation *simulation, kt_error *error) {
 
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
     const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
-    return status == KT_OK ? fire_pending(simulation, error) : status;
+    return status == KT_OK ? kt_simulation_fire(simulation, error) : status;
 }
 
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
@@ -262,7 +261,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_limit", "%.17g s is not after the current time, %.17g s",
                             t_limit, t);
     simulation->memory.stopped = 0;
-    kt_status status = fire_pending(simulation, error);
+    kt_status status = kt_simulation_fire(simulation, error);
     if (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0))
         status = step_and_fire(simulation, t_limit, error);
     kt_simulation_skip_records(simulation);
@@ -277,7 +276,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     simulation->memory.stopped = 0;
-    kt_status status = fire_pending(simulation, error);
+    kt_status status = kt_simulation_fire(simulation, error);
     while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
            kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);
@@ -285,8 +284,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     return status;
 }
 
-/* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
-static double end_of_period(const kt_simulation *simulation, double period) {
+double kt_simulation_period_end(const kt_simulation *simulation, double period) {
     const kt_integrator_memory *m = kt_integrator_memory_get(simulation->integrator);
     const double k = nearbyint((m->t - m->origin) / period), tick = m->origin + k * period;
     const double rounding = 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(m->t));
@@ -299,7 +297,7 @@ kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error 
     const double t = kt_integrator_time(simulation->integrator);
     if (!(period > 0.0) || !isfinite(period))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "period", "%g s: must be above zero", period);
-    const double end = end_of_period(simulation, period);
+    const double end = kt_simulation_period_end(simulation, period);
     if (!(end > t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "period",
                             "%g s does not change the time, which is %.17g s; take a longer one", period, t);

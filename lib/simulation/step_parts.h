@@ -73,6 +73,13 @@ static inline kt_status kt_simulation_step_watched(kt_simulation *simulation, do
     return status;
 }
 
+/* Applies the events at the present time that have not taken effect yet: those of the last step, or those that a
+ * previous call left pending. */
+KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error);
+
+/* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
+double kt_simulation_period_end(const kt_simulation *simulation, double period);
+
 /* Reports a contact that is beyond its boundary since the start (memory.beyond). */
 KT_CHECKED kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error);
 

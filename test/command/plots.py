@@ -142,6 +142,16 @@ simulate: {duration: 0.2}
     ran = run(path, "plot", "arm.csv", "--columns", "position,velocity,acceleration,energy", "--size", "1234x567", "--out", "p.svg")
     svg = (path / "p.svg").read_text()
     claim("pages_have_the_size_that_is_given", [] if 'viewBox="0 0 1234 567"' in svg else [svg[:300]])
+    header, _, rest = (path / "arm.csv").read_text().partition("\n")
+    (path / "quoted.csv").write_text(",".join(f'"{name}"' for name in header.split(",")) + "\n" + rest)
+    (path / "arm.csv").rename(path / "plain.csv")
+    (path / "quoted.csv").rename(path / "arm.csv")  # the picture has the name of the file
+    run(path, "plot", "arm.csv", "--columns", "position,velocity,acceleration,energy", "--size", "1234x567", "--out", "q.svg")
+    (path / "plain.csv").rename(path / "arm.csv")
+    claim("names_of_columns_may_have_quotes", [] if (path / "q.svg").exists() and (path / "q.svg").read_text() == svg else ["another picture"])
+    (path / "comma.csv").write_text('t,"a,b",c\n0,1,2\n1,2,3\n')
+    ran = run(path, "plot", "comma.csv", "--columns", "d", "--out", "q.svg")
+    claim("names_in_quotes_may_have_commas", [] if ran.returncode == 1 and "a,b" in ran.stderr and '"' not in ran.stderr else [ran.stderr])
     sizes = [run(path, "plot", "arm.csv", "--size", text, "--out", "q.svg") for text in ("12", "1200", "1200x800x", "1200x", "axb", "200x200", "99999x800")]
     claim("wrong_sizes_are_refused", [s.stderr for s in sizes if s.returncode != 1 or "--size takes WIDTHxHEIGHT" not in s.stderr])
     for words in (["plot", "arm.csv", "--out", "p.pdf"], ["draw", "arm.yaml", "--out", "p.pdf"], ["run", "arm.yaml", "--out", "a.csv", "--plot", "p.pdf"]):

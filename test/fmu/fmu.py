@@ -18,8 +18,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records,
                      rows, run)
 from claims import claim, finish, note
+from complaints import check_complaints
 from events import check_events
-from foreign import check_fmusim, check_library, check_schema
+from foreign import check_fmusim, check_fmusim_early, check_library, check_schema
+from steps import check_steps
 from tunable import check_tunables
 
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
@@ -55,7 +57,7 @@ def same_bits(scene, fmu, *modes):
 
 
 def check_cosimulation(folder):
-    bits, serial, process, second = [], [], [], []
+    bits, early, serial, process, second = [], [], [], [], []
     state = folder / "state"
     for name in FIXED:
         scene = fixed_scene(name, folder)
@@ -64,10 +66,12 @@ def check_cosimulation(folder):
             bits.append(fmu.errors)
             continue
         bits += same_bits(scene, fmu, "cs")
+        early += same_bits(scene, fmu, "early")
         serial += same_bits(scene, fmu, "serial")
         process += same_bits(scene, fmu, f"save={state}", f"load={state}")
         second += same_bits(scene, fmu, "two")
     claim("cosimulation_has_the_bits_of_a_run_and_allocates_nothing", bits)
+    claim("event_mode_early_returns_and_intermediate_updates_keep_the_bits_and_allocate_nothing", early)
     claim("another_instance_continues_a_serialised_state_with_equal_bits", serial)
     claim("another_process_continues_a_serialised_state_with_equal_bits", process)
     claim("a_second_instance_changes_nothing", second)
@@ -394,6 +398,8 @@ def main():
         check_times(folder)
         check_tunables(folder)
         check_events(folder)
+        check_steps(folder)
+        check_complaints(folder)
         check_refusals(folder)
         check_scenes(folder)
         check_settings(folder)
@@ -401,6 +407,7 @@ def main():
         check_page(folder)
         check_schema(folder)
         check_fmusim(folder)
+        check_fmusim_early(folder)
         check_library(folder)
     finish()
 

@@ -44,10 +44,10 @@ def play_foreign(fmusim, words, stop, archive, out):
     return {round(row[0], 9): row for row in rows(text)}, (said + errors).strip()
 
 
-def largest_relative(ours, theirs, works):
+def largest_relative(ours, theirs, works, least=INTERVALS):
     """The largest difference over the larger of 1 and the column's size; columns in `works` must be NaN in ours."""
     common = sorted(set(ours) & set(theirs))
-    if len(common) < INTERVALS or any(len(ours[t]) != len(theirs[t]) for t in common):
+    if len(common) < least or any(len(ours[t]) != len(theirs[t]) for t in common):
         return math.nan
     worst = 0.0
     for k in range(1, len(ours[common[0]])):
@@ -98,6 +98,34 @@ def check_fmusim(folder):
     for mode, (found, stem) in worst.items():
         note(f"{mode}: largest relative difference {found:g} ({stem}), bound {FMUSIM_BOUND:g}")
     claim("fmusim_runs_every_bundled_scene_and_agrees", problems + ([] if count >= 200 else [f"only {count} runs"]))
+
+
+# Scenes with events of their own, impacts, a stop, and friction that sticks.
+EARLY = ("parachute", "rocking-block", "bouncing-ball", "clutch", "trebuchet")
+
+
+def check_fmusim_early(folder):
+    """fmusim with event mode, early returns and records of intermediate updates: the numbers at its output times."""
+    fmusim = os.environ.get("KT_FMUSIM")
+    if not fmusim:
+        skip("fmusim_uses_event_mode_and_early_returns", "KT_FMUSIM names no program")
+        return
+    problems, more = [], 0
+    for stem in EARLY:
+        fmu, tables = Fmu(SCENES / f"{stem}.yaml", folder), []
+        stop = float(fmu.root.find("DefaultExperiment").get("stopTime"))
+        for words in ([], ["--early-return-allowed"], ["--early-return-allowed", "--event-mode-used"],
+                      ["--early-return-allowed", "--event-mode-used", "--record-intermediate-values"]):
+            table, complaint = play_foreign(fmusim, ["--interface-type", "cs", *words], stop, fmu.archive,
+                                            folder / "early.csv")
+            tables.append(table)
+            found = largest_relative(table, tables[0], [], INTERVALS / 2)
+            note(f"{stem} {' '.join(words)}: {len(table)} rows, relative difference {found:.1e}, bound {FMUSIM_BOUND:g}")
+            problems += [] if found <= FMUSIM_BOUND and not complaint else [f"{stem} {words}: {found:g}; {complaint}"]
+        sizes = list(map(len, tables))
+        problems += [] if sizes[0] <= sizes[1] <= sizes[2] < sizes[3] else [f"{stem}: rows {sizes}"]
+        more += sizes[0] < sizes[2]
+    claim("fmusim_uses_event_mode_and_early_returns", problems + ([] if more >= 3 else [f"{more} scenes with events"]))
 
 
 class Library:

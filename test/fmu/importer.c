@@ -4,6 +4,8 @@
  *
  * MODE is one of
  *     cs         co-simulation
+ *     early      co-simulation with event mode and early returns; intermediate updates read the references. The line
+ *                "early" has the numbers of early returns and of updates
  *     start=T    co-simulation that starts at T, s
  *     two        co-simulation while another instance takes half steps
  *     serial     co-simulation; another instance continues from the serialised state at half time
@@ -31,18 +33,20 @@
 enum { MOST = 256 };
 
 typedef void log_message(void *, int, const char *, const char *);
+typedef void update_call(void *, double, bool, bool, bool, bool, bool *, double *);
 
 /* The functions of the standard that are called here. */
 #define FUNCTIONS(X)                                                                                                   \
     X(void *, InstantiateCoSimulation,                                                                                 \
       (const char *, const char *, const char *, bool, bool, bool, bool, const uint32_t *, size_t, void *,             \
-       log_message *, void *))                                                                                         \
+       log_message *, update_call *))                                                                                  \
     X(void *, InstantiateModelExchange, (const char *, const char *, const char *, bool, bool, void *, log_message *)) \
     X(void, FreeInstance, (void *))                                                                                    \
     X(int, EnterInitializationMode, (void *, bool, double, double, bool, double))                                      \
     X(int, ExitInitializationMode, (void *))                                                                           \
     X(int, EnterContinuousTimeMode, (void *))                                                                          \
     X(int, EnterEventMode, (void *))                                                                                   \
+    X(int, EnterStepMode, (void *))                                                                                    \
     X(int, Terminate, (void *))                                                                                        \
     X(int, GetFloat64, (void *, const uint32_t *, size_t, double *, size_t))                                           \
     X(int, SetFloat64, (void *, const uint32_t *, size_t, const double *, size_t))                                     \
@@ -100,16 +104,55 @@ static void load_functions(const char *binary) {
     FUNCTIONS(LOAD)
 }
 
+/* What an intermediate update needs: the environment of the instance. */
+typedef struct updates {
+    const request *r;
+    void *instance;
+    double last; /* s */
+    int count, early;
+} updates;
+
+static updates within; /* a step of the mode `early` */
+
+static void read_within(void *environment, double time, bool set, bool get, bool finished, bool may_return,
+                        bool *returns, double *at) {
+    double values[MOST];
+    (void)environment, (void)returns, (void)at;
+    require(!set && get && finished && may_return && time >= within.last, "arguments of an update");
+    require(fmi_GetFloat64(within.instance, within.r->show, within.r->shown, values, within.r->shown) == 0,
+            "a value cannot be read in an update");
+    require(within.r->shown == 0 || within.r->show[0] != 0 || values[0] == time, "the time of an update");
+    within.last = time;
+    within.count++;
+}
+
+/* Lets events take effect in co-simulation. Returns whether the run is over. */
+static bool update_events(void *instance) {
+    bool need = true, end = false, nominals, moved, has_next;
+    double next;
+    while (need && !end)
+        require(fmi_UpdateDiscreteStates(instance, &need, &end, &nominals, &moved, &has_next, &next) == 0 && !has_next,
+                "events of co-simulation");
+    require(end || fmi_EnterStepMode(instance) == 0, "the end of event mode");
+    return end;
+}
+
+static bool is_early(const request *r) { return strcmp(r->mode, "early") == 0; }
+
 static void *start(const request *r, bool exchange) {
     void *instance =
         exchange ? fmi_InstantiateModelExchange("one", r->token, r->resources, false, false, NULL, print_message)
-                 : fmi_InstantiateCoSimulation("one", r->token, r->resources, false, false, false, false, NULL, 0, NULL,
-                                               print_message, NULL);
+                 : fmi_InstantiateCoSimulation("one", r->token, r->resources, false, false, is_early(r), is_early(r),
+                                               NULL, 0, NULL, print_message, is_early(r) ? read_within : NULL);
     require(instance != NULL, "no instance");
     require(fmi_SetFloat64(instance, r->give, r->given, r->value, r->given) == 0, "a value cannot be set");
     require(fmi_EnterInitializationMode(instance, false, 0.0, r->start, true, r->start + r->step * r->count) == 0,
             "initialization");
     require(fmi_ExitInitializationMode(instance) == 0, "end of initialization");
+    if (!exchange && is_early(r)) {
+        within = (updates){.r = r, .instance = instance};
+        update_events(instance);
+    }
     return instance;
 }
 
@@ -193,6 +236,22 @@ static void show_gain(const request *r, void *instance) {
         printf("%.17g%c", gain[i], i + 1 < r->shown ? ',' : '\n');
 }
 
+/* Takes step k, in parts if the instance returns early. Returns the status. */
+static int step_to(const request *r, void *instance, int k, bool *end) {
+    bool event, early;
+    double from = r->start + k * r->step, step = r->step;
+    int status;
+    do {
+        status = fmi_DoStep(instance, from, step, true, &event, end, &early, &from);
+        step = r->start + (k + 1) * r->step - from;
+        require(is_early(r) || !(event || early), "an event or an early return that is not allowed");
+        within.early += early;
+        if (status == 0 && event)
+            *end = fmi_EnterEventMode(instance) != 0 || update_events(instance);
+    } while (status == 0 && early && !*end);
+    return status;
+}
+
 static void simulate(const request *r) {
     const char *saved = file_of(r, "save="), *loaded = file_of(r, "load=");
     void *instance = start(r, false), *second = strcmp(r->mode, "two") == 0 ? start(r, false) : NULL;
@@ -210,7 +269,7 @@ static void simulate(const request *r) {
             require(fmi_DoStep(second, 0.5 * k * r->step, 0.5 * r->step, true, &event, &end, &early, &last) == 0,
                     "a step of the second instance fails");
         kt_interpose_start();
-        const int status = fmi_DoStep(instance, r->start + k * r->step, r->step, true, &event, &end, &early, &last);
+        const int status = step_to(r, instance, k, &end);
         allocations += kt_interpose_stop();
         require(status == 0, "a step fails");
         show(r, instance);
@@ -223,6 +282,8 @@ static void simulate(const request *r) {
     fmi_FreeInstance(instance);
     if (second != NULL)
         fmi_FreeInstance(second);
+    if (is_early(r))
+        printf("early %d, updates %d\n", within.early, within.count);
     printf("allocations %ld\n", allocations);
 }
 

@@ -30,7 +30,7 @@ def build(fmu, compiler):
     configuration = xml.etree.ElementTree.parse(folder / "buildDescription.xml").getroot().find("BuildConfiguration")
     files, out = configuration.find("SourceFileSet"), folder / f"{configuration.get('modelIdentifier')}.so"
     options = files.get("compilerOptions").split() + ([] if os.environ.get("KT_FMU_OPTIMISED") else ["-O0"])
-    options += ["-Wall", "-Wextra", "-Werror", "-Wl,-z,defs", "-fPIC", "-shared"]
+    options += ["-pedantic-errors", "-Wall", "-Wextra", "-Werror", "-Wl,-z,defs", "-fPIC", "-shared"]
     ended = subprocess.run([compiler, *options, *(file.get("name") for file in files.findall("SourceFile")), "-o", out,
                             *(f"-l{library.get('name')}" for library in configuration.findall("Library"))],
                            capture_output=True, text=True, cwd=folder)

@@ -16,32 +16,43 @@ static int say_no_memory(void) {
     return KT_EXIT_SCENE;
 }
 
-/* Splits the header into names. Returns the start of the lines below it. */
-static char *read_names(kt_table *table) {
-    char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
-    *end = '\0';
-    if (end > table->text && end[-1] == '\r')
-        end[-1] = '\0';
-    table->columns = 1;
-    for (const char *c = table->text; *c != '\0'; c++)
-        table->columns += *c == ',';
-    table->names = calloc((size_t)table->columns, sizeof *table->names);
-    char *name = table->text;
-    for (int i = 0; table->names != NULL && i < table->columns; i++) {
-        table->names[i] = name;
-        name += strcspn(name, ",");
-        if (*name != '\0')
-            *name++ = '\0';
-    }
-    return lines;
-}
-
 /* Returns the length of words in quotes. A quote within the words is doubled. */
 static size_t length_of_quoted(const char *at) {
     const char *end = at + 1;
     while (*end != '\0' && (*end != '"' || end[1] == '"'))
         end += *end == '"' ? 2 : 1;
     return (size_t)(end - at) + (*end == '"');
+}
+
+/* Returns the length of a name in the header. Names in quotes may contain commas. */
+static size_t length_of_name(const char *at) {
+    const size_t quoted = *at == '"' ? length_of_quoted(at) : 0;
+    return quoted + strcspn(at + quoted, ",");
+}
+
+/* Splits the header into names, without their quotes. Returns the start of the lines below it. */
+static char *read_names(kt_table *table) {
+    char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
+    *end = '\0';
+    if (end > table->text && end[-1] == '\r')
+        end[-1] = '\0';
+    table->columns = 1;
+    for (const char *c = table->text + length_of_name(table->text); *c != '\0'; c += 1 + length_of_name(c + 1))
+        table->columns++;
+    table->names = calloc((size_t)table->columns, sizeof *table->names);
+    char *name = table->text;
+    for (int i = 0; table->names != NULL && i < table->columns; i++) {
+        const size_t length = length_of_name(name);
+        char *next = name + length;
+        if (*next != '\0')
+            *next++ = '\0';
+        const bool is_quoted = length > 1 && name[0] == '"' && name[length - 1] == '"';
+        if (is_quoted)
+            name[length - 1] = '\0';
+        table->names[i] = name + is_quoted;
+        name = next;
+    }
+    return lines;
 }
 
 /* Reads one line into row `row`. Returns the start of the next line, or NULL after printing the error. */

@@ -138,6 +138,7 @@ typedef struct kt_fmu_variable {
     const double *start;
     int reference, derivative; /* derivative: the reference of its state; 0: it is not a derivative */
     bool may_jump;             /* it is a state that events and projections set in model exchange */
+    bool is_output;            /* intermediate updates read it */
 } kt_fmu_variable;
 
 static int input_count(const kt_fmu_model *fmu) {
@@ -172,6 +173,8 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
             write_attribute(attributes[i][0], attributes[i][1], to);
     if (is_second)
         fputs("><Real", to);
+    else if (v->is_output)
+        fputs(" intermediateUpdate=\"true\"", to);
     write_unit(v->unit, to);
     if (v->start != NULL)
         fprintf(to, " start=\"%.17g\"", *v->start);
@@ -194,7 +197,8 @@ static void write_outputs(const kt_fmu_model *fmu, FILE *to) {
                                           .variability = "continuous",
                                           .initial = "calculated",
                                           .unit = quantity.unit,
-                                          .reference = (int)i},
+                                          .reference = (int)i,
+                                          .is_output = true},
                        to);
     }
 }
@@ -372,6 +376,15 @@ static void write_interface(const kt_fmu_model *fmu, const char *kind, const cha
         fprintf(to, "    <SourceFiles><File name=\"" KT_FMU_SOURCE "\"/></SourceFiles>\n  </%s>\n", kind);
 }
 
+#define KT_FMU_STEP_FLAGS                                                                                              \
+    " canHandleVariableCommunicationStepSize=\"true\" hasEventMode=\"true\" providesIntermediateUpdate=\"true\" "      \
+    "canReturnEarlyAfterIntermediateUpdate=\"true\""
+
+/* Whether a step of co-simulation may meet an event: of the scene, or of a contact or friction. */
+static bool has_events(const kt_fmu_model *fmu) {
+    return kt_scene_event_room(fmu->scene) > 0 || kt_switch_count(fmu->model) > 0;
+}
+
 static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
     const bool is_second = fmu->version == KT_FMU_SECOND;
     const char *capabilities =
@@ -381,7 +394,11 @@ static void write_interfaces(const kt_fmu_model *fmu, FILE *to) {
     if (fmu->has_exchange)
         write_interface(fmu, "ModelExchange", capabilities, is_second ? "" : " needsCompletedIntegratorStep=\"true\"",
                         to);
-    write_interface(fmu, "CoSimulation", capabilities, " canHandleVariableCommunicationStepSize=\"true\"", to);
+    write_interface(fmu, "CoSimulation", capabilities,
+                    is_second         ? " canHandleVariableCommunicationStepSize=\"true\""
+                    : has_events(fmu) ? KT_FMU_STEP_FLAGS " mightReturnEarlyFromDoStep=\"true\""
+                                      : KT_FMU_STEP_FLAGS,
+                    to);
 }
 
 void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
