@@ -257,6 +257,7 @@ def failures(b):
              ("step", [("step: 0.01\n", "step: 0\n")], 2, "step.yaml:12:11: ", "must be greater than 0"),
              ("twice", [(outputs + ", count: n", "count: n, delayed: n")], 2, "twice.yaml:14:14: ", "two outputs set 'n'"),
              ("fails", [(parameters, "damping: 3, fails: 5")], 4, "event 'pd' at t = 0.05 s: FMU 'pd' at t = 0.04 s: DoStep returned an error: step 5 of the guest fails", "FMU 'pd' at t = 0.04 s: step 5 of the guest fails, category logStatusError"),
+             ("early", [(parameters, "damping: 3, fails: -5")], 4, "event 'pd' at t = 0.05 s: FMU 'pd' at t = 0.04 s: ", "the step returned early, which this importer does not allow"),
              ("infinite", [(inputs, 'angle: "1/(t-0.02)"')], 4, "event 'pd' at t = 0.02 s: FMU 'pd' at t = 0.02 s: ", "is no value of its variable 'angle'")]
     for name, edits, status, *words in cases:
         edits = [(before.replace("FILE", str(b.fmu[3])), after) for before, after in edits]

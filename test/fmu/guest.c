@@ -2,7 +2,8 @@
  *
  *     torque = -stiffness angle - damping rate    at once (feedthrough); 0 if `off`
  *     delayed: torque at the end of the last step; integral: of angle, by Euler's method; count: of steps
- *     last: the count at which the FMU ends the simulation; fails: the count at which a step fails
+ *     last: the count at which the FMU ends the simulation; fails: the count at which a step fails,
+ *     or with the sign - the count at which a step of FMI 3.0 returns early, which its importer does not allow
  *
  * The functions that a version has besides these are left out, as the standard permits for types without a variable.
  */
@@ -200,9 +201,9 @@ void *fmi3InstantiateCoSimulation(const char *name, const char *token, const cha
                                   bool logging, bool event_mode, bool early, const uint32_t *required, size_t count,
                                   void *environment, void (*log)(void *, int, const char *, const char *),
                                   void (*update)(void)) {
-    guest *g = strcmp(token, "{guest}") == 0 ? create() : NULL;
-    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode, (void)early, (void)required;
-    (void)count, (void)update;
+    const bool is_plain = !event_mode && !early && count == 0 && update == NULL;
+    guest *g = is_plain && strcmp(token, "{guest}") == 0 ? create() : NULL;
+    (void)name, (void)resources, (void)visible, (void)logging, (void)required;
     if (g != NULL) {
         g->log = (void (*)(void))log;
         g->environment = environment;
@@ -220,7 +221,8 @@ int fmi3DoStep(void *instance, double t, double h, bool is_final, bool *event, b
     const bool fails = advance(g, t, h, ends);
     char text[80];
     (void)is_final;
-    *last = t + h;
+    *early = !fails && g->whole[COUNT] == -g->whole[FAILS];
+    *last = *early ? t + 0.5 * h : t + h;
     (void)snprintf(text, sizeof text, "step %d of the guest fails", (int)g->whole[COUNT]);
     if (fails)
         ((void (*)(void *, int, const char *, const char *))g->log)(g->environment, ERROR, "logStatusError", text);
