@@ -117,7 +117,9 @@ static updates within; /* a step of the mode `early` */
 static void read_within(void *environment, double time, bool set, bool get, bool finished, bool may_return,
                         bool *returns, double *at) {
     double values[MOST];
-    (void)environment, (void)returns, (void)at;
+    (void)environment;
+    *returns = false; /* then the time has no meaning */
+    *at = -1.0;
     require(!set && get && finished && may_return && time >= within.last, "arguments of an update");
     require(fmi_GetFloat64(within.instance, within.r->show, within.r->shown, values, within.r->shown) == 0,
             "a value cannot be read in an update");
