@@ -1,7 +1,7 @@
 /* The state of an instance as one flat block without pointers, and the functions of FMI 3.0 that hand it over. Another
  * process may continue from it.
  *
- *     header, numbers: time, goal, given parameters, their flags, tunable parameters of the compilation and of the
+ *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the
  *     present, torques, y, events; then the checkpoint of the simulation
  */
 #include "instance.h"
@@ -23,7 +23,7 @@ typedef struct kt_fmu_header {
 static const char mark[8] = "ktFMU03";
 
 static size_t number_count(const kt_fmu *fmu) {
-    return 2 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
+    return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
            (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count;
 }
 
@@ -52,7 +52,6 @@ static void save_block(const kt_fmu *fmu, void *block) {
     make_header(fmu, header);
     double *to = (double *)(header + 1);
     *to++ = fmu->time;
-    *to++ = fmu->goal;
     for (int i = 0; i < fmu->parameter_count; i++)
         *to++ = fmu->given[i];
     for (int i = 0; i < fmu->parameter_count; i++)
@@ -101,10 +100,10 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU, or it is damaged");
-    const double *from = (const double *)(header + 1), *compiled = from + 2 + 2 * fmu->parameter_count;
+    const double *from = (const double *)(header + 1), *compiled = from + 1 + 2 * fmu->parameter_count;
     const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;
     kt_status status = KT_OK;
-    if (take_parameters(fmu, from + 2) || fmu->is_stale) {
+    if (take_parameters(fmu, from + 1) || fmu->is_stale) {
         kt_fmu_copy_tunables(fmu, compiled, fmu->tunables.wanted);
         status = kt_fmu_compile(fmu, error);
     }
@@ -121,7 +120,6 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     for (int k = 0; k < fmu->event_count; k++, events += 3)
         fmu->events[k] = (kt_fmu_event){events[0], events[1], events[2], false};
     fmu->time = from[0];
-    fmu->goal = from[1];
     if (fmu->is_exchange) /* parameters that events set are in the importer's state */
         status = kt_fmu_take_over(fmu, error);
     if (status == KT_OK && fmu->watch != NULL)

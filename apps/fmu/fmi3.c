@@ -290,7 +290,7 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
 static kt_fmi_status check_step(kt_fmu *fmu, double from, double step) {
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
     KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);
-    KT_FMU_REQUIRE(isfinite(step) && step > 0.0, "the step %g is not above zero", step);
+    KT_FMU_REQUIRE(isfinite(step) && fmu->time + step > fmu->time, "a step of %g does not change the time", step);
     KT_FMU_REQUIRE(fabs(from - fmu->time) <= 1e-6 * step, "the step begins at %.17g, but the instance is at %.17g",
                    from, fmu->time);
     return KT_FMI_OK;
@@ -306,9 +306,8 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
     kt_fmi_status result = check_step(fmu, from, step);
     if (result != KT_FMI_OK)
         return result;
-    const kt_status status = kt_fmu_advance(fmu, step, needs_event, &error);
+    const kt_status status = kt_fmu_advance(fmu, step, needs_event, early, &error);
     *last = fmu->time;
-    *early = status == KT_OK && fmu->returns_early && fmu->time < fmu->goal;
     *terminate = fmu->is_over;
     return kt_fmu_report_status(fmu, status, &error);
 }

@@ -148,7 +148,6 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
         return status;
     }
     fmu->time = kt_simulation_time(fmu->simulation);
-    fmu->goal = (double)NAN;
     fmu->is_over = false;
     kt_fmu_forget_events(fmu);
     if (fmu->y != NULL)

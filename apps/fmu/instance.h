@@ -77,7 +77,6 @@ typedef struct kt_fmu {
     kt_fmu_event *events; /* [event_count] */
     int event_count;      /* 0 in co-simulation */
     double start, time;
-    double goal;           /* the end of the last step of co-simulation that was requested; NaN: there was none */
     const double *values;  /* of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
     bool is_exchange, is_stale, has_rates, has_jacobian, is_moved, is_over;
@@ -127,8 +126,9 @@ kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error);
 void kt_fmu_forget_events(kt_fmu *fmu);
 
 /* Takes a step of co-simulation. It ends early at an event, or at the importer's request, if the importer allows that.
- * *needs_event: events are due at its end, which take effect in event mode. Errors: those of kt_simulation_step. */
-kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, kt_error *error);
+ * *needs_event: events are due at its end, which take effect in event mode. *early: the end is not that of the step.
+ * Errors: those of kt_simulation_step. */
+kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, bool *early, kt_error *error);
 
 /* Applies the events that are due in the simulation. Errors: those of formulas and of actions. */
 kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error);

@@ -11,7 +11,6 @@
 
 #include "simulation/step_parts.h"
 
-#include <float.h>
 #include <math.h>
 
 kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error) {
@@ -21,12 +20,6 @@ kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error) {
     kt_fmu_change(fmu);
     fmu->is_over = status == KT_OK && kt_simulation_stopped(fmu->simulation) != NULL;
     return status;
-}
-
-/* Returns the end of a step. The rest of a step that ended early has the end of that step, without its rounding. */
-static double end_of_step(const kt_fmu *fmu, double step) {
-    const double end = kt_simulation_period_end(fmu->simulation, step);
-    return fabs(end - fmu->goal) <= 8.0 * DBL_EPSILON * fmax(fabs(fmu->time), fabs(end)) ? fmu->goal : end;
 }
 
 /* Lets the importer read variables. Returns the end of the step that it requests. */
@@ -39,9 +32,10 @@ static double update(kt_fmu *fmu, double end) {
     return returns && fmu->returns_early ? fmin(end, fmax(at, fmu->time)) : end;
 }
 
-kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, kt_error *error) {
+kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, bool *early, kt_error *error) {
     kt_simulation *simulation = fmu->simulation;
-    double end = fmu->goal = end_of_step(fmu, step);
+    const double goal = kt_simulation_period_end(simulation, step);
+    double end = goal;
     simulation->memory.stopped = 0;
     kt_status status = kt_fmu_fire(fmu, error);
     while (status == KT_OK && !*needs_event && !fmu->is_over && fmu->time < end) {
@@ -59,5 +53,6 @@ kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, kt_error *
             end = fmu->time;
     }
     kt_simulation_skip_records(simulation);
+    *early = status == KT_OK && fmu->returns_early && fmu->time < goal;
     return status;
 }
