@@ -4,7 +4,8 @@ fmu.py COMMAND IMPORTER SOURCE-ROOT
 
 The environment variable KT_FMI_SCHEMA names a folder with the schemas of FMI 3.0 (modelica/fmi-standard, schema) and
 with that of FMI 2.0 in one file, fmi2Merged.xsd. KT_FMUSIM is the program fmusim of modelica/Reference-FMUs, and
-KT_FMILIB the shared library of modelon-community/fmi-library. What is not there is skipped with a message.
+KT_FMILIB the shared library of modelon-community/fmi-library. KT_FMPY is a Python with the package fmpy. What is not
+there is skipped with a message.
 """
 import ctypes
 import math
@@ -20,7 +21,7 @@ from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS,
 from claims import claim, finish, note
 from complaints import check_complaints
 from events import check_events
-from foreign import check_fmusim, check_fmusim_early, check_library, check_schema
+from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_library, check_schema
 from steps import check_steps
 from tunable import check_tunables
 
@@ -29,6 +30,9 @@ EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # roun
 # largest derivative; those of outputs, and of loops, are of both differences.
 SLOPES = {"arm7": "shoulder_yaw,elbow", "four-bar": "crank", "dc-motor": "rotor", "bricard": None, "stewart": None,
           "quarter-car": None, "rocket": None, "spinning-top": None, "torus-marble": None, "three-body": None}
+# Names of the structured convention: parts are identifiers, or have quotes, and may have indices.
+PART = r"(?:[A-Za-z_][A-Za-z0-9_]*|'[A-Za-z0-9_-]+')(?:\[\d+\])?"
+STRUCTURED = re.compile(rf"{PART}(?:\.{PART})*|der\({PART}(?:\.{PART})*\)", re.A)
 RATES, OUTPUTS, ADJOINT = 1e-9, 1e-9, 1e-10
 
 
@@ -338,16 +342,20 @@ def check_binary(folder):
 
 def check_scenes(folder):
     """The FMU of every bundled scene starts. It reads the scene in flow style, with its own reader."""
-    problems, count = [], 0
+    problems, count, wrong, quoted = [], 0, [], 0
     for scene in sorted(SCENES.glob("*.yaml")):
         fmu = Fmu(scene, folder)
         if fmu.status != 0:
             problems.append(f"{scene.stem}: {fmu.errors.strip()}")
             continue
+        wrong += [f"{scene.stem}: {name}" for name in fmu.variables if not STRUCTURED.fullmatch(name)]
+        quoted += sum("'" in name for name in fmu.variables)
         status, text, errors = fmu.play("cs", "0", step=1e-3, steps=1)
         count += 1
         problems += [] if status == 0 and len(rows(text)) == 2 else [f"{scene.stem}: {errors.strip()}"]
     note(f"{count} scenes")
+    note(f"{len(wrong)} wrong names, bound 0; {quoted} names with quotes")
+    claim("names_are_structured", wrong[:10] + ([] if quoted >= 100 else [f"only {quoted} names with quotes"]))
     claim("every_bundled_scene_starts", problems + ([] if count >= 70 else [f"only {count} scenes"]))
 
 
@@ -408,6 +416,7 @@ def main():
         check_schema(folder)
         check_fmusim(folder)
         check_fmusim_early(folder)
+        check_fmpy(folder)
         check_library(folder)
     finish()
 

@@ -3,8 +3,10 @@ import ctypes
 import math
 import os
 import pathlib
+import re
 import shutil
 import tempfile
+import zipfile
 
 from archive import COMMAND, FIXED, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records, rows, run
 from claims import claim, note, skip
@@ -126,6 +128,35 @@ def check_fmusim_early(folder):
         problems += [] if sizes[0] <= sizes[1] <= sizes[2] < sizes[3] else [f"{stem}: rows {sizes}"]
         more += sizes[0] < sizes[2]
     claim("fmusim_uses_event_mode_and_early_returns", problems + ([] if more >= 3 else [f"{more} scenes with events"]))
+
+
+VALIDATE = "import sys\nfrom fmpy.validation import validate_fmu\nfor path in sys.argv[1:]:\n    print(validate_fmu(path))"
+
+
+def check_fmpy(folder):
+    """FMPy finds no fault: schemas, names of variables, units, and the structure of the model."""
+    python = os.environ.get("KT_FMPY")
+    if not python:
+        skip("fmpy_finds_no_fault", "KT_FMPY names no Python with the package fmpy")
+        return
+    problems, count = [], 0
+    for version in (3, 2):
+        archives = []
+        for scene in sorted(SCENES.glob("*.yaml")):
+            fmu = Fmu(scene, folder, "--fmi", version)
+            archives += [fmu.archive.rename(folder / f"{scene.stem}-{version}.fmu")] if fmu.status == 0 else []
+        broken = folder / f"broken-{version}.fmu"  # FMPy must find something there
+        with zipfile.ZipFile(archives[0]) as good, zipfile.ZipFile(broken, "w") as bad:
+            text = good.read("modelDescription.xml").decode()
+            bad.writestr("modelDescription.xml", re.sub('name="position', 'name="2 position', text, count=1))
+        status, said, errors = run(python, "-c", VALIDATE, *archives, broken)
+        found = [line for line in said.splitlines() if line.startswith("[")]
+        count += len(archives)
+        problems += [f"FMI {version}: status {status}: {errors}"] if status != 0 or len(found) != len(archives) + 1 else []
+        problems += [f"{archive.stem}: {line}" for archive, line in zip(archives, found) if line != "[]"]
+        problems += [f"FMI {version}: no fault in a wrong name"] if found[-1:] == ["[]"] else []
+        note(f"FMI {version}: {len(archives)} archives; a wrong name: {found[-1:]}")
+    claim("fmpy_finds_no_fault", problems + ([] if count >= 140 else [f"only {count} archives"]))
 
 
 class Library:

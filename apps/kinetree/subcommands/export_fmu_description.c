@@ -43,6 +43,20 @@ static void write_attribute(const char *name, const char *text, FILE *to) {
     fputc('"', to);
 }
 
+/* Writes the name of a variable in the structured convention: quotes surround a part that has a hyphen. */
+static void write_name(const char *name, FILE *to) {
+    fputs(" name=\"", to);
+    while (*name != '\0') {
+        const size_t length = strcspn(name, ".()[]");
+        const char *quote = memchr(name, '-', length) != NULL ? "'" : "";
+        fprintf(to, "%s%.*s%s", quote, (int)length, name, quote);
+        name += length;
+        if (*name != '\0')
+            fputc(*name++, to);
+    }
+    fputc('"', to);
+}
+
 /* ---- units ------------------------------------------------------------------------------------------------------- */
 
 /* Units of columns, their names in an FMU, and their exponents of kg, m, s and rad. */
@@ -161,12 +175,12 @@ static int place_of(const kt_fmu_model *fmu, int reference) {
 
 static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FILE *to) {
     const bool is_second = fmu->version == KT_FMU_SECOND;
-    const char *const attributes[][2] = {{"name", v->name},
-                                         {"description", v->description},
+    const char *const attributes[][2] = {{"description", v->description},
                                          {"causality", v->causality},
                                          {"variability", v->variability},
                                          {"initial", v->initial}};
     fputs(is_second ? "    <ScalarVariable" : "    <Float64", to);
+    write_name(v->name, to);
     fprintf(to, " valueReference=\"%d\"", v->reference);
     for (size_t i = 0; i < sizeof attributes / sizeof attributes[0]; i++)
         if (attributes[i][1] != NULL)
@@ -409,7 +423,7 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     const char *title = fmu->scene->description.name;
     write_attribute("modelName", title != NULL && *title != '\0' ? title : fmu->name, stream);
     write_attribute(is_second ? "guid" : "instantiationToken", fmu->token, stream);
-    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"flat\"", KT_VERSION);
+    fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"structured\"", KT_VERSION);
     if (is_second)
         fprintf(stream, " numberOfEventIndicators=\"%d\"", indicator_count(fmu));
     fputs(">\n", stream);
