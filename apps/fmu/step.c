@@ -23,7 +23,7 @@ kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error) {
 }
 
 /* Lets the importer read variables. Returns the end of the step that it requests. */
-static double update(kt_fmu *fmu, double end) {
+static double update_importer(kt_fmu *fmu, double end) {
     bool returns = false;
     double at = end;
     fmu->phase = KT_FMU_UPDATE;
@@ -43,7 +43,7 @@ kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, bool *earl
         fmu->time = kt_simulation_time(simulation);
         kt_fmu_change(fmu);
         if (status == KT_OK && fmu->update != NULL)
-            end = update(fmu, end);
+            end = update_importer(fmu, end);
         if (status != KT_OK || simulation->memory.fires == 0)
             continue;
         *needs_event = fmu->has_event_mode && (fmu->returns_early || fmu->time == end);
