@@ -177,3 +177,74 @@ KT_TEST(light_foot_comes_to_rest_within_a_fixed_step) {
     }
     kt_model_free(model);
 }
+
+/* Three sliders whose coordinates add up to a gap. The first one moves towards the stop from q, the second one cancels
+ * the place of the stop, and the third one is `below`, a part of the rounding of the first one. */
+typedef struct slow_gap {
+    kt_body body[3];
+    kt_term term[3];
+    kt_loop loop;
+    kt_description description;
+} slow_gap;
+
+static void make_slow_gap(slow_gap *s, double q, double v, double stop, double below, double restitution) {
+    static const char *const names[] = {"first", "second", "third"};
+    const double position[] = {q, -stop, below};
+    *s = (slow_gap){.loop = kt_loop_default(), .description = kt_description_default()};
+    for (int i = 0; i < 3; i++) {
+        s->body[i] = kt_body_default();
+        s->body[i].name = names[i];
+        s->body[i].mass = 1.0;
+        s->body[i].joint.type = KT_JOINT_PRISMATIC;
+        s->body[i].joint.position[0] = position[i];
+        s->term[i] = (kt_term){.joint = names[i], .coefficient = 1.0};
+    }
+    s->body[0].joint.velocity[0] = v;
+    s->loop.name = "gap";
+    s->loop.type = KT_LOOP_COUPLING;
+    s->loop.side = KT_SIDE_ABOVE;
+    s->loop.restitution = restitution;
+    s->loop.terms = s->term;
+    s->loop.term_count = 3;
+    s->description.bodies = s->body;
+    s->description.body_count = 3;
+    s->description.loops = &s->loop;
+    s->description.loop_count = 1;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+}
+
+/* A tick ends at a gap that is smaller than the rounding of a position. Steps up to the impact do not change that
+ * position, so that the gap does not close along them. The impact happens all the same. It gives each slider the
+ * impulse (1 + e) v / 3. */
+KT_TEST(impacts_within_the_rounding_of_a_position_happen) {
+    static const struct {
+        const char *method;
+        double step;
+    } ways[] = {{"dopri5", 0.0}, {"radau5", 0.0}, {"heun", 0.0}, {"rk4", 1e-3}};
+    const double v = -0.3, stop = 0.9, e = 0.4, ulp = DBL_EPSILON / 2.0;
+    kt_worst place = kt_worst_make("place after two ticks, m");
+    int wrong = 0, next = 0;
+    for (int i = 0; i < 160; i++) {
+        slow_gap s;
+        make_slow_gap(&s, stop - 1e-3 * v + (i / 4 % 10 - 5) * ulp, v, stop, 0.2 * (i / 40 + 1) * ulp, e);
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, ways[i % 4].method, ways[i % 4].step, 0);
+        kt_error error = {0};
+        kt_status status = simulation != NULL ? kt_simulation_tick(simulation, 1e-3, &error) : KT_ERROR_ARGUMENT;
+        next += status == KT_OK && kt_simulation_contacts(simulation).impacts == 0;
+        if (status == KT_OK)
+            status = kt_simulation_tick(simulation, 1e-3, &error);
+        if (kt_fine("runs", status, &error)) {
+            wrong += kt_simulation_contacts(simulation).impacts != 1;
+            kt_worst_near(&place, kt_simulation_positions(simulation)[0], stop + 1e-3 * v * (1.0 - (1.0 + e) / 3.0),
+                          1e-14, "run %d", i);
+            kt_worst_near(&place, kt_simulation_positions(simulation)[1], -stop - 1e-3 * v * (1.0 + e) / 3.0, 1e-14,
+                          "run %d", i);
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_worst(&place);
+    kt_check_equal_int("runs without one impact", wrong, 0);
+    kt_check_above("ticks that end before the impact", next, 20.0);
+}
