@@ -26,7 +26,8 @@
  *
  *     s + tau s' = sigma e,   sigma >= 0
  *
- * which is an implicit step of length tau. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
+ * which is an implicit step of length tau. If slip comes to rest within it, sigma = 0, and T is the force that stops
+ * slip: |e| < 1. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
  * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to hold the contact with a part x of its force to spare.
  * Then slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is no more than
  *
@@ -38,7 +39,7 @@
  * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
  * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
  * in linear/coulomb.h. If it does not converge, e is the direction of s, which is counted
- * (kt_contact_counts.unconverged).
+ * (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no solution there.
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
@@ -400,6 +401,20 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
         c->size = fmax(c->size, fabs(c->b[i]));
 }
 
+/* Finds the directions of slow slip at the end of the implicit step. Slip that has come to rest there has e = -T / (mu
+ * N), with |e| < 1. */
+static bool find_ahead(const kt_coulomb *c, kt_coulomb_solution *to) {
+    const bool found = kt_coulomb_iterate_modes(c, to);
+    for (int i = 0; found && i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double most = item->friction * to->p[item->row];
+        const bool rests = item->type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
+        for (int k = 0; rests && k < 2; k++)
+            to->e[i][k] = most > 0.0 ? -to->p[item->across + k] / most : 0.0;
+    }
+    return found;
+}
+
 /* Finds N if some slip is slow, and the directions e for this. */
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
@@ -411,7 +426,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         return status;
     set_items(model, data, p);
     predict_directions(data, p);
-    const bool found = kt_coulomb_iterate(p->c, p->to);
+    const bool found = find_ahead(p->c, p->to);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;

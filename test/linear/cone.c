@@ -275,6 +275,50 @@ KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
     room_free(&r);
 }
 
+/* Contacts that do not part, as those of slow slip: their modes and directions from arbitrary directions. A found
+ * solution obeys the laws, and is that of enumeration unless there are several. Newton's iteration for directions alone
+ * finds none if contacts stick. */
+KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
+    kt_random random = kt_random_of_test();
+    room r = room_make();
+    kt_worst laws = kt_worst_make("laws");
+    problem *p = malloc(sizeof *p);
+    int exist = 0, missed = 0, other = 0, alone = 0;
+    for (int k = 0; k < 600 && p != NULL; k++) {
+        uint64_t steps = 0;
+        draw_problem(&random, k % 2 ? BOX : CHAIN, kt_random_int(&random, 1, 2), p);
+        for (int i = 0; i < p->n; i++) {
+            p->mu[i] = kt_random_uniform(&random, 0.1, 0.9);
+            p->b[3 * i] = -fabs(p->b[3 * i]);
+        }
+        pose_contacts(p, false, r.c);
+        for (int i = 0; i < p->n; i++)
+            r.c->item[i].refused = 1U << KT_COULOMB_OPEN;
+        if (!enumeration_solve(r.c, r.scratch, r.all, &steps))
+            continue;
+        exist++;
+        for (int i = 0; i < p->n; i++) {
+            r.mine->mode[i] = KT_COULOMB_SLIP;
+            kt_random_direction(&random, 2, r.mine->e[i]);
+        }
+        kt_coulomb_copy(r.c, r.mine, r.scratch[0]);
+        alone += kt_coulomb_iterate(r.c, r.scratch[0]);
+        if (!kt_coulomb_iterate_modes(r.c, r.mine)) {
+            missed++;
+            continue;
+        }
+        kt_worst_below(&laws, violation_of(p, r.mine->p, r.mine->u, NULL), 1e-10, "problem %d", k);
+        other += r.all->count == 1 && distance_of(r.c, r.mine->u, r.all->u) > 1e-6;
+    }
+    kt_note("of %d problems, directions alone are found in %d; missed %d", exist, alone, missed);
+    kt_check_worst(&laws);
+    kt_check_above("problems", exist, 300.0);
+    kt_check_below("missed", missed, 0.02 * exist);
+    kt_check_below("other motions, where enumeration has one", other, 0.0);
+    free(p);
+    room_free(&r);
+}
+
 /* Dry friction of joints among contacts without friction: unique. */
 KT_TEST(dry_friction_agrees_with_enumeration) {
     kt_random random = kt_random_of_test();
