@@ -118,7 +118,8 @@ static double rounding_of_gap(const kt_simulation *simulation, int k) {
 }
 
 double kt_contact_margin(const kt_simulation *simulation, int k) {
-    return fabs(simulation->contacts->u[k]) <= kt_contact_resting ? rounding_of_gap(simulation, k) : 0.0;
+    const double slowest = fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting);
+    return fabs(simulation->contacts->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
 }
 
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does

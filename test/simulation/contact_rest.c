@@ -248,3 +248,36 @@ KT_TEST(impacts_within_the_rounding_of_a_position_happen) {
     kt_check_equal_int("runs without one impact", wrong, 0);
     kt_check_above("ticks that end before the impact", next, 20.0);
 }
+
+/* Two sliders that touch move on together, far from the origin, and part more slowly than the rest velocity. At first
+ * their gap is smaller than the rounding of their positions, whose sign changes. The contact does not close again. A
+ * step rounds each of two positions by half a rounding at most. */
+KT_TEST(slow_parting_is_not_ended_by_rounding) {
+    static const char *const methods[] = {"rk4", "heun", "dopri5"};
+    kt_random random = kt_random_of_test();
+    kt_worst gap = kt_worst_make("gap, in roundings of the position");
+    uint64_t most = 0;
+    for (int i = 0; i < 80; i++) {
+        const double x = kt_random_uniform(&random, 1e3, 1e5), v = kt_random_uniform(&random, 0.5, 2.0);
+        const double u = pow(10.0, kt_random_uniform(&random, -8.5, -7.0)), step = 1e-4;
+        slow_gap s;
+        make_slow_gap(&s, x, v + u, x, 0.0, 0.0);
+        s.body[1].joint.velocity[0] = -v;
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, methods[i % 3], step, 0);
+        kt_error error = {0};
+        const kt_status status =
+            simulation != NULL ? kt_simulation_advance(simulation, 200.0 * step, &error) : KT_ERROR_ARGUMENT;
+        if (kt_fine("runs", status, &error)) {
+            const double *q = kt_simulation_positions(simulation);
+            const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+            kt_worst_near(&gap, (q[0] + q[1]) / (x * DBL_EPSILON), 200.0 * step * u / (x * DBL_EPSILON), 200.0,
+                          "run %d", i);
+            most = counts.steps + counts.rejected > most ? counts.steps + counts.rejected : most;
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_worst(&gap);
+    kt_check_below("steps", (double)most, 205.0);
+}
