@@ -185,8 +185,8 @@ static void add_run(const cell *c, double duration, line *l) {
                o.error.message);
 }
 
-/* Every stride-th cell for this time. Returns the number of runs that failed. */
-static int run_grid(double duration, int stride, const char *only) {
+/* Every stride-th cell, from the cell `offset` on, for this time. Returns the number of runs that failed. */
+static int run_grid(double duration, int stride, int offset, const char *only) {
     line l = {0}, all = {0};
     printf("%34s |%5s%7s%11s%10s%10s\n", "", "runs", "failed", "worst tick", "mean tick", "impacts/s");
     for (int i = 0; i < CELLS; i++) {
@@ -194,7 +194,7 @@ static int run_grid(double duration, int stride, const char *only) {
         char name[64];
         (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
                        ways[c.way].fixed ? "fixed" : "adaptive");
-        if (i % stride == 0 && (only == NULL || strstr(name, only) != NULL))
+        if (i % stride == offset && (only == NULL || strstr(name, only) != NULL))
             add_run(&c, duration, &l);
         if (l.runs == 0 || (c.way == next.way && c.task == next.task && c.robot == next.robot))
             continue;
@@ -209,7 +209,7 @@ static int run_grid(double duration, int stride, const char *only) {
 
 int main(int argc, char **argv) {
     double duration = 10.0;
-    int stride = 1;
+    int stride = 1, offset = 0;
     const char *only = NULL;
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
@@ -217,15 +217,19 @@ int main(int argc, char **argv) {
             duration = strtod(argv[++i], NULL);
         else if (value != NULL && strcmp(argv[i], "--stride") == 0)
             stride = (int)strtol(argv[++i], NULL, 10);
+        else if (value != NULL && strcmp(argv[i], "--offset") == 0)
+            offset = (int)strtol(argv[++i], NULL, 10);
         else if (value != NULL && strcmp(argv[i], "--only") == 0)
             only = argv[++i];
         else
             stride = 0;
     }
-    if (stride < 1 || !(duration > 0.0)) {
-        (void)fprintf(stderr, "usage: bench-control [--duration S] [--stride N] [--only WORDS]\n"
-                              "Runs every N-th cell of the grid for S seconds. WORDS: a part of a line's name.\n");
+    if (stride < 1 || offset < 0 || offset >= stride || !(duration > 0.0)) {
+        (void)fprintf(stderr,
+                      "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS]\n"
+                      "Runs every N-th cell of the grid for S seconds, from the cell M < N on. WORDS: a part of "
+                      "a line's name.\n");
         return 2;
     }
-    return run_grid(duration, stride, only) == 0 ? 0 : 1;
+    return run_grid(duration, stride, offset, only) == 0 ? 0 : 1;
 }
