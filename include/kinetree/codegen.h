@@ -25,7 +25,7 @@ extern "C" {
     X(KT_CODEGEN_INVERSE, inverse, "joint forces for given accelerations, as kt_dynamics_inverse")                     \
     X(KT_CODEGEN_BIAS, bias, "joint forces without accelerations: gravity, centrifugal and Coriolis forces")           \
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
-    X(KT_CODEGEN_EFFECTS, effects, "joint forces of springs and dampers in joints, as kt_effect_forces")               \
+    X(KT_CODEGEN_EFFECTS, effects, "joint forces of all effects, as kt_effect_forces")                                 \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
     X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
@@ -81,15 +81,16 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
  * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
- * steps alone; add them to the tau of NAME_forward. Derivatives leave them out, too. A step also writes NAME_forward,
- * and NAME_effects if there are effects. Its tau is constant from the beginning to the end. Matrices are column-major.
- * Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs. Each function returns 0.
- * NAME_forward, its derivatives and the steps return the number of the body whose joint has no inertia, or whose
- * quaternion has no norm; they then write nothing.
+ * steps alone; add them to the tau of NAME_forward. Derivatives leave them out, too. If forces depend on time, effects
+ * and steps have the time as an argument before q. Effects call functions of the C library. A step also writes
+ * NAME_forward, and NAME_effects if there are effects. Its tau is constant from the beginning to the end. Matrices are
+ * column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs. Each function
+ * returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no inertia, or
+ * whose quaternion has no norm; they then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
- * bodies of variable mass, coordinates that move no mass, contacts, effects of other types. KT_ERROR_MEMORY.
- * KT_ERROR_FILE. Cost: O(size of the files). */
+ * bodies of variable mass, coordinates that move no mass, hard contacts, effects that are functions in C, and auxiliary
+ * states in steps. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 

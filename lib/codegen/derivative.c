@@ -5,6 +5,8 @@
  *   (a + b)' = a' + b'    (a b)' = a' b + a b'    (a / b)' = (a' - (a / b) b') / b
  *   (sin q)' = cos q      (cos q)' = -sin q       p' = p (0, e_k) / 2 for the quaternion p of a joint
  *
+ * The rate of a function of time follows likewise, with t' = 1.
+ *
  * A slope that is zero makes no node, so that only links beyond a joint, and those that carry it, have operations.
  * With tau(q, v, a) = M a + h,
  *
@@ -20,11 +22,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A direction: one position or velocity of a link. */
+/* A direction: one position or velocity of a link, or the time. */
 typedef struct code_direction {
-    const kt_link *link;
-    kt_op_array array; /* KT_OP_POSITION or KT_OP_RATE */
-    int index;         /* of the coordinate in the joint */
+    const kt_link *link; /* NULL: the time */
+    kt_op_array array;   /* KT_OP_POSITION or KT_OP_RATE */
+    int index;           /* of the coordinate in the joint */
 } code_direction;
 
 /* Component `row` of p (0, e_axis) / 2, where p begins at the position `first`. */
@@ -42,6 +44,8 @@ static kt_op turn_quaternion(kt_graph *g, int first, int row, int axis) {
 /* The slope of an input. */
 static kt_op input_slope(kt_graph *g, const kt_op_node *n, const code_direction *d) {
     const kt_link *l = d->link;
+    if (l == NULL)
+        return kt_op_number(g, n->a == KT_OP_TIME ? 1.0 : 0.0);
     const int lengths = kt_link_lengths(l), turns = d->index - lengths;
     const bool has_quaternion = kt_motion_facts_of((kt_motion)l->motion).quaternions > 0;
     const kt_op zero = kt_op_number(g, 0.0), one = kt_op_number(g, 1.0);
@@ -63,11 +67,74 @@ static kt_op input_slope(kt_graph *g, const kt_op_node *n, const code_direction 
             return zero;
         return n->a == KT_OP_SINE ? kt_op_input(g, KT_OP_COSINE, n->b)
                                   : kt_op_negate(g, kt_op_input(g, KT_OP_SINE, n->b));
+    case KT_OP_TIME:
     case KT_OP_GIVEN:
     case KT_OP_HELD:
         break;
     }
     return zero;
+}
+
+/* The slope of node i, a function of an operand with the slope s:  f'(a) s. z is the node itself. */
+static kt_op call_slope(kt_graph *g, kt_op i, kt_op s) {
+    const kt_op_node n = g->node[i];
+    const kt_op one = kt_op_number(g, 1.0), square = kt_op_multiply(g, n.a, n.a), z2 = kt_op_multiply(g, i, i);
+    switch ((kt_op_function)n.c) {
+    case KT_OP_SIN:
+        return kt_op_multiply(g, kt_op_call(g, KT_OP_COS, n.a, -1), s);
+    case KT_OP_COS:
+        return kt_op_negate(g, kt_op_multiply(g, kt_op_call(g, KT_OP_SIN, n.a, -1), s));
+    case KT_OP_TAN:
+        return kt_op_multiply(g, kt_op_add(g, one, z2), s);
+    case KT_OP_ASIN:
+        return kt_op_divide(g, s, kt_op_call(g, KT_OP_SQRT, kt_op_subtract(g, one, square), -1));
+    case KT_OP_ACOS:
+        return kt_op_negate(g, kt_op_divide(g, s, kt_op_call(g, KT_OP_SQRT, kt_op_subtract(g, one, square), -1)));
+    case KT_OP_ATAN:
+        return kt_op_divide(g, s, kt_op_add(g, one, square));
+    case KT_OP_SINH:
+        return kt_op_multiply(g, kt_op_call(g, KT_OP_COSH, n.a, -1), s);
+    case KT_OP_COSH:
+        return kt_op_multiply(g, kt_op_call(g, KT_OP_SINH, n.a, -1), s);
+    case KT_OP_TANH:
+        return kt_op_multiply(g, kt_op_subtract(g, one, z2), s);
+    case KT_OP_EXP:
+        return kt_op_multiply(g, i, s);
+    case KT_OP_LOG:
+        return kt_op_divide(g, s, n.a);
+    case KT_OP_SQRT:
+        return kt_op_divide(g, kt_op_multiply(g, kt_op_number(g, 0.5), s), i);
+    case KT_OP_ABS:
+        return kt_op_choose(g, n.a, s, kt_op_negate(g, s));
+    case KT_OP_ATAN2:
+    case KT_OP_HYPOT:
+    case KT_OP_POWER:
+        break;
+    }
+    return kt_op_number(g, 0.0);
+}
+
+/* The slope of node i, a function of two operands with the slopes s and t. */
+static kt_op call_slope_of_two(kt_graph *g, kt_op i, kt_op s, kt_op t) {
+    const kt_op_node n = g->node[i];
+    const kt_op zero = kt_op_number(g, 0.0), one = kt_op_number(g, 1.0);
+    kt_op sum;
+    switch ((kt_op_function)n.c) {
+    case KT_OP_ATAN2: /* (b s - a t) / (a^2 + b^2) */
+        sum = kt_op_subtract(g, kt_op_multiply(g, n.b, s), kt_op_multiply(g, n.a, t));
+        return kt_op_divide(g, sum, kt_op_add(g, kt_op_multiply(g, n.a, n.a), kt_op_multiply(g, n.b, n.b)));
+    case KT_OP_HYPOT: /* (a s + b t) / z */
+        sum = kt_op_add(g, kt_op_multiply(g, n.a, s), kt_op_multiply(g, n.b, t));
+        return kt_op_divide(g, sum, i);
+    case KT_OP_POWER: /* b a^(b - 1) s + z log(a) t */
+        sum = kt_op_multiply(g, n.b, kt_op_call(g, KT_OP_POWER, n.a, kt_op_subtract(g, n.b, one)));
+        sum = kt_op_multiply(g, sum, s);
+        return kt_op_is(g, t, 0.0)
+                   ? sum
+                   : kt_op_add(g, sum, kt_op_multiply(g, kt_op_multiply(g, i, kt_op_call(g, KT_OP_LOG, n.a, -1)), t));
+    default:
+        return zero;
+    }
 }
 
 /* The slope of node i from those of its operands. */
@@ -84,6 +151,12 @@ static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_dir
         return kt_op_divide(g, kt_op_subtract(g, slope[n.a], kt_op_multiply(g, i, slope[n.b])), n.b);
     case KT_OP_NEGATE:
         return kt_op_negate(g, slope[n.a]);
+    case KT_OP_CALL:
+        if (kt_op_is(g, slope[n.a], 0.0) && (n.b < 0 || kt_op_is(g, slope[n.b], 0.0)))
+            break;
+        return n.b < 0 ? call_slope(g, i, slope[n.a]) : call_slope_of_two(g, i, slope[n.a], slope[n.b]);
+    case KT_OP_CHOOSE:
+        return kt_op_choose(g, n.a, slope[n.b], slope[n.c]);
     case KT_OP_INPUT:
         return input_slope(g, &n, d);
     case KT_OP_CONSTANT:
@@ -99,6 +172,20 @@ typedef struct code_chain {
     int32_t *uses;
     kt_op *slope;
 } code_chain;
+
+static code_chain chain_make(kt_graph *g, const kt_op *out, int count) {
+    const size_t room = (size_t)g->count + 1;
+    const code_chain chain = {g->count, calloc(room, sizeof *chain.uses), calloc(room, sizeof *chain.slope)};
+    g->failed |= chain.uses == NULL || chain.slope == NULL;
+    if (!g->failed)
+        kt_graph_uses(g, out, count, chain.uses);
+    return chain;
+}
+
+static void chain_free(const code_chain *chain) {
+    free(chain->uses);
+    free(chain->slope);
+}
 
 /* Makes the derivatives of tau along one direction. */
 static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *tau, int nv,
@@ -116,11 +203,7 @@ static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_di
 static void fill_derivatives(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    const size_t room = (size_t)g->count + 1;
-    const code_chain chain = {g->count, calloc(room, sizeof *chain.uses), calloc(room, sizeof *chain.slope)};
-    g->failed |= chain.uses == NULL || chain.slope == NULL;
-    if (!g->failed)
-        kt_graph_uses(g, tau, nv, chain.uses);
+    const code_chain chain = chain_make(g, tau, nv);
     for (int k = 0; k < 2; k++)
         for (int c = 1; c < tree->link_count && !g->failed; c++) {
             const kt_link *link = tree->link[c].link;
@@ -131,8 +214,16 @@ static void fill_derivatives(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
                 apply_chain_rule(g, &chain, &d, tau, nv, out + (size_t)nv * (size_t)(k * nv + link->v + i));
             }
         }
-    free(chain.uses);
-    free(chain.slope);
+    chain_free(&chain);
+}
+
+kt_op kt_code_rate_of_time(kt_graph *g, kt_op value) {
+    const code_direction time = {.link = NULL};
+    const code_chain chain = chain_make(g, &value, 1);
+    kt_op rate = kt_op_number(g, 0.0);
+    apply_chain_rule(g, &chain, &time, &value, 1, &rate);
+    chain_free(&chain);
+    return rate;
 }
 
 void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {

@@ -1,6 +1,7 @@
 /* Nodes and their simplification. */
 #include "codegen/graph.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -65,7 +66,7 @@ static uint64_t bits_of_value(const kt_op_node *n) {
 static uint32_t hash_node(const kt_op_node *n) {
     uint64_t h = bits_of_value(n) * 0x9e3779b97f4a7c15u;
     h ^= ((uint64_t)(uint32_t)n->a << 32 | (uint32_t)n->b) * 0xc2b2ae3d27d4eb4fu;
-    h ^= ((uint64_t)n->kind << 16 | (uint16_t)n->scope) * 0x165667b19e3779f9u;
+    h ^= ((uint64_t)(uint32_t)n->c << 32 | (uint64_t)n->kind << 16 | (uint16_t)n->scope) * 0x165667b19e3779f9u;
     h ^= h >> 29;
     h *= 0xbf58476d1ce4e5b9u;
     return (uint32_t)(h >> 32);
@@ -99,7 +100,7 @@ static kt_op find_node(kt_graph *g, kt_op_node n) {
     const uint32_t hash = hash_node(&n);
     for (int32_t i = g->table[hash & (uint32_t)(g->table_size - 1)]; i >= 0; i = g->node[i].next) {
         const kt_op_node *o = &g->node[i];
-        if (o->kind == n.kind && o->a == n.a && o->b == n.b && o->scope == n.scope &&
+        if (o->kind == n.kind && o->a == n.a && o->b == n.b && o->c == n.c && o->scope == n.scope &&
             bits_of_value(o) == bits_of_value(&n))
             return i;
     }
@@ -118,12 +119,27 @@ static kt_op find_node(kt_graph *g, kt_op_node n) {
     return g->count - 1;
 }
 
-/* An operation on nodes, not simplified; b < 0: on one. */
-static kt_op find_operation(kt_graph *g, kt_op_kind kind, kt_op a, kt_op b) {
+int kt_op_operands(const kt_op_node *n, kt_op operand[3]) {
+    const kt_op all[3] = {n->a, n->b, n->c};
+    const int count = n->kind < KT_OP_ADD ? 0 : n->kind == KT_OP_CHOOSE ? 3 : n->b >= 0 ? 2 : 1;
+    memcpy(operand, all, sizeof all);
+    return count;
+}
+
+/* An operation that is not simplified. Its origin is the highest of its operands'. */
+static kt_op find_general(kt_graph *g, kt_op_node n) {
+    kt_op operand[3];
     if (g->failed)
         return 0;
-    const uint8_t first = g->node[a].origin, second = b >= 0 ? g->node[b].origin : 0;
-    return find_node(g, (kt_op_node){.kind = (uint8_t)kind, .origin = first > second ? first : second, .a = a, .b = b});
+    for (int k = kt_op_operands(&n, operand) - 1; k >= 0; k--)
+        if (g->node[operand[k]].origin > n.origin)
+            n.origin = g->node[operand[k]].origin;
+    return find_node(g, n);
+}
+
+/* An operation on one node (b < 0) or two, not simplified. */
+static kt_op find_operation(kt_graph *g, kt_op_kind kind, kt_op a, kt_op b) {
+    return find_general(g, (kt_op_node){.kind = (uint8_t)kind, .a = a, .b = b});
 }
 
 /* ---- leaves and operations --------------------------------------------------------------------------------------- */
@@ -218,6 +234,49 @@ kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
     return minus ? kt_op_negate(g, quotient) : quotient;
 }
 
+static double call_function(kt_op_function function, double a, double b) {
+    switch (function) {
+    case KT_OP_ATAN2:
+        return atan2(a, b);
+    case KT_OP_HYPOT:
+        return hypot(a, b);
+    case KT_OP_POWER:
+        return pow(a, b);
+    default: {
+        static double (*const call[])(double) = {sin,  cos,  tan, asin, acos, atan, sinh,
+                                                 cosh, tanh, exp, log,  sqrt, fabs};
+        return call[function](a);
+    }
+    }
+}
+
+const char *kt_op_function_name(kt_op_function function) {
+    static const char *const name[] = {
+#define KT_OP_FUNCTION_NAME(id, name) #name,
+        KT_OP_FUNCTION_LIST(KT_OP_FUNCTION_NAME)
+#undef KT_OP_FUNCTION_NAME
+    };
+    return name[function];
+}
+
+kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b) {
+    if (g->failed)
+        return 0;
+    if (is_constant(g, a) && (b < 0 || is_constant(g, b)))
+        return kt_op_number(g, call_function(function, g->node[a].value, b < 0 ? 0.0 : g->node[b].value));
+    if (function == KT_OP_ABS || function == KT_OP_COS || function == KT_OP_COSH)
+        (void)take_sign(g, &a);
+    return find_general(g, (kt_op_node){.kind = KT_OP_CALL, .a = a, .b = b, .c = (int32_t)function});
+}
+
+kt_op kt_op_choose(kt_graph *g, kt_op condition, kt_op chosen, kt_op other) {
+    if (g->failed || chosen == other)
+        return chosen;
+    if (is_constant(g, condition))
+        return g->node[condition].value > 0.0 ? chosen : other;
+    return find_general(g, (kt_op_node){.kind = KT_OP_CHOOSE, .a = condition, .b = chosen, .c = other});
+}
+
 void kt_op_name(kt_graph *g, kt_op a, const char *format, ...) {
     if (g->failed || g->is_nameless)
         return;
@@ -238,12 +297,9 @@ void kt_graph_uses(const kt_graph *g, const kt_op *out, int count, int32_t *uses
     for (int i = 0; i < count; i++)
         uses[out[i]]++;
     for (int32_t i = g->count - 1; i >= 0; i--) {
-        const kt_op_node *n = &g->node[i];
-        if (uses[i] == 0 || n->kind < KT_OP_ADD)
-            continue;
-        uses[n->a]++;
-        if (n->b >= 0)
-            uses[n->b]++;
+        kt_op operand[3];
+        for (int k = uses[i] > 0 ? kt_op_operands(&g->node[i], operand) - 1 : -1; k >= 0; k--)
+            uses[operand[k]]++;
     }
 }
 
@@ -261,50 +317,44 @@ static kt_op copy_node(kt_graph *g, kt_op i, const kt_op *moved) {
         return kt_op_divide(g, moved[n.a], moved[n.b]);
     case KT_OP_NEGATE:
         return kt_op_negate(g, moved[n.a]);
+    case KT_OP_CALL:
+        return kt_op_call(g, (kt_op_function)n.c, moved[n.a], n.b >= 0 ? moved[n.b] : -1);
+    case KT_OP_CHOOSE:
+        return kt_op_choose(g, moved[n.a], moved[n.b], moved[n.c]);
+    case KT_OP_INPUT:
+        return kt_op_input(g, (kt_op_array)n.a, n.b);
     case KT_OP_CONSTANT:
     case KT_OP_PARAMETER:
-    case KT_OP_INPUT:
         break;
     }
     return i;
 }
 
-/* The sum or difference of two products with a common factor, as one product; -1: it is not such a node. */
-static kt_op factor_node(kt_graph *g, kt_op i, const int32_t *uses, const kt_op *moved) {
-    const kt_op_node n = g->node[i];
-    if ((n.kind != KT_OP_ADD && n.kind != KT_OP_SUBTRACT) || n.origin != KT_OP_OF_STATE || uses[n.a] != 1 ||
-        uses[n.b] != 1)
-        return -1;
-    const kt_op_node x = g->node[n.a], y = g->node[n.b];
-    if (x.kind != KT_OP_MULTIPLY || y.kind != KT_OP_MULTIPLY)
-        return -1;
-    const kt_op common = x.a == y.a || x.a == y.b ? x.a : x.b == y.a || x.b == y.b ? x.b : -1;
-    if (common < 0)
-        return -1;
-    const kt_op p = moved[x.a == common ? x.b : x.a], q = moved[y.a == common ? y.b : y.a];
-    return kt_op_multiply(g, moved[common], n.kind == KT_OP_ADD ? kt_op_add(g, p, q) : kt_op_subtract(g, p, q));
-}
+/* What a pass over the nodes reads: how often each is used, what it has become, and the caller's nodes. */
+typedef struct graph_pass {
+    const int32_t *uses;
+    const kt_op *moved, *value;
+} graph_pass;
 
-void kt_graph_factor(kt_graph *g, kt_op *out, int count) {
+/* Returns what node i becomes. */
+typedef kt_op graph_rewrite(kt_graph *g, kt_op i, const graph_pass *pass);
+
+/* Rewrites all nodes of a function that the outputs need, operands first. Blocks and names stay. */
+static void rewrite_nodes(kt_graph *g, kt_op *out, int count, graph_rewrite *rewrite, const kt_op *value) {
     const int32_t before = g->count, section_count = g->section_count;
     int32_t *uses = malloc((size_t)(before + 1) * sizeof *uses);
     kt_op *moved = malloc((size_t)(before + 1) * sizeof *moved);
+    const graph_pass pass = {.uses = uses, .moved = moved, .value = value};
     g->failed |= uses == NULL || moved == NULL;
     if (!g->failed)
         kt_graph_uses(g, out, count, uses);
-    g->scope++;
     for (int32_t i = 0; i < before && !g->failed; i++) {
         moved[i] = i;
         if (uses[i] == 0 || g->node[i].origin != KT_OP_OF_STATE)
             continue;
         const kt_op_node old = g->node[i];
         g->section_count = old.section + 1; /* new nodes are of the old one's block */
-        if (old.kind == KT_OP_INPUT) {
-            moved[i] = kt_op_input(g, (kt_op_array)old.a, old.b);
-            continue;
-        }
-        const kt_op factored = factor_node(g, i, uses, moved);
-        moved[i] = factored >= 0 ? factored : copy_node(g, i, moved);
+        moved[i] = rewrite(g, i, &pass);
         if (old.name[0] != '\0')
             kt_op_name(g, moved[i], "%s", old.name);
     }
@@ -315,26 +365,34 @@ void kt_graph_factor(kt_graph *g, kt_op *out, int count) {
     free(moved);
 }
 
+/* The sum or difference of two products with a common factor becomes one product. */
+static kt_op factor_node(kt_graph *g, kt_op i, const graph_pass *pass) {
+    const kt_op_node n = g->node[i];
+    const kt_op *moved = pass->moved;
+    if ((n.kind != KT_OP_ADD && n.kind != KT_OP_SUBTRACT) || pass->uses[n.a] != 1 || pass->uses[n.b] != 1)
+        return copy_node(g, i, moved);
+    const kt_op_node x = g->node[n.a], y = g->node[n.b];
+    if (x.kind != KT_OP_MULTIPLY || y.kind != KT_OP_MULTIPLY)
+        return copy_node(g, i, moved);
+    const kt_op common = x.a == y.a || x.a == y.b ? x.a : x.b == y.a || x.b == y.b ? x.b : -1;
+    if (common < 0)
+        return copy_node(g, i, moved);
+    const kt_op p = moved[x.a == common ? x.b : x.a], q = moved[y.a == common ? y.b : y.a];
+    return kt_op_multiply(g, moved[common], n.kind == KT_OP_ADD ? kt_op_add(g, p, q) : kt_op_subtract(g, p, q));
+}
+
+void kt_graph_factor(kt_graph *g, kt_op *out, int count) {
+    g->scope++;
+    rewrite_nodes(g, out, count, factor_node, NULL);
+}
+
+static kt_op replace_node(kt_graph *g, kt_op i, const graph_pass *pass) {
+    const kt_op_node *n = &g->node[i];
+    return n->kind == KT_OP_INPUT && n->a == KT_OP_HELD ? pass->value[n->b] : copy_node(g, i, pass->moved);
+}
+
 void kt_graph_replace(kt_graph *g, kt_op *out, int count, const kt_op *value) {
-    const int32_t before = g->count, section_count = g->section_count;
-    int32_t *uses = malloc((size_t)(before + 1) * sizeof *uses);
-    kt_op *moved = malloc((size_t)(before + 1) * sizeof *moved);
-    g->failed |= uses == NULL || moved == NULL;
-    if (!g->failed)
-        kt_graph_uses(g, out, count, uses);
-    for (int32_t i = 0; i < before && !g->failed; i++) {
-        const kt_op_node old = g->node[i];
-        moved[i] = i;
-        if (uses[i] == 0 || old.origin != KT_OP_OF_STATE)
-            continue;
-        g->section_count = old.section + 1; /* new nodes are of the old one's block */
-        moved[i] = old.kind == KT_OP_INPUT && old.a == KT_OP_HELD ? value[old.b] : copy_node(g, i, moved);
-    }
-    g->section_count = section_count;
-    for (int i = 0; i < count && !g->failed; i++)
-        out[i] = moved[out[i]];
-    free(uses);
-    free(moved);
+    rewrite_nodes(g, out, count, replace_node, value);
 }
 
 kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count) {
@@ -347,12 +405,9 @@ kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count) {
         const kt_op_node *n = &g->node[i];
         if (uses[i] == 0 || n->origin != KT_OP_OF_STATE || n->kind < KT_OP_ADD || n->kind == KT_OP_NEGATE)
             continue;
-        if (n->kind == KT_OP_MULTIPLY)
-            c.multiply++;
-        else if (n->kind == KT_OP_DIVIDE)
-            c.divide++;
-        else
-            c.add++;
+        int *const counter[] = {[KT_OP_ADD] = &c.add,       [KT_OP_SUBTRACT] = &c.add, [KT_OP_MULTIPLY] = &c.multiply,
+                                [KT_OP_DIVIDE] = &c.divide, [KT_OP_CALL] = &c.call,    [KT_OP_CHOOSE] = &c.choose};
+        *counter[n->kind] += 1;
     }
     free(uses);
     return c;

@@ -1,6 +1,6 @@
 /* The graph of a generated file: one node for each operation.
  *
- * A node is a constant, a parameter, an input of a function, or an operation on one or two earlier nodes. Equal nodes
+ * A node is a constant, a parameter, an input of a function, or an operation on one to three earlier nodes. Equal nodes
  * exist once. Operations on constants are evaluated at once, and x + 0, 1 x, 0 x and -(-x) are simplified. A negative
  * sign moves outwards: a - b and b - a are one node and its negation. Unused nodes are never printed.
  *
@@ -27,20 +27,55 @@ typedef enum kt_op_kind {
     KT_OP_SUBTRACT,
     KT_OP_MULTIPLY,
     KT_OP_DIVIDE,
-    KT_OP_NEGATE
+    KT_OP_NEGATE,
+    KT_OP_CALL,  /* c: a function of KT_OP_FUNCTION_LIST; b: -1 if it has one argument */
+    KT_OP_CHOOSE /* a > 0 ? b : c */
 } kt_op_kind;
+
+/* Functions of the C library: X(id, name) */
+#define KT_OP_FUNCTION_LIST(X)                                                                                         \
+    X(SIN, sin)                                                                                                        \
+    X(COS, cos)                                                                                                        \
+    X(TAN, tan)                                                                                                        \
+    X(ASIN, asin)                                                                                                      \
+    X(ACOS, acos)                                                                                                      \
+    X(ATAN, atan)                                                                                                      \
+    X(SINH, sinh)                                                                                                      \
+    X(COSH, cosh)                                                                                                      \
+    X(TANH, tanh)                                                                                                      \
+    X(EXP, exp)                                                                                                        \
+    X(LOG, log)                                                                                                        \
+    X(SQRT, sqrt)                                                                                                      \
+    X(ABS, fabs)                                                                                                       \
+    X(ATAN2, atan2)                                                                                                    \
+    X(HYPOT, hypot)                                                                                                    \
+    X(POWER, pow)
+
+typedef enum kt_op_function {
+#define KT_OP_FUNCTION_ID(id, name) KT_OP_##id,
+    KT_OP_FUNCTION_LIST(KT_OP_FUNCTION_ID)
+#undef KT_OP_FUNCTION_ID
+} kt_op_function;
 
 enum { KT_OP_OF_NUMBERS = 0, KT_OP_OF_PARAMETERS = 1, KT_OP_OF_STATE = 2 }; /* levels */
 
-/* The arrays that a function reads. KT_OP_HELD is replaced by other nodes (kt_graph_replace). */
-typedef enum kt_op_array { KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN, KT_OP_SINE, KT_OP_COSINE, KT_OP_HELD } kt_op_array;
+/* The arrays that a function reads, and the time. KT_OP_HELD is replaced by other nodes (kt_graph_replace). */
+typedef enum kt_op_array {
+    KT_OP_POSITION,
+    KT_OP_RATE,
+    KT_OP_GIVEN,
+    KT_OP_SINE,
+    KT_OP_COSINE,
+    KT_OP_TIME,
+    KT_OP_HELD
+} kt_op_array;
 
 enum { KT_OP_NAME = 16 };
 
 typedef struct kt_op_node {
     uint8_t kind, origin;
     int16_t scope;
-    int32_t a, b;
+    int32_t a, b, c;
     int32_t section; /* the block in which it was made first */
     int32_t next;    /* in its chain of the table */
     double value;
@@ -74,6 +109,16 @@ kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_negate(kt_graph *g, kt_op a);
+/* b: -1 for functions of one argument. */
+kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b);
+/* condition > 0 ? chosen : other; both are computed. */
+kt_op kt_op_choose(kt_graph *g, kt_op condition, kt_op chosen, kt_op other);
+
+/* Writes the nodes that a node is computed from, and returns how many. */
+int kt_op_operands(const kt_op_node *n, kt_op operand[3]);
+
+/* The name of a function in C. */
+const char *kt_op_function_name(kt_op_function function);
 
 /* Whether a node is this constant. */
 static inline bool kt_op_is(const kt_graph *g, kt_op a, double value) {
@@ -91,7 +136,7 @@ void kt_graph_replace(kt_graph *g, kt_op *out, int count, const kt_op *value);
 
 /* The numbers of operations of a function, without signs and without NAME_prepare. */
 typedef struct kt_op_counts {
-    int multiply, add, divide;
+    int multiply, add, divide, call, choose;
 } kt_op_counts;
 kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count);
 

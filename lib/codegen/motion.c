@@ -5,19 +5,11 @@
 
 /* ---- energy ------------------------------------------------------------------------------------------------------ */
 
-/* The velocity of a link: of its origin, and angular. In its own axes. */
-typedef struct code_speed {
-    kt_code_frame frame;
-    kt_op3 omega, linear;
-    kt_op3 moment; /* first moment of all that it carries */
-    kt_op mass;
-} code_speed;
-
-static void speed_link(kt_code_tree *tree, int i, code_speed *all) {
+static void speed_link(kt_code_tree *tree, int i, kt_code_speed *all) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
-    code_speed *s = &all[i];
-    const code_speed *p = &all[l->parent];
+    kt_code_speed *s = &all[i];
+    const kt_code_speed *p = &all[l->parent];
     kt_op3 spin, shift;
     kt_graph_section(g, "%s: velocity of link %d in its own axes\nw = R'w_p + s v,  u = R'(u_p + w_p x r) + s v",
                      l->name, i);
@@ -31,7 +23,7 @@ static void speed_link(kt_code_tree *tree, int i, code_speed *all) {
 }
 
 /* Twice the kinetic energy of a link and of the rotors of its joint. */
-static kt_op twice_energy(kt_code_tree *tree, int i, const code_speed *s) {
+static kt_op twice_energy(kt_code_tree *tree, int i, const kt_code_speed *s) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const kt_op3 momentum = kt_op3_add(g, kt_op3_scale(g, l->mass, s->linear),
@@ -45,9 +37,9 @@ static kt_op twice_energy(kt_code_tree *tree, int i, const code_speed *s) {
     return sum;
 }
 
-static code_speed *speed_links(kt_code_tree *tree) {
+kt_code_speed *kt_code_speeds(kt_code_tree *tree) {
     kt_graph *g = tree->graph;
-    code_speed *all = calloc((size_t)tree->link_count, sizeof *all);
+    kt_code_speed *all = calloc((size_t)tree->link_count, sizeof *all);
     if (all == NULL) {
         g->failed = true;
         return NULL;
@@ -60,7 +52,7 @@ static code_speed *speed_links(kt_code_tree *tree) {
 
 void kt_code_energy(kt_code_tree *tree, kt_op energy[2]) {
     kt_graph *g = tree->graph;
-    code_speed *all = speed_links(tree);
+    kt_code_speed *all = kt_code_speeds(tree);
     if (all == NULL)
         return;
     kt_op twice = kt_op_number(g, 0.0);
@@ -74,8 +66,8 @@ void kt_code_energy(kt_code_tree *tree, kt_op energy[2]) {
     }
     energy[0] = kt_op_multiply(g, kt_op_number(g, 0.5), twice);
     for (int i = tree->link_count - 1; i > 0; i--) {
-        const code_speed *s = &all[i];
-        code_speed *p = &all[tree->link[i].parent];
+        const kt_code_speed *s = &all[i];
+        kt_code_speed *p = &all[tree->link[i].parent];
         kt_graph_section(g, "%s: first moment, R h + m r", tree->link[i].name);
         const kt_op3 moved =
             kt_op3_add(g, kt_code_up(g, &s->frame, s->moment), kt_op3_scale(g, s->mass, s->frame.offset));
@@ -102,17 +94,11 @@ static kt_op33 turn_of_frame(kt_graph *g, const kt_code_frame *f) {
     return out;
 }
 
-/* Rotations and positions of all links in the world; the caller frees both. */
-typedef struct code_places {
-    kt_op33 *turn;
-    kt_op3 *position;
-} code_places;
-
-static code_places place_links(kt_code_tree *tree) {
+kt_code_places kt_code_place_links(kt_code_tree *tree) {
     static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kt_graph *g = tree->graph;
     const size_t count = (size_t)tree->link_count;
-    const code_places to = {calloc(count, sizeof *to.turn), calloc(count, sizeof *to.position)};
+    const kt_code_places to = {calloc(count, sizeof *to.turn), calloc(count, sizeof *to.position)};
     g->failed |= to.turn == NULL || to.position == NULL;
     for (int i = 0; i < tree->link_count && !g->failed; i++) {
         const int up = tree->link[i].parent;
@@ -135,8 +121,8 @@ void kt_code_markers(kt_code_tree *tree, kt_op *out) {
     kt_graph *g = tree->graph;
     const kt_model *model = tree->model;
     const int count = (int)model->n.marker;
-    code_speed *all = speed_links(tree);
-    const code_places at = place_links(tree);
+    kt_code_speed *all = kt_code_speeds(tree);
+    const kt_code_places at = kt_code_place_links(tree);
     for (int b = 0; b < (int)model->n.body && !g->failed; b++)
         for (int k = 0; k < model->body[b].marker_count; k++) {
             const int link = model->body[b].link, index = model->body[b].marker + k;
@@ -177,7 +163,7 @@ static kt_op3 world_axis(kt_graph *g, const kt_op33 *turn, const kt_code_link *a
 }
 
 /* The columns of a joint: rotations about axes of the link, translations along its axes at rest. */
-static void fill_jacobian(kt_code_tree *tree, const code_places *at, int i, kt_op3 point, kt_op *jacobian) {
+static void fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, kt_op3 point, kt_op *jacobian) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const kt_op33 *own = &at->turn[i], *parent = &at->turn[l->parent];
@@ -210,7 +196,7 @@ void kt_code_jacobians(kt_code_tree *tree, kt_op *out) {
     kt_graph *g = tree->graph;
     const kt_model *model = tree->model;
     const size_t size = 6 * model->n.v;
-    const code_places at = place_links(tree);
+    const kt_code_places at = kt_code_place_links(tree);
     for (size_t i = 0; i < size * model->n.marker; i++)
         out[i] = kt_op_number(g, 0.0);
     for (int b = 0; b < (int)model->n.body && !g->failed; b++)

@@ -21,7 +21,7 @@ enum {
 
 /* Arguments of a part, behind the arrays of kt_op_array. */
 enum {
-    CODE_PREPARED = KT_OP_COSINE + 1,
+    CODE_PREPARED = KT_OP_TIME + 1,
     CODE_OUTPUT, /* the first of three */
     CODE_PLACES = CODE_OUTPUT + 3,
     CODE_ARGUMENTS,
@@ -92,7 +92,16 @@ static int width_of_operand(const kt_code_printer *p, kt_op i) {
     return is_leaf_of_code(p, i) ? 5 : p->width[i] > 0 ? p->width[i] + 2 : 5;
 }
 
-/* Finds which nodes are statements. must: nodes that have a variable in any case. */
+/* The width of the text of a node: its operands, and signs, brackets and names between them. */
+static int width_of_node(const kt_code_printer *p, const kt_op_node *n) {
+    kt_op operand[3];
+    int width = n->kind == KT_OP_NEGATE ? 1 : n->kind == KT_OP_CALL ? 20 : n->kind == KT_OP_CHOOSE ? 12 : 3;
+    for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--)
+        width += width_of_operand(p, operand[k]);
+    return width;
+}
+
+/* Finds which nodes are statements. */
 static void lay_out(kt_code_printer *p, const kt_code_function *f) {
     const kt_graph *g = p->graph;
     for (kt_op i = 0; i < g->count; i++)
@@ -101,9 +110,9 @@ static void lay_out(kt_code_printer *p, const kt_code_function *f) {
         const kt_op_node *n = &g->node[i];
         if (p->uses[i] == 0 || is_leaf_of_code(p, i))
             continue;
-        p->user[n->a] = i;
-        if (n->b >= 0)
-            p->user[n->b] = i;
+        kt_op operand[3];
+        for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--)
+            p->user[operand[k]] = i;
     }
     for (kt_op i = 0; i < g->count; i++) {
         const kt_op_node *n = &g->node[i];
@@ -111,8 +120,7 @@ static void lay_out(kt_code_printer *p, const kt_code_function *f) {
         p->temporary[i] = 0;
         if (p->uses[i] == 0 || is_leaf_of_code(p, i))
             continue;
-        const int width = n->kind == KT_OP_NEGATE ? 1 + width_of_operand(p, n->a)
-                                                  : 3 + width_of_operand(p, n->a) + width_of_operand(p, n->b);
+        const int width = width_of_node(p, n);
         const bool has_name = n->name[0] != '\0' && p->user[i] >= 0;
         if (n->kind == KT_OP_NEGATE || (is_used_once(p, i) && width <= KT_CODE_WIDTH && !has_name))
             p->width[i] = width;
@@ -135,6 +143,8 @@ static kt_op node_of_guard(const kt_code_printer *p, const kt_code_guard *guard)
     return pivot > limit ? pivot : limit;
 }
 
+static void note_operands(kt_code_printer *p, kt_op i, int part);
+
 /* Notes what a part needs for the text of a node. */
 static void note_reads(kt_code_printer *p, kt_op i, int part) {
     const kt_op_node *n = &p->graph->node[i];
@@ -149,10 +159,14 @@ static void note_reads(kt_code_printer *p, kt_op i, int part) {
         p->needs[part] |= 1 << CODE_PLACES;
         p->needs[p->part[i]] |= 1 << CODE_PLACES;
     } else {
-        note_reads(p, n->a, part);
-        if (n->b >= 0)
-            note_reads(p, n->b, part);
+        note_operands(p, i, part);
     }
+}
+
+static void note_operands(kt_code_printer *p, kt_op i, int part) {
+    kt_op operand[3];
+    for (int k = kt_op_operands(&p->graph->node[i], operand) - 1; k >= 0; k--)
+        note_reads(p, operand[k], part);
 }
 
 /* Divides a function into equal parts, and finds what each one needs. */
@@ -174,12 +188,9 @@ static void plan_parts(kt_code_printer *p, const kt_code_function *f) {
         p->part[i] = part < p->part_count ? part : p->part_count - 1;
         before += is_statement(p, i);
     }
-    for (kt_op i = 0; i < g->count; i++) {
-        if (!is_statement(p, i))
-            continue;
-        note_reads(p, g->node[i].a, p->part[i]);
-        note_reads(p, g->node[i].b, p->part[i]);
-    }
+    for (kt_op i = 0; i < g->count; i++)
+        if (is_statement(p, i))
+            note_operands(p, i, p->part[i]);
     for (int k = 0; k < f->guard_count; k++) {
         const kt_op at = node_of_guard(p, &f->guard[k]);
         const int part = at < 0 ? 0 : p->part[at];
@@ -203,7 +214,10 @@ static void print_operand(kt_code_printer *p, kt_op i, code_place place);
 
 static void print_input(const kt_code_printer *p, const kt_op_node *n) {
     const char *const name[] = {"q", "v", p->arrays->given, "s", "c"};
-    fprintf(p->file, "%s[%d]", name[n->a], (int)n->b);
+    if (n->a == KT_OP_TIME)
+        fputs("t", p->file);
+    else
+        fprintf(p->file, "%s[%d]", name[n->a], (int)n->b);
 }
 
 static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
@@ -226,10 +240,40 @@ static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
     }
 }
 
+/* (real)f((double)a, (double)b) */
+static void print_call(kt_code_printer *p, const kt_op_node *n) {
+    kt_op operand[3];
+    const int count = kt_op_operands(n, operand);
+    fprintf(p->file, "(real)%s(", kt_op_function_name((kt_op_function)n->c));
+    for (int k = 0; k < count; k++) {
+        fputs(k > 0 ? ", (double)" : "(double)", p->file);
+        print_operand(p, operand[k], CODE_PRODUCT_RIGHT);
+    }
+    fputs(")", p->file);
+}
+
+static void print_choice(kt_code_printer *p, const kt_op_node *n) {
+    fputs("(", p->file);
+    print_operand(p, n->a, CODE_SUM);
+    fputs(" > 0 ? ", p->file);
+    print_operand(p, n->b, CODE_SUM);
+    fputs(" : ", p->file);
+    print_operand(p, n->c, CODE_SUM);
+    fputs(")", p->file);
+}
+
 static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
     static const char *const sign[] = {
         [KT_OP_ADD] = " + ", [KT_OP_SUBTRACT] = " - ", [KT_OP_MULTIPLY] = " * ", [KT_OP_DIVIDE] = " / "};
     const kt_op_node *n = &p->graph->node[i];
+    if (n->kind == KT_OP_CALL) {
+        print_call(p, n);
+        return;
+    }
+    if (n->kind == KT_OP_CHOOSE) {
+        print_choice(p, n);
+        return;
+    }
     const kt_op_node *inner = n->kind == KT_OP_NEGATE ? &p->graph->node[n->a] : NULL;
     const bool swaps =
         inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && !is_leaf_of_code(p, n->a);
@@ -388,6 +432,15 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
     return false;
 }
 
+bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
+    if (!count_uses(p, f))
+        return false;
+    for (kt_op i = 0; i < p->graph->count; i++)
+        if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_CALL)
+            return true;
+    return false;
+}
+
 /* Finds the statements and parts of a function. Returns false if memory is insufficient. */
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
     p->origin = origin;
@@ -402,7 +455,7 @@ static bool plan_function(kt_code_printer *p, const kt_code_function *f, int ori
 /* Prints the arguments of a part, as its declaration or a call has them. */
 static void print_arguments(const kt_code_printer *p, int part, bool declares) {
     const kt_code_arrays *a = p->arrays;
-    const char *const name[CODE_ARGUMENTS] = {"q", "v",          a->given,     "s",          "c",
+    const char *const name[CODE_ARGUMENTS] = {"q", "v",          a->given,     "s",          "c", "t",
                                               "k", a->output[0], a->output[1], a->output[2], "w"};
     bool is_next = false;
     for (int k = 0; k < CODE_ARGUMENTS; k++) {
@@ -410,6 +463,7 @@ static void print_arguments(const kt_code_printer *p, int part, bool declares) {
             continue;
         fprintf(p->file, "%s%s%s", is_next ? ", " : "",
                 !declares         ? ""
+                : k == KT_OP_TIME ? "real "
                 : k < CODE_OUTPUT ? "const real *restrict "
                                   : "real *restrict ",
                 name[k]);

@@ -63,6 +63,9 @@ void kt_code_print_number(FILE *file, double value);
 /* Whether a function reads an array. */
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array);
 
+/* Whether a function calls the C library. */
+bool kt_code_calls(kt_code_printer *p, const kt_code_function *f);
+
 /* Prints the sines and cosines of the file, whose names begin with `name`. */
 void kt_code_print_sincos(FILE *file, const char *name);
 
@@ -70,6 +73,7 @@ void kt_code_print_sincos(FILE *file, const char *name);
  * are fixed. */
 typedef struct kt_code_names {
     const char *name, *take, *pass;
+    bool has_time; /* forces of effects have the time as an argument */
 } kt_code_names;
 
 /* Prints the steps among the functions. signature: of heun, rk4 and semi_implicit. */

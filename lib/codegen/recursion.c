@@ -13,6 +13,8 @@
 
 kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index) {
     const bool is_node = array == KT_OP_GIVEN && tree->acceleration != NULL;
+    if (array == KT_OP_RATE && tree->is_at_rest)
+        return kt_op_number(tree->graph, 0.0);
     return is_node ? tree->acceleration[index] : kt_op_input(tree->graph, array, index);
 }
 
@@ -45,8 +47,7 @@ void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angu
     }
 }
 
-/* tau = S . (n, f), for a wrench in the link's axes. */
-static void project_wrench(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op3 force, kt_op *tau) {
+void kt_code_project(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op3 force, kt_op *tau) {
     kt_graph *g = tree->graph;
     const kt_link *link = f->link->link;
     const kt_op3 at_rest = kt_code_to_rest(g, f, force);
@@ -158,7 +159,7 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         kt_op3_name(g, m->force, "f", i);
         kt_op3_name(g, m->moment, "n", i);
         kt_graph_section(g, "%s: tau = s . (n, f);  the parent carries f and n + r x f", l->name);
-        project_wrench(tree, &m->frame, m->moment, m->force, tau + link->v);
+        kt_code_project(tree, &m->frame, m->moment, m->force, tau + link->v);
         for (int k = 0; k < kt_link_dofs(link) && has_acceleration; k++)
             tau[link->v + k] = kt_op_add(
                 g, tau[link->v + k], kt_op_multiply(g, l->armature[k], kt_code_rate(tree, KT_OP_GIVEN, link->v + k)));
@@ -188,7 +189,7 @@ static void fill_column(kt_code_tree *tree, const kt_code_frame *frame, int i, i
         const kt_link *link = tree->link[at].link;
         kt_op entry[KT_DOF_MAX];
         if (!(at_rest && at == i)) {
-            project_wrench(tree, &frame[at], w.n, w.f, entry);
+            kt_code_project(tree, &frame[at], w.n, w.f, entry);
             for (int k = 0; k < kt_link_dofs(link); k++)
                 mass[(size_t)(link->v + k) * nv + (size_t)v] = mass[(size_t)v * nv + (size_t)(link->v + k)] = entry[k];
         }

@@ -3,6 +3,7 @@
 #define KT_CODEGEN_RECURSION_H
 
 #include "codegen/tree.h"
+#include "kinetree/expression.h"
 
 /* The motion of a link, in its own axes, and the wrench that it takes. */
 typedef struct kt_code_moving {
@@ -40,11 +41,53 @@ void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *gu
 /* Kinetic energy and potential energy of gravity. */
 void kt_code_energy(kt_code_tree *tree, kt_op energy[2]);
 
-/* Whether the force of an effect can be generated. */
-bool kt_code_has_effect(const kt_effect_record *effect);
+/* tau = S . (n, f): the joint forces of a wrench about the link's origin, in its axes. */
+void kt_code_project(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op3 force, kt_op *tau);
+
+/* The velocity of a link: of its origin, and angular. In its own axes. */
+typedef struct kt_code_speed {
+    kt_code_frame frame;
+    kt_op3 omega, linear;
+    kt_op3 moment; /* first moment of all that it carries */
+    kt_op mass;
+} kt_code_speed;
+
+/* The velocities of all links; the caller frees them. NULL if memory is insufficient. */
+kt_code_speed *kt_code_speeds(kt_code_tree *tree);
+
+/* Rotations and positions of all links in the world; the caller frees both. */
+typedef struct kt_code_places {
+    kt_op33 *turn;
+    kt_op3 *position;
+} kt_code_places;
+
+kt_code_places kt_code_place_links(kt_code_tree *tree);
+
+/* Why the force of an effect cannot be generated; NULL: it can. */
+const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *effect);
+
+/* Whether the forces of effects depend on time. */
+bool kt_code_has_time(const kt_model *model);
+
+/* Adds all that the functions of effects fold to a hash, by calls of `hash`. */
+typedef void kt_code_hash(uint64_t *h, const void *bytes, size_t count);
+void kt_code_hash_effects(const kt_model *model, kt_code_hash *hash, uint64_t *h);
 
 /* The joint forces of all effects. */
 void kt_code_effects(kt_code_tree *tree, kt_op *tau);
+
+/* A function of time (curve.c): a constant is the parameter PREFIX_KEY, all other numbers are folded. */
+kt_op kt_code_curve(kt_code_tree *tree, const kt_curve *curve, const char *prefix, const char *key,
+                    const char *meaning);
+bool kt_code_has_curve(const kt_model *model, const kt_curve *curve);
+void kt_code_hash_curve(const kt_model *model, const kt_curve *curve, kt_code_hash *hash, uint64_t *h);
+
+/* A formula, with nodes for its variables (formula.c). */
+kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *value);
+void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint64_t *h);
+
+/* The derivative of a function of time, by the chain rule. */
+kt_op kt_code_rate_of_time(kt_graph *g, kt_op value);
 
 /* Positions and velocities of all markers in world axes: first three numbers for each position,
  * then three for each velocity. */

@@ -3,9 +3,9 @@
  *   explicit methods   y_i = y + h sum_j a_ij k_j,   k_i = y'(y_i),   next y = y + h sum_i b_i k_i
  *   semi_implicit      next v = v + h a,   next q = q (+) h next v
  *
- * The joint forces are constant during a step; those of effects follow the stages. A quaternion p has the rate
- * p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/joint/position.c. It has unit norm after the step. The tables
- * and the arithmetic are those of the library, so that both agree to rounding.
+ * The joint forces are constant during a step; those of effects follow the stages, at t + h sum_j a_ij. A quaternion p
+ * has the rate p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/joint/position.c. It has unit norm after the step.
+ * The tables and the arithmetic are those of the library, so that both agree to rounding.
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */
@@ -95,18 +95,21 @@ static void print_rates(FILE *file, const kt_code_names *n, const kt_model *mode
     const int nv = kt_model_nv(model);
     fprintf(file, "/* Accelerations of a state. Returns as %s_forward. */\nstatic int step_forward(%s", n->name,
             n->take);
-    fputs("const real *q, const real *v, const real *tau, real *a) {\n", file);
+    fprintf(file, "%sconst real *q, const real *v, const real *tau, real *a) {\n", n->has_time ? "real t, " : "");
     if (model->n.effect > 0)
         fprintf(file,
-                "    real force[%d];\n    (void)%s_effects(%sq, v, force);\n    for (int i = 0; i < %d; i++)\n"
+                "    real force[%d];\n    (void)%s_effects(%s%sq, v, force);\n    for (int i = 0; i < %d; i++)\n"
                 "        force[i] += tau[i];\n    return %s_forward(%sq, v, force, a);\n}\n\n",
-                nv, n->name, n->pass, nv, n->name, n->pass);
+                nv, n->name, n->pass, n->has_time ? "t, " : "", nv, n->name, n->pass);
     else
         fprintf(file, "    return %s_forward(%sq, v, tau, a);\n}\n\n", n->name, n->pass);
 }
 
 static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
+    static const char node[] = "        real node = 0;\n"
+                               "        for (int j = 0; j < i; j++)\n"
+                               "            node += row[j];\n";
     fputs("/* q' for the velocities v; p' = p (0, w) / 2 for quaternions. */\n"
           "static void step_rate(const real *q, const real *v, real *rate) {\n",
           file);
@@ -117,12 +120,12 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
                "        step_multiply(q + i, u, rate + i);\n");
     fprintf(file,
             "}\n\n/* A step of an explicit method; a: its matrix, row by row below the diagonal. */\n"
-            "static int step_explicit(%sint stages, const real *a, const real *b, const real *q, const real *v,\n"
+            "static int step_explicit(%sint stages, const real *a, const real *b, %sconst real *q, const real *v,\n"
             "                         const real *tau, real h, real *next_q, real *next_v) {\n"
             "    real y[%d], slope[4][%d];\n    int code = 0;\n"
             "    for (int i = 0; i <= stages; a += i++) {\n"
             "        const real *row = i < stages ? a : b;\n"
-            "        for (int l = 0; l < %d; l++) {\n"
+            "%s        for (int l = 0; l < %d; l++) {\n"
             "            real sum = 0;\n"
             "            for (int j = 0; j < i; j++)\n"
             "                sum += row[j] * slope[j][l];\n"
@@ -130,9 +133,10 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
             "        }\n"
             "        if (i == stages)\n            break;\n"
             "        step_rate(y, y + %d, slope[i]);\n"
-            "        code = step_forward(%sy, y + %d, tau, slope[i] + %d);\n"
+            "        code = step_forward(%s%sy, y + %d, tau, slope[i] + %d);\n"
             "        if (code != 0)\n            return code;\n    }\n",
-            n->take, nq + nv, nq + nv, nq + nv, nq, nq, nq, n->pass, nq, nq);
+            n->take, n->has_time ? "real t, " : "", nq + nv, nq + nv, n->has_time ? node : "", nq + nv, nq, nq, nq,
+            n->pass, n->has_time ? "t + node * h, " : "", nq, nq);
     if (count_quaternions(model) > 0)
         fputs("    code = step_units(y);\n    if (code != 0)\n        return code;\n", file);
     fprintf(file,
@@ -145,16 +149,16 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
 static void print_method(FILE *file, const kt_code_names *n, const char *signature, int stages, const char *tables) {
     fprintf(file,
             "%s {\n    static const real %s;\n"
-            "    return step_explicit(%s%d, a, b, q, v, tau, h, next_q, next_v);\n}\n\n",
-            signature, tables, n->pass, stages);
+            "    return step_explicit(%s%d, a, b, %sq, v, tau, h, next_q, next_v);\n}\n\n",
+            signature, tables, n->pass, stages, n->has_time ? "t, " : "");
 }
 
 static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), count = count_quaternions(model);
     fprintf(file,
-            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%sq, v, tau, u);\n    if (code != 0)\n"
+            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%s%sq, v, tau, u);\n    if (code != 0)\n"
             "        return code;\n    for (int i = 0; i < %d; i++)\n        u[i] = v[i] + h * u[i];\n",
-            signature, nq, nv, n->pass, nv);
+            signature, nq, nv, n->pass, n->has_time ? "t, " : "", nv);
     print_walk(file, model, "p[i] = q[i] + h * u[j];\n",
                "        const real d[3] = {h * u[j], h * u[j + 1], h * u[j + 2]};\n"
                "        real half[SINES_ROOM(1)] = {0}, s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"

@@ -47,15 +47,20 @@ static kt_op make_parameter(kt_code_tree *tree, int body, const char *suffix, co
     return kt_code_number(tree, body > 0 ? tree->body_name[body] : NULL, suffix, meaning, value);
 }
 
-static kt_op3 make_parameters(kt_code_tree *tree, int body, const char *suffix, const char *meaning, kt_vec3 value) {
-    const double x[3] = {value.x, value.y, value.z};
+kt_op3 kt_code_numbers(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning,
+                       const double value[3]) {
     kt_op3 out;
     for (int k = 0; k < 3; k++) {
         char text[KT_CODE_NAME];
         (void)snprintf(text, sizeof text, "%s_%c", suffix, "xyz"[k]);
-        out.x[k] = make_parameter(tree, body, text, meaning, x[k]);
+        out.x[k] = kt_code_number(tree, prefix, text, meaning, value[k]);
     }
     return out;
+}
+
+static kt_op3 make_parameters(kt_code_tree *tree, int body, const char *suffix, const char *meaning, kt_vec3 value) {
+    const double x[3] = {value.x, value.y, value.z};
+    return kt_code_numbers(tree, body > 0 ? tree->body_name[body] : NULL, suffix, meaning, x);
 }
 
 /* Writes names of bodies as identifiers, no two of which are equal. */
@@ -82,7 +87,7 @@ static double snap_number(double x) {
     return fabs(x - near) <= 4.0 * 2.220446049250313e-16 ? near + 0.0 : x;
 }
 
-static kt_op33 constant_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated) {
+kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated) {
     const double m[3][3] = {{snap_number(r->x.x), snap_number(r->y.x), snap_number(r->z.x)},
                             {snap_number(r->x.y), snap_number(r->y.y), snap_number(r->z.y)},
                             {snap_number(r->x.z), snap_number(r->y.z), snap_number(r->z.z)}};
@@ -134,7 +139,7 @@ static void read_link(kt_code_tree *tree, int i) {
     l->link = link;
     l->parent = link->parent;
     l->name = kt_joint_name(model, link->body);
-    l->rest = constant_rotation(g, link->rest_is_rotated ? &kt_link_rest_of(link)->axes : &identity, &l->is_rotated);
+    l->rest = kt_code_rotation(g, link->rest_is_rotated ? &kt_link_rest_of(link)->axes : &identity, &l->is_rotated);
     l->at = kt_op3_zero(g);
     l->pitch = make_parameter(tree, link->body, "pitch", "m/rad", kt_link_pitch(link));
     const bool is_first = link->parent == 0 || model->link[link->parent].body != link->body;
@@ -157,7 +162,7 @@ static void place_body(kt_code_tree *tree, int b) {
     const kt_body_record *body = &tree->model->body[b];
     kt_graph *g = tree->graph;
     bool unused;
-    tree->body_rotation[b] = constant_rotation(g, &body->in_link.rotation, &unused);
+    tree->body_rotation[b] = kt_code_rotation(g, &body->in_link.rotation, &unused);
     tree->body_position[b] = kt_op3_zero(g);
     if (b == 0 || body->type != KT_JOINT_FIXED)
         return;
@@ -179,6 +184,15 @@ kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker) {
     const kt_op3 at = make_parameters(tree, body, name, "body frame, m", kt_marker_at(tree->model, body, marker));
     *known = kt_op3_add(g, tree->body_position[body], kt_op33_apply(g, &tree->body_rotation[body], at));
     return *known;
+}
+
+int kt_code_find_marker(const kt_code_tree *tree, int body, kt_vec3 at) {
+    for (int k = 0; k < tree->model->body[body].marker_count; k++) {
+        const kt_vec3 apart = kt_vec3_sub(kt_marker_at(tree->model, body, k), at);
+        if (kt_vec3_norm(apart) <= 8.0 * 2.220446049250313e-16 * kt_vec3_norm(at))
+            return k;
+    }
+    return -1;
 }
 
 /* The order of magnitude of the inertia that a link carries, as compile/build.c; a sum replaces the largest shift. */

@@ -51,6 +51,7 @@ typedef struct kt_code_tree {
     int32_t *before;                 /* the coordinate that carries each one; -1: none */
     kt_op3 *marker;                  /* positions of markers in their links, once they are used; before, -1 */
     const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
+    bool is_at_rest;                 /* rates are zero */
 } kt_code_tree;
 
 /* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
@@ -94,8 +95,15 @@ void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angu
 /* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if it is zero or fixed. `meaning` must
  * stay valid. */
 kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning, double value);
+/* Three numbers SUFFIX_x, SUFFIX_y and SUFFIX_z. */
+kt_op3 kt_code_numbers(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning,
+                       const double value[3]);
 /* The position of a marker in its link. */
 kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker);
+/* The marker of a body at a position in the body's frame; -1: there is none. */
+int kt_code_find_marker(const kt_code_tree *tree, int body, kt_vec3 at);
+/* A rotation, without its rounding errors near 0 and 1. */
+kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated);
 
 static inline kt_motion kt_code_motion(const kt_code_link *l) { return (kt_motion)l->link->motion; }
 

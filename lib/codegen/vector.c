@@ -41,6 +41,8 @@ kt_op kt_op3_dot(kt_graph *g, kt_op3 a, kt_op3 b) {
     return kt_op_add(g, xy, kt_op_multiply(g, a.x[2], b.x[2]));
 }
 
+kt_op kt_op3_length(kt_graph *g, kt_op3 a) { return kt_op_call(g, KT_OP_SQRT, kt_op3_dot(g, a, a), -1); }
+
 void kt_op3_name(kt_graph *g, kt_op3 a, const char *name, int number) {
     for (int k = 0; k < 3; k++)
         kt_op_name(g, a.x[k], "%s%d%c", name, number, "xyz"[k]);

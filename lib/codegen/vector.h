@@ -24,6 +24,7 @@ kt_op3 kt_op3_subtract(kt_graph *g, kt_op3 a, kt_op3 b);
 kt_op3 kt_op3_scale(kt_graph *g, kt_op s, kt_op3 a);
 kt_op3 kt_op3_cross(kt_graph *g, kt_op3 a, kt_op3 b);
 kt_op kt_op3_dot(kt_graph *g, kt_op3 a, kt_op3 b);
+kt_op kt_op3_length(kt_graph *g, kt_op3 a);
 /* Names the variables of a vector: `name`, the number, and x, y or z. */
 void kt_op3_name(kt_graph *g, kt_op3 a, const char *name, int number);
 

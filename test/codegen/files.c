@@ -90,6 +90,12 @@ static void check_refused(const char *what, const kt_model *model, const char *n
     free(header);
 }
 
+static int push_joint(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    (void)user, (void)t, (void)q, (void)v, (void)balance;
+    *force = 1.0;
+    return 0;
+}
+
 KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     small_tree t;
     const kt_end ground = {.at = {0.5, 0.0, 0.0}};
@@ -129,14 +135,13 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
 
     small_tree_describe(&t, 3);
     kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_JOINT_SPRING;
+    effect.type = KT_EFFECT_CUSTOM;
     effect.joint = names[1];
-    effect.stiffness = 2.0;
-    effect.rest = kt_function_sine(0.5, 1.0, 0.0, 0.0);
+    effect.joint_force = push_joint;
     t.description.effects = &effect;
     t.description.effect_count = 1;
     if (small_tree_compile(&t)) {
-        check_refused("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "leave out the function");
+        check_refused("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "a function in C");
         check_refused("a step needs it", t.model, "arm", KT_CODEGEN_RK4, KT_ERROR_MODEL, "steps need it");
     }
     kt_model_free(t.model);

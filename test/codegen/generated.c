@@ -58,6 +58,16 @@ static const char folded[] =
     "const double folded_default[1] = {0};\n"
     "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
 
+/* The same with forces that depend on time. */
+static const char folded_timed[] =
+    "int folded_effects(const void *m, double t, const double *q, const double *v, double *x) {\n"
+    "    (void)m; return mech_effects(t, q, v, x); }\n"
+    "#define STEP(f) int folded_##f(const void *m, double t, const double *q, const double *v, const double *x, \\\n"
+    "    double h, double *p, double *u) { (void)m; return mech_##f(t, q, v, x, h, p, u); }\n"
+    "STEP(heun) STEP(rk4) STEP(semi_implicit)\n"
+    "const double folded_default[1] = {0};\n"
+    "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
+
 static bool write_files(kt_generated *g, const kt_model *model, unsigned functions, bool fold) {
     char path[2][128];
     kt_error error = {0};
@@ -68,7 +78,7 @@ static bool write_files(kt_generated *g, const kt_model *model, unsigned functio
     if (kt_check_true("files can be written", source != NULL && header != NULL))
         status = kt_codegen_write(model, "mech", functions, fold, source, header, &error);
     if (source != NULL && fold)
-        fputs(folded, source);
+        fputs((functions & KT_CODEGEN_FORWARD) ? folded : folded_timed, source);
     if (source != NULL)
         fclose(source);
     if (header != NULL)
@@ -90,6 +100,14 @@ static bool read_method(kt_generated *g) {
     }
     fclose(file);
     return true;
+}
+
+/* Whether a symbol is a function that the file does not have. */
+static bool is_left_out(const char *name, unsigned functions) {
+    for (int k = 0; k < KT_CODEGEN_COUNT; k++)
+        if (strcmp(kt_codegen_name(k), name) == 0)
+            return (functions & 1u << k) == 0;
+    return false;
 }
 
 static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
@@ -117,8 +135,7 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
                   {"inverse_derivatives", &g->inverse_derivatives},
                   {"forward_derivatives", &g->forward_derivatives}};
     for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {
-        const bool is_left_out = strstr(symbol[i].name, "derivatives") != NULL && (functions & DERIVATIVES) == 0;
-        if (is_left_out)
+        if (is_left_out(symbol[i].name, functions))
             continue;
         snprintf(name, sizeof name, "%s_%s", prefix, symbol[i].name);
         void *const at = dlsym(g->library, name);
@@ -126,11 +143,16 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
             return false;
         memcpy(symbol[i].target, &at, sizeof at);
     }
+    memcpy(&g->effects_at, &g->effects, sizeof g->effects);
+    memcpy(&g->heun_at, &g->heun, sizeof g->heun);
+    memcpy(&g->rk4_at, &g->rk4, sizeof g->rk4);
+    memcpy(&g->semi_implicit_at, &g->semi_implicit, sizeof g->semi_implicit);
     g->prepare(g->standard, g->model);
     return true;
 }
 
-static bool make_generated(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold) {
+bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile,
+                            bool fold) {
     char command[512];
     memset(g, 0, sizeof *g);
     strcpy(g->folder, "/tmp/kt-codegen-XXXXXX");
@@ -141,22 +163,22 @@ static bool make_generated(kt_generated *g, const kt_model *model, unsigned func
     if (!write_files(g, model, functions, fold) || (!fold && !read_names(g)) || !read_method(g))
         return false;
     snprintf(command, sizeof command,
-             "%s -std=c99 -Wall -Wextra -Werror -pedantic -fPIC -shared %s/mech.c -o %s/mech.so", compile, g->folder,
-             g->folder);
+             "%s -std=c99 -Wall -Wextra -Werror -pedantic -Wconversion -fPIC -shared %s/mech.c -o %s/mech.so -lm",
+             compile, g->folder, g->folder);
     const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
     return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g, fold ? "folded" : "mech", functions);
 }
 
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
-    return make_generated(g, model, KT_CODEGEN_ALL, compile, false);
+    return kt_generated_make_some(g, model, KT_CODEGEN_ALL, compile, false);
 }
 
 bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile) {
-    return make_generated(g, model, KT_CODEGEN_ALL & ~(unsigned)DERIVATIVES, compile, false);
+    return kt_generated_make_some(g, model, KT_CODEGEN_ALL & ~(unsigned)DERIVATIVES, compile, false);
 }
 
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
-    return make_generated(g, model, KT_CODEGEN_ALL, compile, true);
+    return kt_generated_make_some(g, model, KT_CODEGEN_ALL, compile, true);
 }
 
 void kt_generated_free(kt_generated *g) {
@@ -204,6 +226,49 @@ static double *number_of_body(kt_tree *tree, int b, const char *what) {
     return NULL;
 }
 
+/* KEY_1 to KEY_6 among six numbers; NULL: another name. */
+static double *one_of_six(double *six, const char *key, const char *name) {
+    const size_t length = strlen(key);
+    return strncmp(name, key, length) == 0 && name[length] >= '1' && name[length] <= '6' ? six + (name[length] - '1')
+                                                                                         : NULL;
+}
+
+static double *vector_of_effect(kt_effect *e, const char *name) {
+    if (strncmp(name, "at_", 3) == 0)
+        return part_of(&e->between[0].at, name + 3);
+    if (strncmp(name, "at2_", 4) == 0)
+        return part_of(&e->between[1].at, name + 4);
+    if (strncmp(name, "exhaust_", 8) == 0)
+        return part_of(&e->exhaust, name + 8);
+    if (strncmp(name, "value_", 6) == 0)
+        return &e->value[name[6] - 'x'].value;
+    double *found = one_of_six(e->stiffnesses, "stiffness_", name);
+    found = found != NULL ? found : one_of_six(e->dampings, "damping_", name);
+    found = found != NULL ? found : one_of_six(e->dampings, "axes_linear_", name);
+    return found != NULL ? found : one_of_six(e->quadratics, "axes_quadratic_", name);
+}
+
+static double *scalar_of_effect(kt_effect *e, const char *name) {
+    const struct {
+        const char *name;
+        double *number;
+    } all[] = {{"stiffness", &e->stiffness}, {"damping", &e->damping},
+               {"rest", &e->rest.value},     {"length", &e->length},
+               {"coulomb", &e->coulomb},     {"viscous", &e->viscous},
+               {"static", &e->breakaway},    {"stribeck", &e->stribeck},
+               {"smoothing", &e->smoothing}, {"lower", &e->lower},
+               {"upper", &e->upper},         {"limit", &e->limit},
+               {"torque", &e->torque.value}, {"target", &e->target.value},
+               {"linear", &e->linear},       {"quadratic", &e->quadratic},
+               {"strength", &e->strength},   {"radius", &e->radius},
+               {"exponent", &e->exponent},   {"friction", &e->friction},
+               {"slip", &e->slip},           {"dissipation", &e->dissipation}};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        if (strcmp(all[i].name, name) == 0)
+            return all[i].number;
+    return NULL;
+}
+
 /* A number of an effect, which is called e and its index. */
 static double *number_of_effect(kt_tree *tree, const char *name) {
     char *end;
@@ -211,10 +276,10 @@ static double *number_of_effect(kt_tree *tree, const char *name) {
     kt_effect *effect = (kt_effect *)(uintptr_t)&tree->description.effects[i]; /* the test's own */
     if (i < 0 || i >= tree->description.effect_count)
         return NULL;
-    return strcmp(end, "_stiffness") == 0 ? &effect->stiffness
-           : strcmp(end, "_damping") == 0 ? &effect->damping
-           : strcmp(end, "_rest") == 0    ? &effect->rest.value
-                                          : NULL;
+    if (*end != '_')
+        return NULL;
+    double *const found = scalar_of_effect(effect, end + 1);
+    return found != NULL ? found : vector_of_effect(effect, end + 1);
 }
 
 double *kt_generated_number(kt_tree *tree, const char *name) {

@@ -18,6 +18,9 @@ typedef int kt_generated_three(const void *model, const double *q, const double 
                                double *by_v, double *by_x);
 typedef int kt_generated_step(const void *model, const double *q, const double *v, const double *tau, double h,
                               double *next_q, double *next_v);
+typedef int kt_generated_timed(const void *model, double t, const double *q, const double *v, double *out);
+typedef int kt_generated_timed_step(const void *model, double t, const double *q, const double *v, const double *tau,
+                                    double h, double *next_q, double *next_v);
 typedef void kt_generated_prepare(const double *parameters, double *model);
 
 typedef struct kt_generated {
@@ -37,6 +40,9 @@ typedef struct kt_generated {
     kt_generated_three *forward_derivatives;
     kt_generated_markers *markers;
     kt_generated_step *heun, *rk4, *semi_implicit;
+    /* If forces depend on time, the functions of these addresses have it as an argument. */
+    kt_generated_timed *effects_at;
+    kt_generated_timed_step *heun_at, *rk4_at, *semi_implicit_at;
 } kt_generated;
 
 /* Whether there is a compiler of this name. */
@@ -47,6 +53,8 @@ bool kt_generated_has(const char *compiler);
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
 /* The same without derivatives, which take most of the time of a compiler; their functions are NULL. */
 bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile);
+/* The same with some functions. If they are those of effects and steps alone, forces depend on time. */
+bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold);
 /* The same with all numbers fixed: there are no parameters, and the functions ignore their model. */
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
 void kt_generated_free(kt_generated *g);

@@ -58,7 +58,7 @@ const kt_usage kt_usage_export = {
              "Zeros, axes and rotations are folded; other numbers stay parameters, unless --fold is given.\n"
              "The functions are forward, inverse, bias, mass, effects, energy, markers, jacobians,\n"
              "inverse_derivatives, forward_derivatives, heun, rk4 and semi_implicit.\n"
-             "The function effects has the forces of springs and dampers in joints; the others leave out effects.\n"
+             "The function effects has the forces of effects, and steps add them; the others leave out effects.\n"
              "\n"
              "An FMU of FMI 3.0 or 2.0 is for model exchange and co-simulation in other tools, on systems like this "
              "one.\n"

@@ -1,0 +1,474 @@
+/* Generated forces of effects against those of the library, which have tests of their own. */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include "kinetree/descriptor.h"
+#include "kinetree/joint.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/sensitivity.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+
+enum { EFFECTS = 6, FORMULA = 400, FILES_OF_STEPS = KT_CODEGEN_EFFECTS | KT_CODEGEN_STEPS };
+
+/* Effects with all that they point to; not to be copied. */
+typedef struct effect_set {
+    kt_effect effect[EFFECTS];
+    char name[EFFECTS][16], formula[EFFECTS][6][FORMULA];
+    kt_function part[EFFECTS][3][3];
+    int count;
+} effect_set;
+
+/* ---- functions of time ------------------------------------------------------------------------------------------- */
+
+static kt_function draw_simple(kt_random *random, int type) {
+    static const double rows[10] = {-0.3, 0.2, 0.1, 0.9, 0.4, -0.5, 0.9, 0.3, 1.6, 0.7},
+                        polynomial[3] = {0.3, -0.4, 0.2};
+    switch (type) {
+    case 0:
+        return kt_function_constant(kt_random_uniform(random, 0.2, 1.0));
+    case 1:
+        return kt_function_sine(0.7, kt_random_uniform(random, 0.2, 1.0), 0.3, 0.2);
+    case 2:
+        return kt_function_ramp(0.1, 0.9, kt_random_uniform(random, 0.0, 0.3), kt_random_uniform(random, 0.5, 1.0));
+    case 3:
+        return kt_function_polynomial(polynomial, 3);
+    case 4:
+        return kt_function_table(rows, 10, (kt_interpolation)kt_random_int(random, 0, 2));
+    case 5:
+        return kt_function_bump(0.8, kt_random_uniform(random, -0.2, 0.1), kt_random_uniform(random, 0.6, 1.2));
+    default:
+        return kt_function_expression("0.3 + sin(3*t)*exp(-t)/(1 + t^2) + tanh(2*t - 1) + 0.2*sqrt(1 + t)");
+    }
+}
+
+static kt_function draw_function(effect_set *set, int i, int k, kt_random *random) {
+    const int type = kt_random_int(random, 0, 8);
+    kt_function *part = set->part[i][k];
+    for (int j = 0; j < 3 && type > 6; j++)
+        part[j] = draw_simple(random, kt_random_int(random, 0, 6));
+    return type == 7 ? kt_function_sum(part, 3) : type == 8 ? kt_function_product(part, 3) : draw_simple(random, type);
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+static const char *draw_joint(const kt_tree *tree, kt_random *random) {
+    for (int k = 0; k < 200; k++) {
+        const int b = kt_random_int(random, 1, tree->count - 1);
+        if (kt_body_coordinates(tree->model, b).nv == 1)
+            return tree->description.bodies[kt_body_source(tree->model, b)].name;
+    }
+    return NULL;
+}
+
+static kt_end draw_end(const kt_tree *tree, kt_random *random, bool is_ground) {
+    const int b = is_ground ? 0 : kt_random_int(random, 1, tree->count - 1);
+    kt_end end = {.body = b > 0 ? tree->description.bodies[kt_body_source(tree->model, b)].name : NULL,
+                  .rotation = kt_tree_rotation(random)};
+    if (b > 0 && kt_random_int(random, 0, 2) == 0)
+        end.marker = "tip";
+    else
+        end.at = kt_tree_vector(random, -0.5, 0.5);
+    return end;
+}
+
+static void fill_six(kt_random *random, double six[6]) {
+    for (int k = 0; k < 6; k++)
+        six[k] = kt_random_uniform(random, 0.1, 1.0);
+}
+
+/* Writes a variable in place of each @. */
+static void write_formula(char out[FORMULA], const char *pattern, const char *variable) {
+    size_t length = 0;
+    for (const char *at = pattern; *at != '\0'; at++)
+        length += (size_t)snprintf(out + length, FORMULA - length, "%.*s", *at == '@' ? FORMULA : 1,
+                                   *at == '@' ? variable : at);
+}
+
+/* Formulas of a joint, between two ends, or on a body. */
+static void draw_formulas(effect_set *set, int i, const kt_tree *tree, kt_random *random) {
+    static const char *const wild[] = {
+        "t*hypot(@, 0.3) + min(@, 0.2, t) - max(@, -0.1) + clamp(@, -0.2, 0.3)",
+        "atan2(@, 0.7) + asin(0.9*sin(@)) - acos(0.8*cos(@)) + atan(@)",
+        "sinh(sin(@)) - cosh(sin(@))/3 + exp(-@^2) + log(2 + sin(@)) + tan(0.3*tanh(@))",
+        "abs(@) + 0.3*sign(@) + step(@ - 0.1) + (@ > 0.2) - (@ <= t) + (@ < 0) + (@ >= -0.4)",
+        "sqrt(1 + @^2) + sin(@)^3 - (2 + cos(@))^1.7 + (@ == @) - (@ != 0.5)"};
+    kt_effect *e = &set->effect[i];
+    e->end_count = kt_random_int(random, 0, 2);
+    e->joint = e->end_count == 0 ? draw_joint(tree, random) : NULL;
+    e->end_count = e->end_count == 0 && e->joint == NULL ? 1 : e->end_count;
+    e->frame = kt_random_int(random, 0, 1) != 0 ? KT_FRAME_BODY : KT_FRAME_WORLD;
+    const char *hinge = draw_joint(tree, random);
+    for (int k = 0; k < (e->end_count == 1 ? 6 : 1); k++) {
+        char variable[120];
+        const char *body = tree->description.bodies[kt_random_int(random, 0, tree->description.body_count - 1)].name;
+        const int kind = kt_random_int(random, 0, 4);
+        if (e->end_count == 2 && kind < 2)
+            snprintf(variable, sizeof variable, "%s", kind == 0 ? "length" : "speed");
+        else if (hinge != NULL && kind < 3)
+            snprintf(variable, sizeof variable, "%s.%s",
+                     kind == 0   ? "position"
+                     : kind == 1 ? "velocity"
+                                 : "gravity",
+                     hinge);
+        else
+            snprintf(variable, sizeof variable, "marker.%s.tip.%s%c", body, kind == 4 ? "v" : "",
+                     "xyz"[kt_random_int(random, 0, 2)]);
+        write_formula(set->formula[i][k], wild[kt_random_int(random, 0, 4)], variable);
+        e->formula[k] = set->formula[i][k];
+    }
+}
+
+static const double burnt[3] = {3.0, -0.4, 0.1};
+
+static bool draw_effect(effect_set *set, int i, kt_effect_type type, const kt_tree *tree, kt_random *random) {
+    kt_effect *e = &set->effect[i];
+    *e = kt_effect_default();
+    snprintf(set->name[i], sizeof set->name[i], "e%d", i);
+    e->name = set->name[i];
+    e->type = type;
+    e->stiffness = kt_random_uniform(random, 1.0, 4.0);
+    e->damping = kt_random_uniform(random, 0.1, 1.0);
+    e->between[0] = draw_end(tree, random, false);
+    do
+        e->between[1] = draw_end(tree, random, i % 3 == 0);
+    while (e->between[1].body == e->between[0].body);
+    switch (type) {
+    case KT_EFFECT_SPRING:
+        e->length = i % 2 ? 0.0 : kt_random_uniform(random, 0.1, 1.0);
+        break;
+    case KT_EFFECT_JOINT_FRICTION:
+        e->coulomb = 0.5;
+        e->viscous = i % 2 ? 0.0 : 0.1;
+        e->breakaway = i % 3 ? 0.9 : 0.0;
+        e->stribeck = 0.3;
+        e->smoothing = kt_random_uniform(random, 0.1, 0.5);
+        break;
+    case KT_EFFECT_JOINT_LIMIT:
+        e->lower = i % 3 != 1 ? -kt_random_uniform(random, 0.1, 0.4) : -(double)INFINITY;
+        e->upper = i % 3 != 2 ? kt_random_uniform(random, 0.1, 0.4) : (double)INFINITY;
+        break;
+    case KT_EFFECT_BUSHING:
+        fill_six(random, e->stiffnesses);
+        fill_six(random, e->dampings);
+        break;
+    case KT_EFFECT_MOTOR:
+        e->torque = draw_function(set, i, 0, random);
+        break;
+    case KT_EFFECT_SERVO:
+        e->target = draw_function(set, i, 0, random);
+        e->limit = i % 2 ? kt_random_uniform(random, 0.5, 3.0) : (double)INFINITY;
+        e->lower = i % 3 ? -(double)INFINITY : -1.0;
+        e->upper = i % 3 ? (double)INFINITY : 1.5;
+        break;
+    case KT_EFFECT_FORCE:
+    case KT_EFFECT_TORQUE:
+        for (int k = 0; k < 3; k++)
+            e->value[k] = draw_function(set, i, k, random);
+        e->frame = i % 2 ? KT_FRAME_BODY : KT_FRAME_WORLD;
+        break;
+    case KT_EFFECT_DRAG:
+        e->linear = 0.3;
+        e->quadratic = i % 2 ? 0.2 : 0.0;
+        fill_six(random, e->dampings);
+        if (i % 3)
+            fill_six(random, e->quadratics);
+        break;
+    case KT_EFFECT_ATTRACTION:
+        e->strength = kt_random_uniform(random, -1.0, 1.0);
+        break;
+    case KT_EFFECT_CONTACT:
+        e->radius = kt_random_uniform(random, 0.5, 2.0);
+        e->exponent = i % 2 ? 1.5 : 1.2;
+        e->dissipation = 0.2;
+        e->friction = i % 3 ? 0.6 : 0.0;
+        e->slip = 0.3;
+        break;
+    case KT_EFFECT_THRUST:
+        e->mass = kt_function_polynomial(burnt, 3);
+        e->exhaust = kt_tree_vector(random, -3.0, 3.0);
+        break;
+    case KT_EFFECT_EXPRESSION:
+        draw_formulas(set, i, tree, random);
+        break;
+    default:
+        break;
+    }
+    if (type == KT_EFFECT_JOINT_SPRING)
+        e->rest = draw_function(set, i, 0, random);
+    const bool is_in_joint = type == KT_EFFECT_JOINT_SPRING || type == KT_EFFECT_JOINT_DAMPER ||
+                             type == KT_EFFECT_JOINT_FRICTION || type == KT_EFFECT_JOINT_LIMIT ||
+                             type == KT_EFFECT_MOTOR || type == KT_EFFECT_SERVO;
+    if (is_in_joint)
+        e->joint = draw_joint(tree, random);
+    return !is_in_joint || e->joint != NULL;
+}
+
+/* Some effects of one type, and a motor whose torque depends on time. Compiles the tree again. */
+static bool draw_set(effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random) {
+    memset(set, 0, sizeof *set);
+    for (int i = 0; i < EFFECTS - 1; i++)
+        set->count += draw_effect(set, set->count, type, tree, random);
+    if (draw_effect(set, set->count, KT_EFFECT_MOTOR, tree, random))
+        set->effect[set->count++].torque = kt_function_sine(0.4, 0.8, 0.2, 0.1);
+    else if (draw_effect(set, set->count, KT_EFFECT_THRUST, tree, random))
+        set->count++;
+    kt_effect *const motor = &set->effect[set->count - 1];
+    for (int k = 0; k < 50 && motor->joint != NULL && motor->joint == set->effect[0].joint; k++)
+        motor->joint = draw_joint(tree, random); /* it would hide the force of the type */
+    tree->description.effects = set->effect;
+    tree->description.effect_count = set->count;
+    kt_tree_free(tree);
+    return kt_tree_compile(tree, NULL);
+}
+
+/* ---- comparisons ------------------------------------------------------------------------------------------------- */
+
+typedef struct comparison {
+    kt_worst force, step;
+    double largest; /* force in joints but that of the last effect */
+} comparison;
+
+static bool library_forces(const kt_tree *tree, double t, const kt_tree_state *s, double *tau) {
+    kt_error error = {0};
+    return kt_tree_fine("effects", kt_effect_forces(tree->model, tree->data, t, s->q, s->v, tau, &error), &error);
+}
+
+/* How far the forces change if each number of the state changes by a part of 2^-30, per such a part. */
+static double find_sensitivity(const kt_tree *tree, double t, const kt_tree_state *s, const double *tau,
+                               kt_random *random) {
+    const double part = ldexp(1.0, -30);
+    double most = 1.0, moved[KT_TREE_NV];
+    for (int n = 0; n < 4; n++) {
+        kt_tree_state near = *s;
+        for (int i = 0; i < tree->nq; i++)
+            near.q[i] += part * kt_random_uniform(random, -1.0, 1.0);
+        for (int i = 0; i < tree->nv; i++)
+            near.v[i] += part * kt_random_uniform(random, -1.0, 1.0);
+        if (!library_forces(tree, t * (1.0 + part), &near, moved))
+            return most;
+        for (int i = 0; i < tree->nv; i++)
+            most = fmax(most, fmax(fabs(tau[i]), fabs(moved[i] - tau[i]) / part));
+    }
+    return most;
+}
+
+/* The length of all joint offsets and translations: poses in the world have rounding errors of this size. */
+static double find_length(const kt_tree *tree, const kt_tree_state *s) {
+    double sum = 0.0;
+    for (int b = 0; b < tree->description.body_count; b++)
+        sum += kt_vec3_norm(tree->description.bodies[b].joint.at);
+    for (int b = 1; b < tree->count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree->model, b);
+        sum += c.type == KT_JOINT_REVOLUTE ? 0.0 : kt_tree_largest(s->q + c.q, c.nq);
+    }
+    return sum;
+}
+
+/* The coordinate of the last effect, a motor. */
+static int last_coordinate(const kt_tree *tree) {
+    const kt_effect *e = &tree->description.effects[tree->description.effect_count - 1];
+    return e->joint != NULL ? kt_body_coordinates(tree->model, kt_body_find(tree->model, e->joint)).v : -1;
+}
+
+static void compare_forces(kt_generated *g, const kt_tree *tree, double t, const kt_tree_state *s, kt_random *random,
+                           comparison *c, int n) {
+    double tau[KT_TREE_NV], slow[KT_TREE_NV];
+    kt_check_equal_int("effects", g->effects_at(g->model, t, s->q, s->v, tau), 0);
+    if (!library_forces(tree, t, s, slow))
+        return;
+    const double bound = 40.0 * EPS * (1.0 + find_length(tree, s)) * find_sensitivity(tree, t, s, slow, random);
+    for (int i = 0; i < tree->nv; i++) {
+        c->largest = i == last_coordinate(tree) ? c->largest : fmax(c->largest, fabs(slow[i]));
+        kt_worst_near(&c->force, tau[i], slow[i], bound, "file %d coordinate %d", n, i);
+    }
+}
+
+/* From two states of the same step: the library's, and its step from a state that differs by 2^-30, for the bound. */
+static void compare_step(kt_generated *g, const kt_tree *tree, double t, const kt_tree_state *s, kt_random *random,
+                         comparison *c, int n, int k) {
+    const kt_method *const method = kt_method_find(k == 0 ? "heun" : "rk4");
+    const kt_step step = {.method = method, .t = t, .h = 1e-3, .tau = s->tau};
+    const size_t size = kt_step_work_size(tree->model, method);
+    const int nq = tree->nq, count = nq + tree->nv;
+    double next[3][KT_TREE_NQ + KT_TREE_NV], most = 1.0, part = ldexp(1.0, -30);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_error error = {0};
+    bool fine = true;
+    for (int j = 0; j < 2; j++) {
+        kt_tree_state near = *s;
+        for (int i = 0; i < tree->nv && j > 0; i++)
+            near.v[i] += part * kt_random_uniform(random, -1.0, 1.0);
+        const kt_status status =
+            kt_step_evaluate(tree->model, tree->data, work, size, &step, near.q, near.v, next[j], next[j] + nq, &error);
+        fine = fine && kt_tree_fine("step", status, &error);
+    }
+    free(work);
+    kt_generated_timed_step *const take = k == 0 ? g->heun_at : g->rk4_at;
+    kt_check_equal_int("step", take(g->model, t, s->q, s->v, s->tau, 1e-3, next[2], next[2] + nq), 0);
+    for (int i = 0; i < count && fine; i++)
+        most = fmax(most, fmax(fabs(next[0][i]), fabs(next[1][i] - next[0][i]) / part));
+    for (int i = 0; i < count && fine; i++)
+        kt_worst_near(&c->step, next[2][i], next[0][i], 100.0 * EPS * most, "file %d method %d number %d", n, k, i);
+}
+
+static void compare_file(kt_generated *g, const kt_tree *tree, kt_random *random, comparison *c, int n) {
+    kt_tree_state s;
+    kt_tree_state_draw(tree, random, &s);
+    const double t = kt_random_uniform(random, -0.3, 1.8);
+    compare_forces(g, tree, t, &s, random, c, n);
+    for (int k = 0; k < 2; k++)
+        compare_step(g, tree, t, &s, random, c, n, k);
+}
+
+static comparison comparison_make(void) { return (comparison){kt_worst_make("forces"), kt_worst_make("steps"), 0.0}; }
+
+static int count_rounds(int usual) {
+    const char *text = getenv("KT_MECHANISMS");
+    return text != NULL ? (int)strtol(text, NULL, 10) : usual;
+}
+
+static bool grow_tree(kt_tree *tree, kt_random *random, int n) {
+    kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
+    plan.bodies = 9;
+    plan.massless = false;
+    plan.floats = n % 3 == 0 && n % 4 != 3;
+    return kt_tree_grow(tree, &plan, random);
+}
+
+/* Whether the file compiles without a warning in single precision. */
+static bool check_single_precision(const kt_generated *g) {
+    char command[256];
+    snprintf(command, sizeof command,
+             "cc -std=c99 -Dmech_FLOAT -Wall -Wextra -Wconversion -Werror -pedantic -c %s/mech.c -o /dev/null",
+             g->folder);
+    const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
+    return kt_check_equal_int("the compiler's exit code", code, 0);
+}
+
+/* Each type alone, on trees of all joints; numbers are fixed in each fifth file. */
+KT_TEST(forces_and_steps_of_each_type_agree_with_the_library) {
+    kt_random random = kt_random_of_test();
+    comparison c = comparison_make();
+    static kt_generated g;
+    static effect_set set;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_rounds(2) * KT_EFFECT_TYPE_COUNT; n++) {
+        const kt_effect_type type = (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT);
+        kt_tree tree;
+        bool fine = grow_tree(&tree, &random, n) && draw_set(&set, type, &tree, &random) &&
+                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", n % 5 == 4) &&
+                    (n % 5 == 4 || check_single_precision(&g));
+        c.largest = 0.0;
+        for (int k = 0; k < 6 && fine; k++)
+            compare_file(&g, &tree, &random, &c, n);
+        kt_check_above(kt_effect_descriptor(type)->name, c.largest, 1e-3);
+        kt_generated_free(&g);
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    kt_check_worst(&c.force);
+    kt_check_worst(&c.step);
+}
+
+/* Each number of an effect is changed alone, in the file and in the description. */
+KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
+    kt_random random = kt_random_of_test();
+    comparison c = comparison_make();
+    static kt_generated g;
+    static effect_set set;
+    int changed = 0;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT; n++) {
+        kt_tree tree;
+        bool fine = grow_tree(&tree, &random, n) &&
+                    draw_set(&set, (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT), &tree, &random) &&
+                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", false);
+        const uint64_t structure = kt_codegen_structure(tree.model);
+        for (int k = 0; k < g.count && fine; k++) {
+            double parameter[KT_GENERATED_PARAMETERS], tau[2][KT_TREE_NV] = {{0.0}};
+            kt_tree_state s;
+            if (g.name[k][0] != 'e')
+                continue;
+            double *number = kt_generated_number(&tree, g.name[k]);
+            if (number == NULL)
+                break;
+            const double before = *number;
+            memcpy(parameter, g.standard, (size_t)g.count * sizeof *parameter);
+            kt_check_near(g.name[k], parameter[k], before, 4.0 * EPS * (1.0 + fabs(before)));
+            parameter[k] = *number = before * kt_random_uniform(&random, 1.05, 1.3);
+            kt_tree_free(&tree);
+            fine = kt_tree_compile(&tree, NULL);
+            kt_check_true("the structure is the same", fine && kt_codegen_structure(tree.model) == structure);
+            g.prepare(parameter, g.model);
+            for (int i = 0; i < 2 && fine; i++)
+                compare_file(&g, &tree, &random, &c, n);
+            kt_tree_state_draw(&tree, &random, &s);
+            for (int i = 0; i < 2 && fine; i++) {
+                g.prepare(i == 0 ? parameter : g.standard, g.model);
+                (void)g.effects_at(g.model, 0.5, s.q, s.v, tau[i]);
+            }
+            changed += memcmp(tau[0], tau[1], sizeof tau[0]) != 0;
+            *number = before;
+        }
+        kt_generated_free(&g);
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    kt_check_above("parameters that changed a force", changed, 150);
+    kt_check_worst(&c.force);
+    kt_check_worst(&c.step);
+}
+
+/* A change of a number keeps the structure; one that is folded does not. */
+KT_TEST(structure_changes_with_all_that_effects_fold) {
+    kt_random random = kt_random_of_test();
+    static effect_set set;
+    kt_tree tree;
+    uint64_t seen[9];
+    if (!grow_tree(&tree, &random, 0) || !draw_set(&set, KT_EFFECT_SPRING, &tree, &random))
+        return;
+    kt_effect *const spring = &set.effect[0], *const motor = &set.effect[set.count - 1];
+    const kt_effect before = *spring, other = *motor;
+    for (int k = 0; k < 9; k++) {
+        *spring = before;
+        *motor = other;
+        spring->stiffness = k == 1 ? 7.0 : 2.0;
+        spring->damping = k == 2 ? 0.0 : 1.0;
+        if (k == 3) {
+            spring->between[0] = before.between[1];
+            spring->between[1] = before.between[0];
+        }
+        if (k == 4)
+            motor->torque = kt_function_sine(0.41, 0.8, 0.2, 0.1);
+        if (k >= 5) {
+            *motor = kt_effect_default();
+            motor->type = KT_EFFECT_EXPRESSION;
+            motor->joint = other.joint;
+            motor->formula[0] = k == 5 ? "t + 1" : k == 6 ? "t + 2" : k == 7 ? "t - 1" : "1 + t";
+        }
+        kt_tree_free(&tree);
+        if (!kt_tree_compile(&tree, NULL))
+            return;
+        seen[k] = kt_codegen_structure(tree.model);
+    }
+    kt_check_true("a number", seen[1] == seen[0]);
+    for (int k = 2; k < 9; k++)
+        for (int j = 0; j < k; j++)
+            kt_check_true("another structure", j == 1 || seen[k] != seen[j]);
+    kt_tree_free(&tree);
+}
