@@ -1,8 +1,8 @@
 /* Joint forces of effects, as nodes. Each type has the formula of its file in lib/effect.
  *
- * An effect with ends exerts a moment m and a force f on each, in world axes. With R the rotation of the end's link
- * and c the end in the link's axes, the link carries the wrench f' = R'f, n' = R'm + c x f' about its origin. Each joint
- * has the force s . (n, f) of all that acts beyond it, and gives the rest to its parent, as in inverse dynamics.
+ * An effect with ends exerts a moment m and a force f on each, in world axes. With R the rotation of the end's link,
+ * and c the end in the link's axes, the link carries the wrench f' = R'f, n' = R'm + c x f' about its origin. Each
+ * joint has the force s . (n, f) of all that acts beyond it, and gives the rest to its parent, as in inverse dynamics.
  */
 #include "effect/effect.h"
 
