@@ -26,6 +26,7 @@ extern "C" {
     X(KT_CODEGEN_BIAS, bias, "joint forces without accelerations: gravity, centrifugal and Coriolis forces")           \
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
     X(KT_CODEGEN_EFFECTS, effects, "joint forces of all effects, as kt_effect_forces")                                 \
+    X(KT_CODEGEN_STATES, states, "rates of auxiliary states, as kt_own_state_rates")                                   \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
     X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
@@ -42,6 +43,7 @@ enum {
     KT_CODEGEN_BIAS_INDEX,                /* bias forces */
     KT_CODEGEN_MASS_INDEX,                /* the mass matrix */
     KT_CODEGEN_EFFECTS_INDEX,             /* forces of effects */
+    KT_CODEGEN_STATES_INDEX,              /* rates of auxiliary states */
     KT_CODEGEN_ENERGY_INDEX,              /* energies */
     KT_CODEGEN_MARKERS_INDEX,             /* places of markers */
     KT_CODEGEN_JACOBIANS_INDEX,           /* Jacobians of markers */
@@ -82,15 +84,16 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
  * steps alone; add them to the tau of NAME_forward. Derivatives leave them out, too. If forces depend on time, effects
- * and steps have the time as an argument before q. Effects call functions of the C library. A step also writes
- * NAME_forward, and NAME_effects if there are effects. Its tau is constant from the beginning to the end. Matrices are
- * column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs. Each function
- * returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no inertia, or
- * whose quaternion has no norm; they then write nothing.
+ * and steps have the time as an argument before q. If there are auxiliary states, effects and steps have them as an
+ * argument x behind v, and a step writes the next x behind the next v. Effects call functions of the C library. A step
+ * also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from the
+ * beginning to the end. Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not
+ * overlap the inputs. Each function returns 0. NAME_forward, its derivatives and the steps return the number of the
+ * body whose joint has no inertia, or whose quaternion has no norm; they then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
- * bodies of variable mass, coordinates that move no mass, hard contacts, effects that are functions in C, and auxiliary
- * states in steps. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
+ * bodies of variable mass, coordinates that move no mass, hard contacts, effects and auxiliary states that are
+ * functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 

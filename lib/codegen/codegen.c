@@ -34,6 +34,7 @@ static const code_kind kinds[KT_CODEGEN_COUNT] = {
                                .output = {"M"},
                                .is_apart = true},
     [KT_CODEGEN_EFFECTS_INDEX] = {.equation = "add them to tau", .input = {"q", "v"}, .output = {"tau"}},
+    [KT_CODEGEN_STATES_INDEX] = {.equation = "x' = f(t, q, v, x)", .input = {"q", "v"}, .output = {"rate"}},
     [KT_CODEGEN_ENERGY_INDEX] = {.equation = "kinetic, potential", .input = {"q", "v"}, .output = {"energy"}},
     [KT_CODEGEN_MARKERS_INDEX] = {.equation = "three numbers for each marker",
                                   .input = {"q", "v"},
@@ -131,10 +132,13 @@ uint64_t kt_codegen_structure(const kt_model *model) {
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a function has the time as an argument: forces of effects do if they depend on it, and steps with them. */
-static bool has_time(const kt_model *model, int k) {
-    return (kinds[k].is_step || k == KT_CODEGEN_EFFECTS_INDEX) && kt_code_has_time(model);
+/* Whether a function has forces of effects, or rates of auxiliary states. It then has the time as an argument if these
+ * depend on it, and the states if there are any. */
+static bool has_effects(int k) {
+    return kinds[k].is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX;
 }
+static bool has_time(const kt_model *model, int k) { return has_effects(k) && kt_code_has_time(model); }
+static bool has_states(const kt_model *model, int k) { return has_effects(k) && model->n.x > 0; }
 
 /* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
 static void print_signature(FILE *file, const kt_code_tree *tree, const char *name, int k, bool declares) {
@@ -144,13 +148,18 @@ static void print_signature(FILE *file, const kt_code_tree *tree, const char *na
         fprintf(file, "const %s_model *model, ", name);
     if (has_time(tree->model, k))
         fprintf(file, "%s_real t, ", name);
-    for (int i = 0; i < 3 && kind->input[i] != NULL; i++)
+    for (int i = 0; i < 3 && kind->input[i] != NULL; i++) {
         fprintf(file, "const %s_real *%s, ", name, kind->input[i]);
+        if (i == 1 && has_states(tree->model, k))
+            fprintf(file, "const %s_real *x, ", name);
+    }
     if (kind->is_step)
         fprintf(file, "%s_real h, ", name);
     for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
         fprintf(file, "%s%s_real *%s%s", i > 0 ? ", " : "", name, kind->is_apart && !declares ? "restrict " : "",
                 kind->output[i]);
+    if (kind->is_step && has_states(tree->model, k))
+        fprintf(file, ", %s_real *next_x", name);
     fputs(")", file);
 }
 
@@ -189,10 +198,10 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
             "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
             "#ifdef %s_FLOAT /* define it for all files: single precision */\ntypedef float %s_real;\n#else\n"
             "typedef double %s_real;\n#endif\n\n"
-            "enum { %s_NQ = %d, %s_NV = %d }; /* positions, velocities */\n\n"
+            "enum { %s_NQ = %d, %s_NV = %d, %s_NX = %d }; /* positions, velocities, auxiliary states */\n\n"
             "/* kt_codegen_structure of the model */\n#define %s_STRUCTURE 0x%016llxu\n\n",
             name, name, name, name, name, name, name, kt_model_nq(model), name, kt_model_nv(model), name,
-            (unsigned long long)kt_codegen_structure(model));
+            (int)model->n.x, name, (unsigned long long)kt_codegen_structure(model));
     if (!tree->constant) {
         fprintf(file, "/* Numbers that may change. Zeros are folded. */\ntypedef struct %s_parameters {\n", name);
         for (int i = 0; i < tree->parameter_count; i++)
@@ -251,6 +260,8 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
             fprintf(p->file, "    (void)%s;\n", kind->input[i]);
     if (has_time(p->tree->model, k) && !kt_code_reads(p, f, KT_OP_TIME))
         fputs("    (void)t;\n", p->file);
+    if (has_states(p->tree->model, k) && !kt_code_reads(p, f, KT_OP_OWN_STATE))
+        fputs("    (void)x;\n", p->file);
     if (!p->tree->constant)
         fputs("    (void)k;\n", p->file);
     kt_code_print_function(p, f, &arrays, names[k]);
@@ -338,7 +349,7 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
 static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    const size_t count = 3 * nv * nv + 6 * (nv + 1) * markers + 2;
+    const size_t count = 3 * nv * nv + 6 * (nv + 1) * markers + tree->model->n.x + 2;
     f->out = calloc(count + 2 * nv, sizeof *f->out);
     f->guard = calloc(nv, sizeof *f->guard);
     f->writes_at_once = kinds[k].is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
@@ -361,6 +372,10 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
             break;
         case KT_CODEGEN_EFFECTS_INDEX:
             kt_code_effects(tree, f->out);
+            break;
+        case KT_CODEGEN_STATES_INDEX:
+            kt_code_states(tree, f->out);
+            f->out_count = f->output[0] = (int)tree->model->n.x;
             break;
         case KT_CODEGEN_ENERGY_INDEX:
             kt_code_energy(tree, f->out);
@@ -484,10 +499,12 @@ static kt_status check_generated(const kt_model *model, unsigned functions, kt_e
                                       "and add the force to tau",
                                 fault);
     }
-    if (model->n.x > 0 && (functions & KT_CODEGEN_STEPS))
-        return kt_error_set(error, KT_ERROR_MODEL, "steps",
-                            "the model has auxiliary states, which steps leave out; use forward, and integrate the "
-                            "states in the program");
+    if ((functions & KT_CODEGEN_STATES) && model->n.x == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "states", "there are no auxiliary states; leave out states");
+    for (size_t i = 0; i < model->n.x && (functions & KT_CODEGEN_STATES); i++)
+        if (model->state[i].law != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL, model->text + model->state[i].name,
+                                "its rate is a function in C; leave out states and steps, or give a formula");
     if (model->n.v == 0)
         return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
     if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES)) && model->n.massless > 0)
@@ -511,8 +528,9 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "functions", "functions is %#x; give a sum of KT_CODEGEN_ bits",
                             functions);
-    if (functions & KT_CODEGEN_STEPS) /* they call both */
-        functions |= KT_CODEGEN_FORWARD | (model->n.effect > 0 ? KT_CODEGEN_EFFECTS : 0u);
+    if (functions & KT_CODEGEN_STEPS) /* they call these */
+        functions |= KT_CODEGEN_FORWARD | (model->n.effect > 0 ? KT_CODEGEN_EFFECTS : 0u) |
+                     (model->n.x > 0 ? KT_CODEGEN_STATES : 0u);
     kt_status status = check_generated(model, functions, error);
     if (status != KT_OK)
         return status;

@@ -67,6 +67,7 @@ static kt_op input_slope(kt_graph *g, const kt_op_node *n, const code_direction 
             return zero;
         return n->a == KT_OP_SINE ? kt_op_input(g, KT_OP_COSINE, n->b)
                                   : kt_op_negate(g, kt_op_input(g, KT_OP_SINE, n->b));
+    case KT_OP_OWN_STATE:
     case KT_OP_TIME:
     case KT_OP_GIVEN:
     case KT_OP_HELD:

@@ -45,6 +45,9 @@ kt_op kt_code_variable(const code_effect *e, const kt_variable_record *x);
 /* The force of an effect in a joint (laws.c). */
 kt_op kt_code_joint_force(const code_effect *e, kt_op q, kt_op v);
 
+/* The value of the effect's formula k; 0 if there is none. */
+kt_op kt_code_formula_value(const code_effect *e, int k);
+
 /* Sets the moments and forces on the ends. */
 void kt_code_wrench(code_effect *e);
 

@@ -24,22 +24,26 @@ const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *
     for (int k = 0; k < 3; k++)
         if (!kt_code_has_curve(model, &effect->curve[k]))
             return "its function of time has more than 100 rows, or follows a parameter that was set";
-    for (int k = 0; k < effect->variable_count; k++)
-        if (model->variable[effect->variable + k].type == KT_VARIABLE_STATE)
-            return "its formula reads an auxiliary state";
     return NULL;
 }
 
+static bool reads_time(const kt_model *model, const kt_effect_record *e) {
+    for (int k = 0; k < 3; k++)
+        if (!kt_curve_rests(&e->curve[k]))
+            return true;
+    for (int k = 0; k < e->variable_count; k++)
+        if (model->variable[e->variable + k].type == KT_VARIABLE_TIME)
+            return true;
+    return false;
+}
+
 bool kt_code_has_time(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect; i++) {
-        const kt_effect_record *e = &model->effect[i];
-        for (int k = 0; k < 3; k++)
-            if (!kt_curve_rests(&e->curve[k]))
-                return true;
-        for (int k = 0; k < e->variable_count; k++)
-            if (model->variable[e->variable + k].type == KT_VARIABLE_TIME)
-                return true;
-    }
+    for (size_t i = 0; i < model->n.effect; i++)
+        if (reads_time(model, &model->effect[i]))
+            return true;
+    for (size_t i = 0; i < model->n.x; i++)
+        if (reads_time(model, &model->state[i]))
+            return true;
     return false;
 }
 
@@ -54,7 +58,7 @@ static void hash_kinds(const double *x, int count, kt_code_hash *hash, uint64_t 
 static void hash_variables(const kt_model *model, const kt_effect_record *e, kt_code_hash *hash, uint64_t *h) {
     for (int k = 0; k < e->variable_count; k++) {
         const kt_variable_record *x = &model->variable[e->variable + k];
-        const int32_t fixed[5] = {x->type, x->q, x->v, x->link, x->component};
+        const int32_t fixed[6] = {x->type, x->q, x->v, x->link, x->component, x->x};
         const double arm[3] = {x->arm.x, x->arm.y, x->arm.z};
         hash(h, fixed, sizeof fixed);
         hash_kinds(arm, 3, hash, h);
@@ -90,6 +94,8 @@ void kt_code_hash_effects(const kt_model *model, kt_code_hash *hash, uint64_t *h
             kt_code_hash_curve(model, &e->curve[k], hash, h);
         hash_variables(model, e, hash, h);
     }
+    for (size_t i = 0; i < model->n.x; i++)
+        hash_variables(model, &model->state[i], hash, h);
 }
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
@@ -210,6 +216,20 @@ void kt_code_effects(kt_code_tree *tree, kt_op *tau) {
     if (!g->failed)
         pass_loads(tree, load, tau);
     free(load);
+    free(speed);
+    free(place.turn);
+    free(place.position);
+}
+
+void kt_code_states(kt_code_tree *tree, kt_op *rate) {
+    kt_code_speed *speed = kt_code_speeds(tree);
+    const kt_code_places place = kt_code_place_links(tree);
+    for (size_t i = 0; i < tree->model->n.x && !tree->graph->failed; i++) {
+        const kt_effect_record *record = &tree->model->state[i];
+        const code_effect state = {.tree = tree, .record = record, .speed = speed, .place = &place};
+        kt_graph_section(tree->graph, "state %s: its rate", tree->model->text + record->name);
+        rate[i] = kt_code_formula_value(&state, 0);
+    }
     free(speed);
     free(place.turn);
     free(place.position);

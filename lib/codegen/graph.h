@@ -66,6 +66,7 @@ typedef enum kt_op_array {
     KT_OP_GIVEN,
     KT_OP_SINE,
     KT_OP_COSINE,
+    KT_OP_OWN_STATE,
     KT_OP_TIME,
     KT_OP_HELD
 } kt_op_array;

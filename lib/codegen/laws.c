@@ -113,8 +113,7 @@ static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
     return limit_smoothly(e, u);
 }
 
-/* The value of a formula; 0 if there is none. */
-static kt_op formula_value(const code_effect *e, int k) {
+kt_op kt_code_formula_value(const code_effect *e, int k) {
     const kt_model *model = e->tree->model;
     kt_op value[KT_FORMULA_VARIABLE_MAX] = {0};
     for (int i = 0; i < e->record->variable_count; i++)
@@ -139,7 +138,7 @@ kt_op kt_code_joint_force(const code_effect *e, kt_op q, kt_op v) {
     case KT_EFFECT_SERVO:
         return servo_in_joint(e, q, v);
     default: /* KT_EFFECT_EXPRESSION */
-        return formula_value(e, 0);
+        return kt_code_formula_value(e, 0);
     }
 }
 
@@ -343,8 +342,8 @@ static void formulas_at_ends(code_effect *e) {
     if (e->record->ends == 1) {
         kt_op3 force, moment;
         for (int k = 0; k < 3; k++) {
-            force.x[k] = formula_value(e, k);
-            moment.x[k] = formula_value(e, 3 + k);
+            force.x[k] = kt_code_formula_value(e, k);
+            moment.x[k] = kt_code_formula_value(e, 3 + k);
         }
         e->force[0] = vector_at_end(e, force);
         e->moment[0] = vector_at_end(e, moment);
@@ -352,7 +351,7 @@ static void formulas_at_ends(code_effect *e) {
     }
     const code_line line = kt_code_line_of(e);
     const kt_op ratio =
-        kt_op_choose(g, line.length, kt_op_divide(g, formula_value(e, 0), line.length), constant(e, 0.0));
+        kt_op_choose(g, line.length, kt_op_divide(g, kt_code_formula_value(e, 0), line.length), constant(e, 0.0));
     pull_ends(e, kt_op3_scale(g, kt_op_negate(g, ratio), line.d));
 }
 

@@ -213,7 +213,7 @@ static void plan_parts(kt_code_printer *p, const kt_code_function *f) {
 static void print_operand(kt_code_printer *p, kt_op i, code_place place);
 
 static void print_input(const kt_code_printer *p, const kt_op_node *n) {
-    const char *const name[] = {"q", "v", p->arrays->given, "s", "c"};
+    const char *const name[] = {"q", "v", p->arrays->given, "s", "c", "x"};
     if (n->a == KT_OP_TIME)
         fputs("t", p->file);
     else
@@ -455,8 +455,8 @@ static bool plan_function(kt_code_printer *p, const kt_code_function *f, int ori
 /* Prints the arguments of a part, as its declaration or a call has them. */
 static void print_arguments(const kt_code_printer *p, int part, bool declares) {
     const kt_code_arrays *a = p->arrays;
-    const char *const name[CODE_ARGUMENTS] = {"q", "v",          a->given,     "s",          "c", "t",
-                                              "k", a->output[0], a->output[1], a->output[2], "w"};
+    const char *const name[CODE_ARGUMENTS] = {"q", "v", a->given,     "s",          "c",          "x",
+                                              "t", "k", a->output[0], a->output[1], a->output[2], "w"};
     bool is_next = false;
     for (int k = 0; k < CODE_ARGUMENTS; k++) {
         if (!(p->needs[part] & 1 << k))

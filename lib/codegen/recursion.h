@@ -66,7 +66,7 @@ kt_code_places kt_code_place_links(kt_code_tree *tree);
 /* Why the force of an effect cannot be generated; NULL: it can. */
 const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *effect);
 
-/* Whether the forces of effects depend on time. */
+/* Whether the forces of effects or the rates of auxiliary states depend on time. */
 bool kt_code_has_time(const kt_model *model);
 
 /* Adds all that the functions of effects fold to a hash, by calls of `hash`. */
@@ -75,6 +75,9 @@ void kt_code_hash_effects(const kt_model *model, kt_code_hash *hash, uint64_t *h
 
 /* The joint forces of all effects. */
 void kt_code_effects(kt_code_tree *tree, kt_op *tau);
+
+/* The rates of auxiliary states: as many as the model has. */
+void kt_code_states(kt_code_tree *tree, kt_op *rate);
 
 /* A function of time (curve.c): a constant is the parameter PREFIX_KEY, all other numbers are folded. */
 kt_op kt_code_curve(kt_code_tree *tree, const kt_curve *curve, const char *prefix, const char *key,

@@ -1,4 +1,4 @@
-/* Steps of a generated file: y = (q, v), y' = (rate of q, accelerations).
+/* Steps of a generated file: y = (q, v, x), y' = (rate of q, accelerations, rates of auxiliary states x).
  *
  *   explicit methods   y_i = y + h sum_j a_ij k_j,   k_i = y'(y_i),   next y = y + h sum_i b_i k_i
  *   semi_implicit      next v = v + h a,   next q = q (+) h next v
@@ -90,26 +90,39 @@ static void print_walk(FILE *file, const kt_model *model, const char *plain, con
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
-/* The accelerations of a state, with the forces of effects. */
+/* Arguments that only some models have. */
+static const char *take_time(const kt_code_names *n) { return n->has_time ? "real t, " : ""; }
+static const char *pass_time(const kt_code_names *n) { return n->has_time ? "t, " : ""; }
+static const char *take_states(const kt_model *model) { return model->n.x > 0 ? "const real *x, " : ""; }
+static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? "x, " : ""; }
+
+/* The accelerations of a state, with the forces of effects; and behind them the rates of auxiliary states. */
 static void print_rates(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
-    fprintf(file, "/* Accelerations of a state. Returns as %s_forward. */\nstatic int step_forward(%s", n->name,
-            n->take);
-    fprintf(file, "%sconst real *q, const real *v, const real *tau, real *a) {\n", n->has_time ? "real t, " : "");
+    fprintf(file, "/* Accelerations of a state%s. Returns as %s_forward. */\nstatic int step_forward(%s%s",
+            model->n.x > 0 ? ", and rates of its auxiliary states behind them" : "", n->name, n->take, take_time(n));
+    fprintf(file, "const real *q, const real *v, %sconst real *tau, real *a) {\n", take_states(model));
     if (model->n.effect > 0)
         fprintf(file,
-                "    real force[%d];\n    (void)%s_effects(%s%sq, v, force);\n    for (int i = 0; i < %d; i++)\n"
-                "        force[i] += tau[i];\n    return %s_forward(%sq, v, force, a);\n}\n\n",
-                nv, n->name, n->pass, n->has_time ? "t, " : "", nv, n->name, n->pass);
-    else
-        fprintf(file, "    return %s_forward(%sq, v, tau, a);\n}\n\n", n->name, n->pass);
+                "    real force[%d];\n    (void)%s_effects(%s%sq, v, %sforce);\n    for (int i = 0; i < %d; i++)\n"
+                "        force[i] += tau[i];\n",
+                nv, n->name, n->pass, pass_time(n), pass_states(model), nv);
+    if (model->n.x > 0)
+        fprintf(file, "    (void)%s_states(%s%sq, v, x, a + %d);\n", n->name, n->pass, pass_time(n), nv);
+    fprintf(file, "    return %s_forward(%sq, v, %s, a);\n}\n\n", n->name, n->pass,
+            model->n.effect > 0 ? "force" : "tau");
 }
 
-static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model);
-    static const char node[] = "        real node = 0;\n"
-                               "        for (int j = 0; j < i; j++)\n"
-                               "            node += row[j];\n";
+/* Copies the state after a step to the outputs. */
+static void print_outputs_of_step(FILE *file, const char *q, int nq, const char *v, int first, int nv, int nx) {
+    fprintf(file, "    for (int i = 0; i < %d; i++)\n        next_q[i] = %s[i];\n", nq, q);
+    fprintf(file, "    for (int i = 0; i < %d; i++)\n        next_v[i] = %s[%d + i];\n", nv, v, first);
+    if (nx > 0)
+        fprintf(file, "    for (int i = 0; i < %d; i++)\n        next_x[i] = %s[%d + i];\n", nx, v, first + nv);
+    fputs("    return 0;\n}\n\n", file);
+}
+
+static void print_step_rate(FILE *file, const kt_model *model) {
     fputs("/* q' for the velocities v; p' = p (0, w) / 2 for quaternions. */\n"
           "static void step_rate(const real *q, const real *v, real *rate) {\n",
           file);
@@ -118,47 +131,69 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
     print_walk(file, model, "rate[i] = v[j];\n",
                "        const real u[4] = {0, v[j] / 2, v[j + 1] / 2, v[j + 2] / 2};\n"
                "        step_multiply(q + i, u, rate + i);\n");
+    fputs("}\n\n", file);
+}
+
+/* The stages; l: a number of the state. */
+static void print_stages(FILE *file, const kt_code_names *n, const kt_model *model) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
+    fprintf(file, "    for (int i = 0; i <= stages; a += i++) {\n"
+                  "        const real *row = i < stages ? a : b;\n");
+    if (n->has_time)
+        fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
-            "}\n\n/* A step of an explicit method; a: its matrix, row by row below the diagonal. */\n"
-            "static int step_explicit(%sint stages, const real *a, const real *b, %sconst real *q, const real *v,\n"
-            "                         const real *tau, real h, real *next_q, real *next_v) {\n"
-            "    real y[%d], slope[4][%d];\n    int code = 0;\n"
-            "    for (int i = 0; i <= stages; a += i++) {\n"
-            "        const real *row = i < stages ? a : b;\n"
-            "%s        for (int l = 0; l < %d; l++) {\n"
+            "        for (int l = 0; l < %d; l++) {\n"
             "            real sum = 0;\n"
             "            for (int j = 0; j < i; j++)\n"
             "                sum += row[j] * slope[j][l];\n"
-            "            y[l] = (l < %d ? q[l] : v[l - %d]) + h * sum;\n"
+            "            y[l] = (l < %d ? q[l] : ",
+            nq + nv + nx, nq);
+    if (nx > 0)
+        fprintf(file, "l >= %d ? x[l - %d] : ", nq + nv, nq + nv);
+    fprintf(file,
+            "v[l - %d]) + h * sum;\n"
             "        }\n"
             "        if (i == stages)\n            break;\n"
             "        step_rate(y, y + %d, slope[i]);\n"
-            "        code = step_forward(%s%sy, y + %d, tau, slope[i] + %d);\n"
-            "        if (code != 0)\n            return code;\n    }\n",
-            n->take, n->has_time ? "real t, " : "", nq + nv, nq + nv, n->has_time ? node : "", nq + nv, nq, nq, nq,
-            n->pass, n->has_time ? "t + node * h, " : "", nq, nq);
+            "        code = step_forward(%s%sy, y + %d, ",
+            nq, nq, n->pass, n->has_time ? "t + node * h, " : "", nq);
+    if (nx > 0)
+        fprintf(file, "y + %d, ", nq + nv);
+    fprintf(file, "tau, slope[i] + %d);\n        if (code != 0)\n            return code;\n    }\n", nq);
+}
+
+static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
+    print_step_rate(file, model);
+    fprintf(file,
+            "/* A step of an explicit method; a: its matrix, row by row below the diagonal. */\n"
+            "static int step_explicit(%sint stages, const real *a, const real *b, %sconst real *q, const real *v,\n"
+            "                         %sconst real *tau, real h, real *next_q, real *next_v%s) {\n"
+            "    real y[%d], slope[4][%d];\n    int code = 0;\n",
+            n->take, take_time(n), take_states(model), nx > 0 ? ", real *next_x" : "", nq + nv + nx, nq + nv + nx);
+    print_stages(file, n, model);
     if (count_quaternions(model) > 0)
         fputs("    code = step_units(y);\n    if (code != 0)\n        return code;\n", file);
-    fprintf(file,
-            "    for (int i = 0; i < %d; i++)\n        next_q[i] = y[i];\n    for (int i = 0; i < %d; i++)\n"
-            "        next_v[i] = y[%d + i];\n    return 0;\n}\n\n",
-            nq, nv, nq);
+    print_outputs_of_step(file, "y", nq, "y", nq, nv, nx);
 }
 
 /* A method with its tables. */
-static void print_method(FILE *file, const kt_code_names *n, const char *signature, int stages, const char *tables) {
+static void print_method(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature, int stages,
+                         const char *tables) {
     fprintf(file,
             "%s {\n    static const real %s;\n"
-            "    return step_explicit(%s%d, a, b, %sq, v, tau, h, next_q, next_v);\n}\n\n",
-            signature, tables, n->pass, stages, n->has_time ? "t, " : "");
+            "    return step_explicit(%s%d, a, b, %sq, v, %stau, h, next_q, next_v%s);\n}\n\n",
+            signature, tables, n->pass, stages, pass_time(n), pass_states(model), model->n.x > 0 ? ", next_x" : "");
 }
 
 static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model), count = count_quaternions(model);
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x, count = count_quaternions(model);
     fprintf(file,
-            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%s%sq, v, tau, u);\n    if (code != 0)\n"
+            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%s%sq, v, %stau, u);\n    if (code != 0)\n"
             "        return code;\n    for (int i = 0; i < %d; i++)\n        u[i] = v[i] + h * u[i];\n",
-            signature, nq, nv, n->pass, n->has_time ? "t, " : "", nv);
+            signature, nq, nv + nx, n->pass, pass_time(n), pass_states(model), nv);
+    if (nx > 0)
+        fprintf(file, "    for (int i = 0; i < %d; i++)\n        u[%d + i] = x[i] + h * u[%d + i];\n", nx, nv, nv);
     print_walk(file, model, "p[i] = q[i] + h * u[j];\n",
                "        const real d[3] = {h * u[j], h * u[j + 1], h * u[j + 2]};\n"
                "        real half[SINES_ROOM(1)] = {0}, s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
@@ -169,10 +204,7 @@ static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_mod
                "        step_multiply(q + i, turn, p + i);\n");
     if (count > 0)
         fputs("    code = step_units(p);\n    if (code != 0)\n        return code;\n", file);
-    fprintf(file,
-            "    for (int i = 0; i < %d; i++)\n        next_q[i] = p[i];\n    for (int i = 0; i < %d; i++)\n"
-            "        next_v[i] = u[i];\n    return 0;\n}\n\n",
-            nq, nv);
+    print_outputs_of_step(file, "p", nq, "u", 0, nv, nx);
 }
 
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
@@ -190,9 +222,9 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
     if (functions & (KT_CODEGEN_HEUN | KT_CODEGEN_RK4))
         print_explicit(file, names, model);
     if (functions & KT_CODEGEN_HEUN)
-        print_method(file, names, signature[0], 2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}");
+        print_method(file, names, model, signature[0], 2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}");
     if (functions & KT_CODEGEN_RK4)
-        print_method(file, names, signature[1], 4,
+        print_method(file, names, model, signature[1], 4,
                      "a[] = {(real)0.5, 0, (real)0.5, 0, 0, 1};\n"
                      "    static const real b[] = {(real)(1.0 / 6.0), (real)(1.0 / 3.0), (real)(1.0 / 3.0),\n"
                      "                             (real)(1.0 / 6.0)}");

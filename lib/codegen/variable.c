@@ -58,6 +58,8 @@ kt_op kt_code_variable(const code_effect *e, const kt_variable_record *x) {
     case KT_VARIABLE_MARKER:
     case KT_VARIABLE_MARKER_VELOCITY:
         return marker_variable(e, x);
+    case KT_VARIABLE_STATE:
+        return kt_op_input(g, KT_OP_OWN_STATE, x->x);
     case KT_VARIABLE_GRAVITY:
         return gravity_variable(e, x->v);
     case KT_VARIABLE_LENGTH:

@@ -7,6 +7,7 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/sensitivity.h"
 
+#include <dlfcn.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -431,6 +432,122 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
     }
     kt_check_above("parameters that changed a force", changed, 150);
     kt_check_worst(&c.force);
+    kt_check_worst(&c.step);
+}
+
+/* ---- auxiliary states -------------------------------------------------------------------------------------------- */
+
+enum { STATES = 2 };
+
+typedef int states_function(const void *model, double t, const double *q, const double *v, const double *x,
+                            double *out);
+typedef int states_step(const void *model, double t, const double *q, const double *v, const double *x,
+                        const double *tau, double h, double *next_q, double *next_v, double *next_x);
+
+/* Two states whose rates read the time, each other, a joint and a marker; and a motor that reads both. */
+static bool draw_states(effect_set *set, kt_tree *tree, kt_state state[STATES], kt_random *random) {
+    const char *const hinge = draw_joint(tree, random);
+    memset(set, 0, sizeof *set);
+    if (!kt_check_true("a hinge", hinge != NULL))
+        return false;
+    for (int i = 0; i < STATES; i++)
+        state[i] = (kt_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
+    snprintf(set->formula[0][1], FORMULA, "0.4 - first*second + sin(3*t)");
+    snprintf(set->formula[1][1], FORMULA, "first - 0.5*second + velocity.%s + marker.%s.tip.x + marker.%s.tip.vy",
+             hinge, hinge, hinge);
+    snprintf(set->formula[0][0], FORMULA, "2*first - second*tanh(velocity.%s)", hinge);
+    set->effect[0] = kt_effect_default();
+    set->effect[0].type = KT_EFFECT_EXPRESSION;
+    set->effect[0].joint = hinge;
+    set->effect[0].formula[0] = set->formula[0][0];
+    tree->description.effects = set->effect;
+    tree->description.effect_count = 1;
+    tree->description.states = state;
+    tree->description.state_count = STATES;
+    kt_tree_free(tree);
+    return kt_tree_compile(tree, NULL);
+}
+
+/* The library's step to q, v and x in `next`; v += h a, x += h x' and q (+) h v for the method NULL. */
+static bool step_library(const kt_tree *tree, const kt_step *step, const kt_tree_state *s, double *next) {
+    const size_t size = step->method != NULL ? kt_step_work_size(tree->model, step->method) : KT_ALIGNMENT;
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    double *const v = next + tree->nq, *const x = v + tree->nv, *const own = kt_own_states(tree->model, tree->data);
+    double rate[KT_TREE_NV];
+    kt_error error = {0};
+    kt_status status;
+    memcpy(own, step->x, STATES * sizeof *own);
+    if (step->method != NULL) {
+        status = kt_step_evaluate(tree->model, tree->data, work, size, step, s->q, s->v, next, v, &error);
+        memcpy(x, own, STATES * sizeof *x);
+    } else {
+        status = kt_own_state_rates(tree->model, tree->data, step->t, s->q, s->v, rate, &error);
+        for (int i = 0; i < STATES; i++)
+            x[i] = step->x[i] + step->h * rate[i];
+        if (status == KT_OK)
+            status = kt_acceleration_evaluate(tree->model, tree->data, step->t, s->q, s->v, s->tau, NULL, rate, &error);
+        for (int i = 0; i < tree->nv; i++) {
+            v[i] = s->v[i] + step->h * rate[i];
+            rate[i] = step->h * v[i];
+        }
+        kt_position_add(tree->model, s->q, rate, next);
+    }
+    free(work);
+    return kt_tree_fine("step", status, &error);
+}
+
+static void compare_states(kt_generated *g, const kt_tree *tree, kt_random *random, comparison *c, int n) {
+    static const char *const method[] = {"heun", "rk4", "semi_implicit"};
+    const double x[STATES] = {kt_random_uniform(random, -1.0, 1.0), kt_random_uniform(random, -1.0, 1.0)};
+    kt_tree_state s;
+    kt_tree_state_draw(tree, random, &s);
+    for (int k = 0; k < 3; k++) {
+        double own[KT_TREE_NQ + KT_TREE_NV + STATES], next[KT_TREE_NQ + KT_TREE_NV + STATES];
+        const kt_step step = {
+            .method = k < 2 ? kt_method_find(method[k]) : NULL, .t = 0.3, .h = 1e-2, .tau = s.tau, .x = x};
+        double *const v = own + tree->nq, *const next_x = v + tree->nv;
+        char name[32];
+        states_step *take;
+        snprintf(name, sizeof name, "mech_%s", method[k]);
+        void *const at = dlsym(g->library, name);
+        memcpy(&take, &at, sizeof take);
+        if (!kt_check_true(name, at != NULL) || !step_library(tree, &step, &s, next))
+            return;
+        memcpy(own, s.q, (size_t)tree->nq * sizeof *own);
+        memcpy(v, s.v, (size_t)tree->nv * sizeof *v);
+        memcpy(next_x, x, sizeof x);
+        kt_check_equal_int("step", take(g->model, 0.3, own, v, next_x, s.tau, 1e-2, own, v, next_x), 0);
+        for (int i = 0; i < tree->nq + tree->nv + STATES; i++)
+            kt_worst_near(&c->step, own[i], next[i], 1e-13 * (1.0 + fabs(next[i])), "file %d method %d number %d", n, k,
+                          i);
+        c->largest = fmax(c->largest, fabs(next_x[0] - x[0]));
+    }
+}
+
+/* The bound leaves two digits for badly conditioned mass matrices. */
+KT_TEST(steps_advance_auxiliary_states_as_the_library) {
+    kt_random random = kt_random_of_test();
+    comparison c = comparison_make();
+    static kt_generated g;
+    static effect_set set;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_rounds(4); n++) {
+        kt_tree tree;
+        kt_state state[STATES];
+        bool fine = grow_tree(&tree, &random, n) && draw_states(&set, &tree, state, &random) &&
+                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS | KT_CODEGEN_STATES, "cc -O0", false) &&
+                    check_single_precision(&g);
+        for (int k = 0; k < 6 && fine; k++)
+            compare_states(&g, &tree, &random, &c, n);
+        kt_generated_free(&g);
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    kt_check_above("change of a state", c.largest, 1e-3);
     kt_check_worst(&c.step);
 }
 

@@ -170,15 +170,15 @@ bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned fun
 }
 
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, KT_CODEGEN_ALL, compile, false);
+    return kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, false);
 }
 
 bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, KT_CODEGEN_ALL & ~(unsigned)DERIVATIVES, compile, false);
+    return kt_generated_make_some(g, model, (unsigned)KT_GENERATED_USUAL & ~(unsigned)DERIVATIVES, compile, false);
 }
 
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, KT_CODEGEN_ALL, compile, true);
+    return kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, true);
 }
 
 void kt_generated_free(kt_generated *g) {

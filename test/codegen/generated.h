@@ -6,6 +6,9 @@
 
 #include "kinetree/codegen.h"
 
+/* All functions of a model without auxiliary states. */
+enum { KT_GENERATED_USUAL = KT_CODEGEN_ALL & ~KT_CODEGEN_STATES };
+
 enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
 
 typedef int kt_generated_rates(const void *model, const double *q, const double *v, double *out);
@@ -48,7 +51,7 @@ typedef struct kt_generated {
 /* Whether there is a compiler of this name. */
 bool kt_generated_has(const char *compiler);
 
-/* Generates all functions of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
+/* Generates KT_GENERATED_USUAL of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
  * standard parameters. A failure fails the test. kt_generated_free may follow in any case. */
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
 /* The same without derivatives, which take most of the time of a compiler; their functions are NULL. */

@@ -22,7 +22,6 @@ def main():
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
     rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
-    rejected("other_effects_are_rejected", 2, "leave out the function effects", "--c", SCENES / "pid-arm.yaml", "--out", "arm.c", "--functions", "effects")
     rejected("scene_must_exist", 2, "nothing.yaml", "--c", "nothing.yaml", "--out", "arm.c")
     with tempfile.TemporaryDirectory() as folder:
         made = export(folder, "--c", arm, "--out", "my_arm.c")
@@ -40,6 +39,9 @@ def main():
         made = export(folder, "--c", effects, "--out", "step.c", "--functions", "rk4")
         step = pathlib.Path(folder, "step.h")
         claim("steps_have_effects_and_the_time", [] if step.is_file() and "int step_rk4(const step_model *model, step_real t," in step.read_text() else [made.stderr])
+        made = export(folder, "--c", SCENES / "pid-arm.yaml", "--out", "pid.c", "--functions", "heun")
+        pid = pathlib.Path(folder, "pid.h")
+        claim("steps_have_auxiliary_states", [] if pid.is_file() and "pid_real *next_x);" in pid.read_text() else [made.stderr])
     finish()
 
 
