@@ -463,6 +463,7 @@ typedef enum kt_effect_type {
 
 typedef struct kt_effect_end kt_effect_end;
 typedef struct kt_effect_balance kt_effect_balance;
+typedef struct kt_path_point kt_path_point;
 typedef struct kt_effect_derivatives kt_effect_derivatives;
 
 /* Computes a caller's own effect. The first form writes a wrench at each of its ends: the moment is about the end's
@@ -534,8 +535,8 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *
  * An expression acts in one of three ways.
  *   In a joint: formula[0].
- *   Between two ends, along the line between them: formula[0], which pushes the ends apart if it is positive. The
- *     formula may use `length` and `speed`, the distance of the ends and its rate.
+ *   Between two ends, along their line or a path: formula[0], which pushes the ends apart if it is positive. The
+ *     formula may use `length` and `speed`, the distance of the ends or the length of the path, and its rate.
  *   On a point of a body: the force has the first three formulas, and the moment has the other three. Both are along
  *     the axes of `frame`.
  * All work of an expression counts as supplied. An expression has at most KT_FORMULA_VARIABLE_MAX different variables.
@@ -636,6 +637,9 @@ typedef struct kt_effect {
                                side (kt_loop.side), with the name of the effect, or of its joint or body */
     double rest_velocity;   /* likewise: slower impacts do not bounce, m/s or rad/s; default 1e-6 */
     bool poisson;           /* likewise: as in kt_loop */
+
+    const kt_path_point *path; /* expression: acts along a path (effect.h) in place of `between`; NULL: it does not */
+    int path_count;            /* length of path; its first and last point are the ends */
 } kt_effect;
 
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */

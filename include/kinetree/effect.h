@@ -127,6 +127,25 @@ struct kt_effect_balance {
     double supplied;   /* power that comes from outside, W */
 };
 
+/* A point of the path of an effect (kt_effect.path), or a surface between two points around which the path leads. All
+ * members except `end` are zero unless they are given. The path has the shortest length, without friction. A point
+ * within a surface has a straight line to the other point. The length and its gradient are continuous where the line
+ * touches the surface.
+ *
+ * A surface with a side: the line is straight only if it passes the surface on this side, and bent around the surface
+ * otherwise. The length jumps where such a line changes the side without touching the surface. */
+struct kt_path_point {
+    kt_end end;     /* the point; of a surface its centre, or a point of its axis */
+    double radius;  /* of a surface, m; 0: a point */
+    kt_vec3 axis;   /* of a cylinder without ends, in the end's frame; zero: a sphere */
+    kt_vec3 side;   /* from the centre to the side of the path, in the end's frame; zero: the shorter way */
+    bool inside;    /* the surface is a ring: the path leads through it, and touches it from within */
+    double divisor; /* of a point: a new branch begins here, with its length divided by this. 0: the branch goes on */
+};
+
+/* The most bodies that a path may touch. */
+enum { KT_PATH_LINK_MAX = 16 /* bodies */ };
+
 /* Derivatives of a wrench with respect to the motion of an end. Row 0 of each array is the moment, row 1 the force, in
  * world axes. The moment is about the point of the wrench's own end, which may move. */
 typedef struct kt_wrench_derivatives {

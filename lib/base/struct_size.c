@@ -76,6 +76,7 @@
     X(kt_occurrence)                                                                                                   \
     X(kt_parameter)                                                                                                    \
     X(kt_parameter_change)                                                                                             \
+    X(kt_path_point)                                                                                                   \
     X(kt_place)                                                                                                        \
     X(kt_plan_step)                                                                                                    \
     X(kt_pose)                                                                                                         \

@@ -53,18 +53,16 @@ static bool group_fits(const kt_model *model, const kt_group *group) {
     return true;
 }
 
-/* Whether an effect acts in a coordinate of a loop, which is not computed in lanes. */
-static bool has_relative_effects(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect && KT_HAS_RELATIVE; i++)
-        if (model->effect[i].relative.type)
+/* Whether an effect acts in a coordinate of a loop, or along a path. Lanes compute neither. */
+static bool has_effects_without_lanes(const kt_model *model) {
+    for (size_t i = 0; i < model->n.effect && (KT_HAS_RELATIVE || KT_HAS_FORMULAS); i++)
+        if (model->effect[i].relative.type || model->effect[i].path_count > 0)
             return true;
     return false;
 }
 
 bool kt_lanes_fit_model(const kt_model *model) {
-    if (model->n.loop == 0)
-        return true;
-    if (has_relative_effects(model))
+    if (has_effects_without_lanes(model))
         return false;
     if (model->n.group == 0)
         return true;

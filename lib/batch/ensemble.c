@@ -85,7 +85,7 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
     if (model->shape != e->shape)
         return "its model has another structure";
     if (!e->kernels || !kt_lanes_fit_model(model))
-        return "it has loops that are computed state by state";
+        return "it has loops or paths that are computed state by state";
     if (model->family || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has masses that vary, coordinates without mass, or switched parts";
     return model->n.v == 0 ? "nothing moves" : NULL;

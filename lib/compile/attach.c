@@ -9,6 +9,7 @@
 #include "compile/planar.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
+#include "effect/path.h"
 #include "joint/joint.h"
 #include "loop/loop.h"
 
@@ -23,9 +24,8 @@ KT_ARENA_ARRAYS(place_arrays, kt_attach, ATTACH_FIELDS, const kt_counts *n)
 /* Returns the body of a name; a missing name is the world. Names have been checked. */
 static int body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
 
-/* Finds an end's body, link, and frame in the link's frame, before it is rotated to the axis of the item. */
-static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
-                           kt_error *error) {
+kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
+                              kt_error *error) {
     *body = body_named(m, end->body);
     const kt_body_record *b = &m->body[*body];
     const kt_pose *on[] = {&b->in_link,
@@ -47,7 +47,8 @@ static kt_status place_end(const kt_model *m, const kt_end *end, int32_t *body, 
 
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_error *error) {
     for (int k = 0; k < 2; k++) {
-        const kt_status status = place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
+        const kt_status status =
+            kt_attach_place_end(a->tree, &loop->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
         kt_attach_align_axis(&r->frame[k], kt_loop_axis(loop, k));
@@ -233,7 +234,8 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
         r->link[0] = m->body[r->body[0]].link;
     }
     for (int k = 0; k < ends; k++) {
-        const kt_status status = place_end(m, &effect->between[k], &r->body[k], &r->link[k], &r->frame[k], error);
+        const kt_end *end = kt_effect_end_at(effect, k);
+        const kt_status status = kt_attach_place_end(m, end, &r->body[k], &r->link[k], &r->frame[k], error);
         if (status != KT_OK)
             return status;
         r->arm[k] = kt_vec3_sub(r->frame[k].position, m->body[r->body[k]].in_link.position);
@@ -247,7 +249,7 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
 
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part, size_t *text,
                               kt_error *error) {
-    size_t term = a->loop_terms;
+    size_t term = a->loop_terms, point = 0, link = 0;
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
@@ -282,6 +284,11 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             return status;
         if (KT_HAS_RELATIVE && r->relative.type)
             kt_attach_fill_turns(a, m, r, &term);
+        if (kt_effect_has_path(effect)) {
+            const kt_status traced = kt_attach_fill_path(m, effect, r, &point, &link, error);
+            if (traced != KT_OK)
+                return traced;
+        }
         for (int k = 0; k < 3; k++) {
             const kt_function *function = kt_effect_function(effect, k);
             r->curve[k] = kt_curve_compile(function, m->number, *number);

@@ -79,6 +79,15 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
                                   size_t *number, size_t *variable, size_t *part, kt_error *error);
 
+/* Finds an end's body, link, and frame in the link's frame, before it is rotated to the axis of the item. */
+kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
+                              kt_error *error);
+
+/* Paths of effects (effect_path.c): counts their points and links, and fills the model from *point and *link on. */
+void kt_attach_count_path(const kt_model *tree, const kt_effect *effect, kt_counts *n);
+kt_status kt_attach_fill_path(kt_model *m, const kt_effect *effect, kt_effect_record *r, size_t *point, size_t *link,
+                              kt_error *error);
+
 /* Marks the links of the markers among the variables as links that carry forces. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names);
 

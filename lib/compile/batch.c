@@ -8,6 +8,7 @@
  */
 #include "compile/attach.h"
 #include "effect/effect.h"
+#include "effect/path.h"
 
 #include <string.h>
 
@@ -71,6 +72,8 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
                   key = key_of((int)effect->type, ends);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
         n->term += KT_HAS_RELATIVE ? kt_attach_count_turns(a, effect) : 0;
+        if (kt_effect_has_path(effect))
+            kt_attach_count_path(a->tree, effect, n);
         if (KT_IS_OFF(effect))
             continue;
         n->batch += !known[key];
@@ -79,6 +82,8 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
             n->force_link = 1; /* the ground */
         for (int k = 0; k < ends; k++)
             mark(a, n, KT_HAS_RELATIVE ? kt_attach_end_body(a, effect, k) : effect->between[k].body);
+        for (int k = 0; kt_effect_has_path(effect) && k < effect->path_count; k++)
+            mark(a, n, effect->path[k].end.body);
         if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
             continue;
         kt_formula_names names;
@@ -120,6 +125,8 @@ void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
     list_force_links(a, m);
     for (size_t k = 0; k < m->n.variable; k++)
         m->variable[k].force_link = a->force_link[m->variable[k].link];
+    for (size_t k = 0; k < m->n.path_link; k++)
+        m->path_link[k].force_link = a->force_link[m->path_link[k].link];
     for (int key = 0; key < KEYS && place < (int32_t)m->n.effect; key++) {
         const int32_t first = place;
         for (size_t i = 0; i < count; i++) {

@@ -19,6 +19,7 @@
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
+#include "effect/path.h"
 #include "mechanism/evaluate.h"
 
 #include <float.h>
@@ -38,6 +39,8 @@ static bool carries(const kt_model *m, size_t link, int body) {
     return at == (int32_t)link;
 }
 
+static int body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
+
 /* The body whose joint an effect names, perhaps one coordinate of it; 0: none. */
 static int body_of_joint(const kt_model *m, const char *name) {
     char joint[KT_WHERE_SIZE];
@@ -53,11 +56,10 @@ bool kt_massless_is_carried(const kt_model *tree, const kt_description *descript
     for (int i = 0; i < description->effect_count; i++) {
         const kt_effect *effect = &description->effects[i];
         bool acts = carries(tree, link, body_of_joint(tree, effect->joint));
-        for (int k = 0; k < 2; k++) {
-            const char *name = effect->between[k].body;
-            const int body = name ? kt_body_find(tree, name) : 0;
-            acts |= carries(tree, link, body);
-        }
+        for (int k = 0; k < 2; k++)
+            acts |= carries(tree, link, body_named(tree, effect->between[k].body));
+        for (int k = 0; kt_effect_has_path(effect) && k < effect->path_count; k++)
+            acts |= carries(tree, link, body_named(tree, effect->path[k].end.body));
         if (acts && !KT_IS_OFF(effect))
             return true;
     }

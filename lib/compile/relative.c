@@ -1,7 +1,7 @@
 /* Effects in coordinates: of joints, and of loops, which act on the loop's ends (mechanism/relative.c). */
 #include "compile/attach.h"
 #include "constraint/relative_coordinate.h"
-#include "effect/effect.h"
+#include "effect/path.h"
 
 #include <string.h>
 
@@ -58,7 +58,7 @@ int kt_attach_end_count(kt_attach *a, const kt_effect *effect) {
 
 const char *kt_attach_end_body(kt_attach *a, const kt_effect *effect, int k) {
     const kt_loop *loop = loop_of(a, effect);
-    return (loop ? loop->between : effect->between)[k].body;
+    return loop ? loop->between[k].body : kt_effect_end_at(effect, k)->body;
 }
 
 /* ---- turns ------------------------------------------------------------------------------------------------------- */

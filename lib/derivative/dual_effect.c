@@ -100,3 +100,43 @@ void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *num
         derivative[k] = kt_derivative_of(kind->joint_force(effect, numbers, kt_dual_make(q, k ? 0.0 : 1.0),
                                                            kt_dual_make(v, k ? 1.0 : 0.0), t, NULL));
 }
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+/* Writes one column of all matrices, from the derivatives of the wrenches. */
+static void store_column(kt_effect_wrench wrench, int changed, int k, kt_effect_jacobian *jacobian) {
+    kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
+    const kt_vec3 moment = kt_v4_vec3(kt_vector_derivative(wrench.moment));
+    const kt_vec3 force = kt_v4_vec3(kt_vector_derivative(wrench.force));
+    kt_mat3 *by[2] = {&matrix[0][changed % 2], &matrix[1][changed % 2]};
+    *(k == 0 ? &by[0]->x : k == 1 ? &by[0]->y : &by[0]->z) = moment;
+    *(k == 0 ? &by[1]->x : k == 1 ? &by[1]->y : &by[1]->z) = force;
+    jacobian->moment = kt_v4_vec3(kt_vector_value(wrench.moment));
+    jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
+}
+
+void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
+                            int moved, const double force[3], kt_effect_jacobian *jacobian) {
+    const kt_v4 none = kt_v4_splat(0.0);
+    kt_effect_frame frames[KT_PATH_LINK_MAX];
+    kt_path_value path;
+    for (int i = 0; i < links; i++) {
+        frames[i] = frame_of(&frame[i], CHANGES, none);
+        jacobian[i] = (kt_effect_jacobian){.at_point = false};
+    }
+    for (int changed = 0; changed < CHANGES; changed++)
+        for (int k = 0; k < 3; k++) {
+            kt_v4 e = none;
+            e[k] = 1.0;
+            frames[moved] = frame_of(&frame[moved], changed, e);
+            kt_path_evaluate_dual(points, count, frames, links, &path);
+            const kt_real f = kt_dual_make(force[0], force[1] * kt_derivative_of(path.length) +
+                                                         force[2] * kt_derivative_of(path.rate));
+            for (int i = 0; i < links; i++) {
+                const kt_effect_wrench *unit = &path.unit[i];
+                const kt_effect_wrench wrench = {.moment = kt_scale(f, unit->moment),
+                                                 .force = kt_scale(f, unit->force)};
+                store_column(wrench, changed, k, &jacobian[i]);
+            }
+        }
+}

@@ -2,7 +2,7 @@
 #ifndef KT_DERIVATIVE_DUAL_EFFECT_H
 #define KT_DERIVATIVE_DUAL_EFFECT_H
 
-#include "effect/effect.h"
+#include "effect/path.h"
 
 /* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
@@ -13,6 +13,11 @@ void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, c
                                const kt_effect_end *end, kt_effect_jacobian *jacobian);
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                double derivative[2]);
+
+/* The derivatives of the wrenches of an effect along a path, on all links of the path, by the motion of the link
+ * `moved` of these. The array `force` holds the force along the path, and its derivatives by length and speed. */
+void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
+                            int moved, const double force[3], kt_effect_jacobian *jacobian);
 
 /* Computes the derivatives of a law by differences (law_differences.c). The derivative of number k by variable j, of
  * the law's force or of one rate, is by[j][k]. The call moves `values`, those of the variables, and restores them. It

@@ -27,7 +27,9 @@
 
 #include "base/copy.h"
 #include "derivative/dual_effect.h"
+#include "derivative/effect_columns.h"
 #include "derivative/gravity_force.h"
+#include "derivative/path_derivatives.h"
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
@@ -35,169 +37,39 @@
 
 #include <string.h>
 
-/* The data that all effects of a state share. */
-typedef struct state {
-    const kt_model *model;
-    kt_data *data;
-    const kt_derivative_work *x;
-    const kt_dynamic_state *at;
-    kt_effect_dof *path;
-} state;
-
-/* Two vectors: angular and linear, or moment and force. */
-typedef struct pair {
-    kt_v4 a, b;
-} pair;
-
-/* ---- ends -------------------------------------------------------------------------------------------------------- */
-
-/* The deepest common ancestor of links a and b. */
-static int32_t carrier_of(const kt_model *model, int32_t a, int32_t b) {
-    while (a != b) {
-        if (a > b)
-            a = model->link[a].parent;
-        else
-            b = model->link[b].parent;
-    }
-    return a;
-}
-
-/* Returns position and velocity of the reference of a link's tree; its positions and velocities are relative to these.
- * For the ground both are zero. */
-static pair base_of(const state *s, int32_t link) {
-    pair base = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
-    if (link == 0)
-        return base;
-    while (s->model->link[link].parent)
-        link = s->model->link[link].parent;
-    const kt_link_motion *motion = s->data->motion;
-    kt_v4 angular;
-    kt_joint_twist(&s->model->link[link], &motion[0], &motion[link], s->at->v, &angular, &base.b);
-    base.a = motion[link].offset;
-    return base;
-}
-
-/* An end; its origin: that of its link. Its position is relative to `from`, and its velocity to the world's or, with a
- * base of zero, to its tree's. */
-typedef struct end_motion {
-    kt_v4 origin, point, omega, velocity;
-} end_motion;
-
-static void find_end(const state *s, const kt_effect_record *effect, int k, pair base, kt_v4 from, end_motion *m,
-                     kt_effect_end *end) {
-    const int32_t i = effect->link[k];
-    const kt_link_motion *link = &s->data->motion[i];
-    kt_v4 frame[3], axes[3];
-    kt_v4_from_mat3(effect->frame[k].rotation, frame);
-    kt_multiply3(link->axes, frame, axes);
-    const kt_v4 arm = kt_v4_apply(link->axes, kt_v4_from(effect->frame[k].position));
-    m->origin = base.a - from;
-    m->velocity = base.b;
-    m->omega = kt_v4_splat(0.0);
-    if (i) {
-        m->origin += s->x->link[i].origin;
-        m->omega = link->omega;
-        m->velocity += s->x->link[i].velocity + kt_v4_cross(link->omega, arm);
-    }
-    m->point = m->origin + arm;
-    *end = (kt_effect_end){.axes = kt_v4_mat3(axes),
-                           .point = kt_v4_vec3(m->point),
-                           .omega = kt_v4_vec3(m->omega),
-                           .velocity = kt_v4_vec3(m->velocity)};
-}
-
-/* Adds the degrees of freedom between the carrier and a link to the path, expressed about p. Both points are relative
- * to the same point. */
-static size_t follow(const state *s, int32_t carrier, int32_t to, int32_t end, kt_v4 origin, kt_v4 p, size_t count) {
-    const kt_derivative_work *x = s->x;
-    for (int32_t i = to; i != carrier; i = s->model->link[i].parent) {
-        const kt_v4 arm = p - origin;
-        const int dofs = kt_link_dofs(&s->model->link[i]);
-        const kt_derivative_node *node = &x->node[x->link[i].last];
-        for (int32_t k = node->first + node->count - 1, n = 0; n < dofs; n++, k--) {
-            const kt_dof_motion *m = &x->motion[k];
-            s->path[count++] = (kt_effect_dof){.s = {m->s[0], m->s[1] + kt_v4_cross(m->s[0], arm)},
-                                               .psi = {m->psi[0], m->psi[1] + kt_v4_cross(m->psi[0], arm)},
-                                               .v = (size_t)x->row[k].v,
-                                               .index = k,
-                                               .first = x->node[x->row[k].node].first,
-                                               .end = end};
-        }
-        origin -= s->data->motion[i].offset;
-    }
-    return count;
-}
-
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
-
-/* y += A x */
-static inline void add_product(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
-    kt_v4 a[3];
-    kt_v4_from_mat3(matrix, a);
-    *y += kt_v4_apply(a, x);
-}
-
-static inline pair apply(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2], pair x) {
-    pair y = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
-    add_product(matrix[1][1], x.b, &y.b);
-    if (of->at_point)
-        return y;
-    add_product(matrix[0][0], x.a, &y.a);
-    add_product(matrix[0][1], x.b, &y.a);
-    add_product(matrix[1][0], x.a, &y.b);
-    return y;
-}
-
-/* The columns of one degree of freedom: C S, X of those that it carries on its end, and X of the others. */
-typedef struct columns {
-    pair rate, carried, others;
-} columns;
-
-/* velocity: of the last end, relative to the tree of k. */
-static void find_columns(const kt_effect_jacobian *of, kt_v4 omega, kt_v4 velocity, const kt_effect_dof *k, bool last,
-                         columns *out) {
-    const kt_v4 m = of->at_point ? kt_v4_splat(0.0) : kt_v4_from(of->moment), f = kt_v4_from(of->force);
-    const pair s = {k->s[0], k->s[1]};
-    const pair turned = {kt_v4_cross(s.a, omega) + k->psi[0], kt_v4_cross(s.a, velocity) + k->psi[1]};
-    const pair stiff = apply(of, of->stiffness, s), damped = apply(of, of->damping, turned);
-    const pair g = {stiff.a + damped.a, stiff.b + damped.b};
-    const pair rotated = {g.a - kt_v4_cross(s.a, m), g.b - kt_v4_cross(s.a, f)};
-    const pair moved = {g.a + kt_v4_cross(s.b, f), g.b};
-    out->rate = apply(of, of->damping, s);
-    out->carried = last ? rotated : moved;
-    out->others = last ? moved : rotated;
-}
 
 /* An effect's ends, and the bases that the velocities of their trees are relative to. */
 typedef struct ends {
     int last;
-    pair base[2];
-    end_motion motion[2];
+    kt_effect_pair base[2];
+    kt_end_motion motion[2];
     kt_effect_end end[2];
 } ends;
 
 /* Finds the ends, and the path between them. Returns the number of degrees of freedom on it. */
-static size_t find_ends(const state *s, const kt_effect_record *effect, ends *e) {
-    const int32_t carrier = effect->ends == 2 ? carrier_of(s->model, effect->link[0], effect->link[1]) : 0;
+static size_t find_ends(const kt_effects_state *s, const kt_effect_record *effect, ends *e) {
+    const int32_t carrier = effect->ends == 2 ? kt_effect_carrier_of(s->model, effect->link[0], effect->link[1]) : 0;
     size_t count = 0;
     e->last = effect->ends - 1;
     for (int k = 0; k <= e->last; k++) /* on one tree both are relative to its base */
-        e->base[k] = base_of(s, carrier ? 0 : effect->link[k]);
+        e->base[k] = kt_effect_base_of(s, carrier ? 0 : effect->link[k]);
     for (int k = 0; k <= e->last; k++)
-        find_end(s, effect, k, e->base[k], e->base[effect->link[0] ? 0 : e->last].a, &e->motion[k], &e->end[k]);
+        kt_effect_find_end(s, effect, k, e->base[k], e->base[effect->link[0] ? 0 : e->last].a, &e->motion[k],
+                           &e->end[k]);
     for (int k = 0; k <= e->last; k++)
-        count = follow(s, carrier, effect->link[k], k, e->motion[k].origin, e->motion[e->last].point, count);
+        count = kt_effect_follow(s, carrier, effect->link[k], k, e->motion[k].origin, e->motion[e->last].point, count);
     return count;
 }
 
 /* Subtracts the column of degree of freedom k. */
-static void subtract_column(const state *s, const kt_effect_dof *k, size_t count, const columns *c, double *d_q,
-                            double *d_v) {
+static void subtract_column(const kt_effects_state *s, const kt_effect_dof *k, size_t count, const kt_effect_columns *c,
+                            double *d_q, double *d_v) {
     const size_t column = k->v * s->model->n.v;
     for (size_t a = 0; a < count; a++) {
         const kt_effect_dof *i = &s->path[a];
         const bool same = i->end == k->end;
-        const pair *by = same && i->index >= k->first ? &c->carried : &c->others;
+        const kt_effect_pair *by = same && i->index >= k->first ? &c->carried : &c->others;
         const double x = kt_v4_dot2(i->s[0], by->a, i->s[1], by->b);
         const double y = kt_v4_dot2(i->s[0], c->rate.a, i->s[1], c->rate.b);
         d_q[column + i->v] -= same ? x : -x;
@@ -205,19 +77,19 @@ static void subtract_column(const state *s, const kt_effect_dof *k, size_t count
     }
 }
 
-static void subtract_jacobian(const state *s, const ends *e, const kt_effect_jacobian *jacobian, size_t count,
-                              double *d_q, double *d_v) {
+static void subtract_jacobian(const kt_effects_state *s, const ends *e, const kt_effect_jacobian *jacobian,
+                              size_t count, double *d_q, double *d_v) {
     for (size_t b = 0; b < count; b++) {
         const kt_effect_dof *k = &s->path[b];
-        const end_motion *last = &e->motion[e->last];
-        columns c;
-        find_columns(jacobian, last->omega, last->velocity - e->base[k->end].b, k, k->end == e->last, &c);
+        const kt_end_motion *last = &e->motion[e->last];
+        kt_effect_columns c;
+        kt_effect_find_columns(jacobian, last->omega, last->velocity - e->base[k->end].b, k, k->end == e->last, &c);
         subtract_column(s, k, count, &c, d_q, d_v);
     }
 }
 
 /* Finds the derivatives of the force in a coordinate, by the coordinate and by its rate. */
-static void find_joint_derivatives(const state *s, const kt_effect_record *effect, double q, double v,
+static void find_joint_derivatives(const kt_effects_state *s, const kt_effect_record *effect, double q, double v,
                                    double derivative[2]) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     derivative[0] = derivative[1] = 0.0;
@@ -226,7 +98,7 @@ static void find_joint_derivatives(const state *s, const kt_effect_record *effec
 }
 
 /* The Jacobian of an effect by its force in a coordinate of a loop. */
-static void write_relative_jacobian(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
+static void write_relative_jacobian(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
                                     kt_effect_jacobian *jacobian) {
     const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
     double force[3];
@@ -236,7 +108,7 @@ static void write_relative_jacobian(const state *s, const kt_effect_record *effe
     kt_dual_relative_jacobian(effect, motion.counted, force, end, jacobian);
 }
 
-static void subtract_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_jacobian jacobian = {.at_point = false};
     ends e;
@@ -268,7 +140,8 @@ static kt_effect_record marker_of(const kt_variable_record *variable) {
 }
 
 /* Reads the same variables as kt_formula_variables_read, with the poses of the terms of the tree. */
-static void read_variables(const state *s, const kt_effect_record *effect, const kt_effect_end *end, double *values) {
+static void read_variables(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
+                           double *values) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++) {
@@ -278,19 +151,20 @@ static void read_variables(const state *s, const kt_effect_record *effect, const
         if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
             continue;
         const kt_effect_record marker = marker_of(variable);
-        end_motion motion;
+        kt_end_motion motion;
         kt_effect_end found;
-        find_end(s, &marker, 0, base_of(s, variable->link), none, &motion, &found);
+        kt_effect_find_end(s, &marker, 0, kt_effect_base_of(s, variable->link), none, &motion, &found);
         values[k] = (variable->type == KT_VARIABLE_MARKER ? motion.point : motion.velocity)[variable->component];
     }
 }
 
-static int differentiate_law(const state *s, const kt_effect_record *effect, double *values, formulas *f) {
+static int differentiate_law(const kt_effects_state *s, const kt_effect_record *effect, double *values, formulas *f) {
     return kt_law_is_differenced(effect) ? kt_law_difference(effect, values, f->by, &s->data->difference_error)
                                          : kt_law_differentiate(effect, values, f->by);
 }
 
-static void differentiate_text(const state *s, const kt_effect_record *effect, const double *values, formulas *f) {
+static void differentiate_text(const kt_effects_state *s, const kt_effect_record *effect, const double *values,
+                               formulas *f) {
     double unit[KT_FORMULA_VARIABLE_MAX] = {0.0}, y[3];
     for (int32_t m = 0; m < effect->variable_count; m++) {
         unit[m] = 1.0;
@@ -304,7 +178,7 @@ static void differentiate_text(const state *s, const kt_effect_record *effect, c
 }
 
 /* Returns the code of a law's callback, otherwise 0. */
-static int differentiate_formulas(const state *s, const kt_effect_record *effect, const kt_effect_end *end,
+static int differentiate_formulas(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
                                   formulas *f) {
     double values[KT_FORMULA_VARIABLE_MAX];
     read_variables(s, effect, end, values);
@@ -329,31 +203,30 @@ typedef struct target {
     size_t rows, row; /* row: of a formula without ends */
 } target;
 
-/* Subtracts from column `column` of d the joint forces of a wrench x on the last end, times a factor. For a formula
- * without ends, subtracts x.b[0]. */
-static void subtract_forces(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
-                            double factor, size_t column, double *d) {
+/* Subtracts from column `column` of d the joint forces of the wrenches x[k] on the ends k of an effect, times a factor.
+ * For a formula without ends, subtracts x[0].b[0]. */
+static void subtract_forces(const kt_effects_state *s, const kt_effect_record *effect, const target *to, size_t count,
+                            const kt_effect_pair *x, double factor, size_t column, double *d) {
     d += column * to->rows;
     if (effect->ends == 0)
-        d[to->row] -= factor * x.b[0];
+        d[to->row] -= factor * x[0].b[0];
     for (size_t a = 0; a < count; a++) {
         const kt_effect_dof *i = &s->path[a];
-        const double y = factor * kt_v4_dot2(i->s[0], x.a, i->s[1], x.b);
-        d[i->v] -= i->end == effect->ends - 1 ? y : -y;
+        d[i->v] -= factor * kt_v4_dot2(i->s[0], x[i->end].a, i->s[1], x[i->end].b);
     }
 }
 
 /* Subtracts the terms of a variable u that reads a marker, with x = dW/du. The derivatives du/dq and du/dv are those of
  * the marker's point, as for the last end of an effect. */
-static void subtract_marker(const state *s, const kt_effect_record *effect, const target *to, size_t count, pair x,
-                            const kt_variable_record *variable) {
+static void subtract_marker(const kt_effects_state *s, const kt_effect_record *effect, const target *to, size_t count,
+                            const kt_effect_pair *x, const kt_variable_record *variable) {
     const kt_effect_record marker = marker_of(variable);
-    const pair base = base_of(s, variable->link);
+    const kt_effect_pair base = kt_effect_base_of(s, variable->link);
     const int c = variable->component;
-    end_motion motion;
+    kt_end_motion motion;
     kt_effect_end end;
-    find_end(s, &marker, 0, base, base.a, &motion, &end);
-    const size_t last = follow(s, 0, variable->link, 0, motion.origin, motion.point, count);
+    kt_effect_find_end(s, &marker, 0, base, base.a, &motion, &end);
+    const size_t last = kt_effect_follow(s, 0, variable->link, 0, motion.origin, motion.point, count);
     for (size_t b = count; b < last; b++) {
         const kt_effect_dof *k = &s->path[b];
         const kt_v4 turned = kt_v4_cross(k->s[0], motion.velocity - base.b) + k->psi[1];
@@ -365,8 +238,8 @@ static void subtract_marker(const state *s, const kt_effect_record *effect, cons
 }
 
 /* Subtracts the terms of a variable that is a gravity force, with x = dW/du. */
-static void subtract_gravity_force(const state *s, const kt_effect_record *effect, const target *to, size_t count,
-                                   pair x, const kt_variable_record *variable) {
+static void subtract_gravity_force(const kt_effects_state *s, const kt_effect_record *effect, const target *to,
+                                   size_t count, const kt_effect_pair *x, const kt_variable_record *variable) {
     const kt_derivative_work *w = s->x;
     const kt_derivative_node *node = &w->node[w->row[kt_gravity_dof_of(s->model, w, variable)].node];
     const int32_t after = node->first + node->count, end = s->model->link[variable->link].end;
@@ -378,44 +251,56 @@ static void subtract_gravity_force(const state *s, const kt_effect_record *effec
                         to->q);
 }
 
-/* Returns the wrench on the last end from formulas with these values; in a joint the force is b[0]. */
-static pair wrench_of(const state *s, const kt_effect_record *effect, const double values[6],
-                      const kt_effect_end *end) {
+/* Writes the wrenches on all ends from formulas with these values; in a joint the force is x[0].b[0]. path: that of an
+ * effect along one. */
+static void find_wrenches(const kt_effects_state *s, const kt_effect_record *effect, const double values[6],
+                          const kt_effect_end *end, const kt_path_ends *path, kt_effect_pair *x) {
     kt_wrench wrench[2];
-    if (effect->ends == 0)
-        return (pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
+    if (effect->ends == 0) {
+        x[0] = (kt_effect_pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
+        return;
+    }
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_wrenches_find(effect, path, values[0], x);
+        return;
+    }
     if (KT_HAS_RELATIVE && effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
         kt_relative_wrenches(&motion, end, values[0], wrench);
     } else {
         kt_effect_kind_of(effect->type)->formula_wrench(effect, values, end, wrench, NULL);
     }
-    return (pair){kt_v4_from(wrench[effect->ends - 1].moment), kt_v4_from(wrench[effect->ends - 1].force)};
+    const int last = effect->ends - 1; /* the wrench on the other end is the opposite, about the same point */
+    x[last] = (kt_effect_pair){kt_v4_from(wrench[last].moment), kt_v4_from(wrench[last].force)};
+    if (last > 0)
+        x[0] = (kt_effect_pair){-x[last].a, -x[last].b};
 }
 
-/* Subtracts the change of the wrench with its ends' motion, and then its change with each variable. Rejects derivatives
- * of laws that are not finite. Those of formulas are finite where their values are, except at corners. */
-static kt_status subtract_formulas(const state *s, const kt_effect_record *effect, const target *to, kt_error *error) {
-    ends e = {.last = 0};
-    formulas f;
-    const size_t count = effect->ends > 0 ? find_ends(s, effect, &e) : 0;
-    const int code = differentiate_formulas(s, effect, e.end, &f);
-    if (code != 0 || (effect->law != NULL && !kt_all_finite((const double *)&f, sizeof f / sizeof(double))))
-        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
-    if (effect->ends > 0) {
-        kt_effect_jacobian jacobian;
-        if (KT_HAS_RELATIVE && effect->relative.type) {
-            const double force[3] = {f.value[0], f.value[6], f.value[7]};
-            const double counted = kt_relative_motion_of(s->model, effect, s->at->q, e.end).counted;
-            kt_dual_relative_jacobian(effect, counted, force, e.end, &jacobian);
-        } else {
-            kt_effect_kind_of(effect->type)->jacobian(effect, f.value, e.end, s->at->t, &jacobian);
-        }
-        subtract_jacobian(s, &e, &jacobian, count, to->q, to->v);
+/* Subtracts the change of the wrenches with the motion of the effect's ends. */
+static void subtract_ends(const kt_effects_state *s, const kt_effect_record *effect, const formulas *f, const ends *e,
+                          const kt_path_ends *path, size_t count, const target *to) {
+    const double force[3] = {f->value[0], f->value[6], f->value[7]};
+    kt_effect_jacobian jacobian;
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_subtract(s, effect, path, force, count, to->q, to->v);
+        return;
     }
+    if (KT_HAS_RELATIVE && effect->relative.type) {
+        const double counted = kt_relative_motion_of(s->model, effect, s->at->q, e->end).counted;
+        kt_dual_relative_jacobian(effect, counted, force, e->end, &jacobian);
+    } else {
+        kt_effect_kind_of(effect->type)->jacobian(effect, f->value, e->end, s->at->t, &jacobian);
+    }
+    subtract_jacobian(s, e, &jacobian, count, to->q, to->v);
+}
+
+/* Subtracts the change of the wrenches with each variable. */
+static void subtract_variables(const kt_effects_state *s, const kt_effect_record *effect, const formulas *f,
+                               const ends *e, const kt_path_ends *path, size_t count, const target *to) {
     for (int32_t m = 0; m < effect->variable_count; m++) {
         const kt_variable_record *variable = &s->model->variable[effect->variable + m];
-        const pair x = wrench_of(s, effect, f.by[m], e.end);
+        kt_effect_pair x[KT_PATH_LINK_MAX];
+        find_wrenches(s, effect, f->by[m], e->end, path, x);
         if (variable->type == KT_VARIABLE_POSITION)
             subtract_forces(s, effect, to, count, x, 1.0, (size_t)variable->v, to->q);
         else if (variable->type == KT_VARIABLE_VELOCITY)
@@ -427,11 +312,30 @@ static kt_status subtract_formulas(const state *s, const kt_effect_record *effec
         else if (variable->type == KT_VARIABLE_GRAVITY)
             subtract_gravity_force(s, effect, to, count, x, variable);
     }
+}
+
+/* Subtracts all changes of an effect's wrenches. Rejects derivatives of laws that are not finite. Those of formulas are
+ * finite where their values are, except at corners. */
+static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_record *effect, const target *to,
+                                   kt_error *error) {
+    const bool has_path = KT_HAS_PATHS && effect->path_count > 0;
+    kt_path_ends path;
+    ends e = {.last = 0};
+    formulas f;
+    const size_t count = has_path           ? kt_path_ends_find(s, effect, &path, e.end)
+                         : effect->ends > 0 ? find_ends(s, effect, &e)
+                                            : 0;
+    const int code = differentiate_formulas(s, effect, e.end, &f);
+    if (code != 0 || (effect->law != NULL && !kt_all_finite((const double *)&f, sizeof f / sizeof(double))))
+        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
+    if (effect->ends > 0)
+        subtract_ends(s, effect, &f, &e, &path, count, to);
+    subtract_variables(s, effect, &f, &e, &path, count, to);
     return KT_OK;
 }
 
 /* The rates of auxiliary states. */
-static kt_status write_rates(const state *s, const kt_state_derivatives *states, kt_error *error) {
+static kt_status write_rates(const kt_effects_state *s, const kt_state_derivatives *states, kt_error *error) {
     const size_t n = s->model->n.v, x = s->model->n.x;
     target to = {.q = states->rate_q, .v = states->rate_v, .x = states->rate_x, .rows = x};
     kt_clear(states->force, n * x * sizeof(double));
@@ -446,31 +350,14 @@ static kt_status write_rates(const state *s, const kt_state_derivatives *states,
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
 
-/* The wrench on each end depends on the motion of both, and the wrenches need not add up to zero. So each end is
- * treated as the only end of an effect, W_e. The motion of the other end adds columns without the terms of W_e itself:
- *     dtau_i = sum_e [S_i (e) . (sum_f dW_e/d(motion of f)) + dS_i (e) . W_e]
- * With k on the path of f, these are find_columns' of the matrices by end f. For f != e, g has W = 0. */
-static void subtract_own_column(const state *s, const kt_effect_dof *k, int32_t end, size_t count, const columns *c,
-                                double *d_q, double *d_v) {
-    const size_t column = k->v * s->model->n.v;
-    for (size_t a = 0; a < count; a++) {
-        const kt_effect_dof *i = &s->path[a];
-        if (i->end != end)
-            continue;
-        const pair *by = i->index >= k->first ? &c->carried : &c->others;
-        d_q[column + i->v] -= kt_v4_dot2(i->s[0], by->a, i->s[1], by->b);
-        d_v[column + i->v] -= kt_v4_dot2(i->s[0], c->rate.a, i->s[1], c->rate.b);
-    }
-}
-
 /* Finds the ends in world coordinates, and the path from the ground to each of them. */
-static size_t find_own_ends(const state *s, const kt_effect_record *effect, ends *e) {
+static size_t find_own_ends(const kt_effects_state *s, const kt_effect_record *effect, ends *e) {
     size_t count = 0;
     e->last = effect->ends - 1;
     for (int k = 0; k <= e->last; k++) {
-        e->base[k] = base_of(s, effect->link[k]);
-        find_end(s, effect, k, e->base[k], kt_v4_splat(0.0), &e->motion[k], &e->end[k]);
-        count = follow(s, 0, effect->link[k], k, e->motion[k].origin, e->motion[k].point, count);
+        e->base[k] = kt_effect_base_of(s, effect->link[k]);
+        kt_effect_find_end(s, effect, k, e->base[k], kt_v4_splat(0.0), &e->motion[k], &e->end[k]);
+        count = kt_effect_follow(s, 0, effect->link[k], k, e->motion[k].origin, e->motion[k].point, count);
     }
     return count;
 }
@@ -485,8 +372,8 @@ static bool are_finite(const kt_effect_record *effect, const kt_wrench wrench[2]
     return finite;
 }
 
-static kt_status subtract_own_wrench(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
-                                     kt_error *error) {
+static kt_status subtract_own_wrench(const kt_effects_state *s, const kt_effect_record *effect, double *d_q,
+                                     double *d_v, kt_error *error) {
     kt_effect_derivatives of;
     kt_wrench wrench[2];
     ends e;
@@ -501,24 +388,24 @@ static kt_status subtract_own_wrench(const state *s, const kt_effect_record *eff
     for (int end = 0; end <= e.last; end++)
         for (size_t b = 0; b < count; b++) {
             const kt_effect_dof *k = &s->path[b];
-            const end_motion *moved = &e.motion[k->end];
+            const kt_end_motion *moved = &e.motion[k->end];
             const kt_wrench_derivatives *by = &of.wrench[end][k->end];
             kt_effect_jacobian jacobian = {.at_point = false};
-            columns c;
+            kt_effect_columns c;
             memcpy(jacobian.stiffness, by->by_pose, sizeof jacobian.stiffness);
             memcpy(jacobian.damping, by->by_twist, sizeof jacobian.damping);
             if (k->end == end) {
                 jacobian.moment = wrench[end].moment;
                 jacobian.force = wrench[end].force;
             }
-            find_columns(&jacobian, moved->omega, moved->velocity - e.base[k->end].b, k, true, &c);
-            subtract_own_column(s, k, end, count, &c, d_q, d_v);
+            kt_effect_find_columns(&jacobian, moved->omega, moved->velocity - e.base[k->end].b, k, true, &c);
+            kt_effect_subtract_own_column(s, k, end, count, &c, d_q, d_v);
         }
     return KT_OK;
 }
 
-static kt_status subtract_own_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
-                                          kt_error *error) {
+static kt_status subtract_own_joint_force(const kt_effects_state *s, const kt_effect_record *effect, double *d_q,
+                                          double *d_v, kt_error *error) {
     const kt_link *link = &s->model->link[effect->link[0]];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
     double derivatives[3] = {0.0, 0.0, 0.0};
@@ -532,8 +419,8 @@ static kt_status subtract_own_joint_force(const state *s, const kt_effect_record
 }
 
 /* In a loop. */
-static kt_status subtract_own_relative(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
-                                       kt_error *error) {
+static kt_status subtract_own_relative(const kt_effects_state *s, const kt_effect_record *effect, double *d_q,
+                                       double *d_v, kt_error *error) {
     double force[4] = {0.0, 0.0, 0.0, 0.0}; /* and its derivatives by the coordinate, its rate, and time */
     kt_effect_jacobian jacobian;
     ends e;
@@ -549,7 +436,7 @@ static kt_status subtract_own_relative(const state *s, const kt_effect_record *e
     return KT_OK;
 }
 
-static kt_status subtract_own(const state *s, const kt_effect_record *effect, double *d_q, double *d_v,
+static kt_status subtract_own(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v,
                               kt_error *error) {
     if (KT_HAS_RELATIVE && effect->relative.type)
         return subtract_own_relative(s, effect, d_q, d_v, error);
@@ -559,7 +446,7 @@ static kt_status subtract_own(const state *s, const kt_effect_record *effect, do
 
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
-static void subtract_joint_force(const state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
+static void subtract_joint_force(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_link *link = &s->model->link[effect->link[0]];
     const size_t diagonal = (size_t)link->v * (s->model->n.v + 1);
     double derivative[2];
@@ -571,7 +458,7 @@ static void subtract_joint_force(const state *s, const kt_effect_record *effect,
 kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                    const kt_derivative_work *x, kt_effect_dof *path, const kt_state_derivatives *states,
                                    kt_error *error) {
-    const state s = {.model = model, .data = data, .x = x, .at = at, .path = path};
+    const kt_effects_state s = {.model = model, .data = data, .x = x, .at = at, .path = path};
     double *d_q = (double *)x->dq, *d_v = (double *)x->dv;
     target to = {.q = d_q, .v = d_v, .x = states->force, .rows = model->n.v};
     kt_status status = write_rates(&s, states, error);

@@ -36,12 +36,17 @@ KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, kt_data *da
                                               const kt_state_derivatives *states, kt_error *error);
 
 /* Returns the most degrees of freedom between the ends of one effect. If each end moves the wrenches by itself, the
- * paths from both ends to the ground count. If formulas have variables, the path of one variable is added. */
+ * paths from both ends to the ground count, and those of all links of an effect's path. If formulas have variables, the
+ * path of one variable is added. */
 static inline size_t kt_effect_path_size(const kt_model *model) {
     size_t count = model->n.variable ? 2 : 1;
     for (size_t i = 0; i < model->n.batch; i++)
         if (model->batch[i].type == KT_EFFECT_CUSTOM)
             count = 2;
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const size_t links = (size_t)model->effect[i].path_link_count + 1;
+        count = links > count ? links : count;
+    }
     return count * model->n.v;
 }
 

@@ -2,14 +2,76 @@
  *
  *   in a joint           force = f
  *   between two ends     with d = p2 - p1, n = d / |d|: f n on the second, -f n on the first; f may use |d| and n . d'
+ *   along a path         f dL/dq, L the length of the path (path.c); f may use L and L'
  *   on a point           force (f1, f2, f3) and moment (f4, f5, f6), in world axes or in the end's
  *
- * Power: supplied = f q', f n . d', or f . v + m . w. The formulas, or a law in C, are evaluated by
+ * Power: supplied = f q', f n . d', f L', or f . v + m . w. The formulas, or a law in C, are evaluated by
  * mechanism/formula.c, and differentiated by derivative/effect_derivatives.c.
  */
 #include "effect/effect.h"
 
+#include "effect/path.h"
 #include "model/formula.h"
+
+#include <string.h>
+
+/* Checks a point or surface of a path. */
+static void check_point(kt_checker *checker, int i, const kt_path_point *point) {
+    (void)kt_checker_end(checker, "path", i, &point->end);
+    if (!kt_checker_not_negative(checker, "path", ".radius", point->radius) ||
+        !kt_checker_not_negative(checker, "path", ".divisor", point->divisor) ||
+        !kt_checker_vector(checker, "path", i, ".axis", point->axis) ||
+        !kt_checker_vector(checker, "path", i, ".side", point->side))
+        return;
+    const bool is_surface = kt_path_point_is_surface(point);
+    if (!is_surface && (point->inside || kt_vec3_norm_wide(point->axis) > 0.0 || kt_vec3_norm_wide(point->side) > 0.0))
+        kt_checker_fault(checker, "path", i, "axis, side and inside are of a surface; give its radius, too");
+    if (is_surface && point->divisor > 0.0)
+        kt_checker_fault(checker, "path", i, "a branch begins at a point; give the divisor there, not at a surface");
+}
+
+/* Whether a body is the one of an earlier point. */
+static bool is_known_body(const kt_effect *effect, int i) {
+    const char *name = effect->path[i].end.body;
+    for (int k = 0; k < i; k++) {
+        const char *other = effect->path[k].end.body;
+        if ((name == NULL && other == NULL) || (name != NULL && other != NULL && strcmp(name, other) == 0))
+            return true;
+    }
+    return false;
+}
+
+static bool is_point_of_branch(const kt_effect *effect, int i) {
+    return i >= 0 && i < effect->path_count && !kt_path_point_is_surface(&effect->path[i]);
+}
+
+static void check_path(kt_checker *checker, const kt_effect *effect) {
+    int bodies = 0;
+    for (int i = 0; i < effect->path_count; i++) {
+        const kt_path_point *point = &effect->path[i];
+        check_point(checker, i, point);
+        bodies += !is_known_body(effect, i);
+        const bool begins = i == 0 || point->divisor > 0.0;
+        if (kt_path_point_is_surface(point) &&
+            !(is_point_of_branch(effect, i - 1) && is_point_of_branch(effect, i + 1) &&
+              !(effect->path[i + 1].divisor > 0.0)))
+            kt_checker_fault(checker, "path", i,
+                             "a surface is between two points of a branch; give a point before it "
+                             "and one behind it");
+        else if (begins && !kt_path_point_is_surface(point) &&
+                 (i + 1 >= effect->path_count || effect->path[i + 1].divisor > 0.0))
+            kt_checker_fault(checker, "path", i,
+                             "a branch of a path has two points or more; this one has a single "
+                             "point");
+    }
+    if (bodies < 2)
+        kt_checker_fault(checker, "path", -1,
+                         "all its points are on one body, which it cannot move; give points on "
+                         "two bodies");
+    if (bodies > KT_PATH_LINK_MAX)
+        kt_checker_fault(checker, "path", -1, "it touches %d bodies, but at most %d are possible", bodies,
+                         (int)KT_PATH_LINK_MAX);
+}
 
 static void check(kt_checker *checker, const kt_effect *effect) {
     kt_formula_names names = kt_formula_names_of(checker->description, effect);
@@ -20,9 +82,15 @@ static void check(kt_checker *checker, const kt_effect *effect) {
                          "end_count is %d; give 0 (in a joint), 1 (on a body) or 2 (between two)", effect->end_count);
         return;
     }
+    if (effect->path_count < 0 || (effect->path_count > 0 && (effect->path == NULL || effect->end_count != 2))) {
+        kt_checker_fault(checker, "path", -1, "a path has path_count points in `path`, and end_count 2");
+        return;
+    }
     if (effect->end_count == 0)
         kt_checker_coordinate(checker, "joint", effect->joint);
-    for (int k = 0; k < effect->end_count; k++)
+    if (kt_effect_has_path(effect))
+        check_path(checker, effect);
+    for (int k = 0; k < effect->end_count && !kt_effect_has_path(effect); k++)
         (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
     if (effect->law != NULL) {
         kt_checker_law(checker, effect);
@@ -116,6 +184,8 @@ static const kt_key keys[] = {
      KT_WORDS("none"), .needed = false},
     {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
      KT_WORDS("none"), .needed = false},
+    {"path", KT_KEY_PATH, KT_EFFECT_AT(path), "", KT_WORDS("the points and surfaces along which it acts; or"),
+     KT_WORDS("none"), .needed = false},
     {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point of a body that it acts on"), KT_WORDS("none"),
      .needed = false},
     {"force", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[0]), "N m|N",
@@ -131,7 +201,8 @@ const kt_descriptor kt_effect_expression_descriptor = {
     .formula = KT_WORDS("force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
                         "             named, and gravity.JOINT, which balances gravity in a joint;\n"
                         "             in a loop also of position.LOOP and velocity.LOOP;\n"
-                        "             between two ends of length and speed, and f > 0 pushes them apart"),
+                        "             between two ends of length and speed, and f > 0 pushes them apart;\n"
+                        "             along a path likewise, of its length"),
     .example = KT_WORDS(
         KT_EXAMPLE_ARM
         "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n"),

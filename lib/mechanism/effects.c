@@ -7,6 +7,7 @@
 #include "mechanism/effect_ends.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
+#include "mechanism/path_force.h"
 #include "mechanism/relative.h"
 #include "model/scratch.h"
 
@@ -147,6 +148,15 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
+/* Returns the code of a callback, otherwise 0. */
+static int apply_along_path(sum *s, const kt_effect_record *effect, kt_effect_balance *asked) {
+    kt_path_value path;
+    double force;
+    const int code = kt_path_force_find(s->model, s->data, NULL, effect, s->at, &path, &force, asked);
+    s->excess += kt_path_wrenches_add(s->model, s->data, effect, force, path.unit, s->data->applied);
+    return code;
+}
+
 KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
     kt_effect_balance balance;
@@ -158,13 +168,18 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         kt_wrench wrench[2];
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
-        kt_effect_ends_of(s->data, effect, end);
-        const surroundings in = {.data = s->data, .at = s->at};
-        s->code = evaluate_wrench(s->model, &in, effect, kind, end, wrench, asked);
         s->failed = effect;
+        if (KT_HAS_PATHS && effect->path_count > 0) {
+            s->code = apply_along_path(s, effect, asked);
+        } else {
+            kt_effect_ends_of(s->data, effect, end);
+            const surroundings in = {.data = s->data, .at = s->at};
+            s->code = evaluate_wrench(s->model, &in, effect, kind, end, wrench, asked);
+            if (s->code == 0)
+                add_wrenches(s, effect, wrench);
+        }
         if (s->code != 0)
             return false;
-        add_wrenches(s, effect, wrench);
         if (asked)
             add_balance(s, asked);
     }
@@ -247,6 +262,17 @@ kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_re
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
 }
 
+/* Finds the ends of an effect, or those that stand for its path. */
+static void find_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect, kt_path_value *path,
+                      kt_effect_end end[2]) {
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_value_find(model, data, NULL, effect, path);
+        kt_path_as_ends(path->length, path->rate, end);
+    } else {
+        kt_effect_ends_of(data, effect, end);
+    }
+}
+
 /* The operation of an effect's formulas that is not finite, "" if there is none. */
 static void explain_force(const sum *s, const kt_effect_record *effect, char *text, size_t size) {
     double values[KT_FORMULA_VARIABLE_MAX];
@@ -254,8 +280,8 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
     text[0] = '\0';
     if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
         return;
-    if (effect->ends)
-        kt_effect_ends_of(s->data, effect, end);
+    kt_path_value path;
+    find_ends(s->model, s->data, effect, &path, end);
     kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
     kt_formulas_explain(s->model, effect, values, text, size);
 }
@@ -278,7 +304,11 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
     kt_wrench w[2];
     double force = 0.0;
     const surroundings in = {.data = s->data, .at = s->at};
-    if (effect->ends) {
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_value path;
+        (void)kt_path_force_find(s->model, s->data, NULL, effect, s->at, &path, &force, asked);
+        force += path.length - path.length;
+    } else if (effect->ends) {
         kt_effect_ends_of(s->data, effect, end);
         (void)evaluate_wrench(s->model, &in, effect, kind, end, w, asked);
         for (int k = 0; k < effect->ends; k++)
@@ -369,12 +399,17 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
             data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
         if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
             continue;
-        kt_effect_ends_of(data, effect, end);
+        kt_path_value path;
+        find_ends(model, data, effect, &path, end);
         double rates[6];
         if (KT_HAS_FORMULAS && kind->formula_wrench) {
             const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
             if (code != 0)
                 return kt_effect_refuse_derivatives(model, effect, t, code, error);
+        }
+        if (KT_HAS_PATHS && effect->path_count > 0) {
+            s.excess += kt_path_wrenches_add(model, data, effect, rates[0], path.unit, data->applied);
+            continue;
         }
         if (KT_HAS_RELATIVE && effect->relative.type) {
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
@@ -456,6 +491,8 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         kt_wrench wrench[2];
         double force;
         const surroundings in = {.data = data, .at = &at};
+        if (KT_HAS_PATHS && effect->path_count > 0) /* it stores none */
+            continue;
         if (effect->ends)
             kt_effect_ends_of(data, effect, end);
         const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, wrench, &balance)
@@ -467,38 +504,6 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
 }
 
 /* ---- one effect, for queries ------------------------------------------------------------------------------------- */
-
-/* Those of one batch are in the description's order. */
-const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
-    for (size_t i = 0; i < model->n.batch; i++) {
-        const kt_effect_record *first = model->effect + model->batch[i].first;
-        int32_t low = 0, high = model->batch[i].count - 1;
-        while (low < high) {
-            const int32_t middle = (low + high) / 2;
-            if (first[middle].source < source)
-                low = middle + 1;
-            else
-                high = middle;
-        }
-        if (first[low].source == source)
-            return &first[low];
-    }
-    for (size_t i = 0; i < model->n.effect_off; i++)
-        if (model->effect[model->n.effect + i].source == source)
-            return &model->effect[model->n.effect + i];
-    return NULL;
-}
-
-void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]) {
-    for (int k = 0; k < effect->ends; k++) {
-        const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
-        const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
-        end[k].axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation);
-        end[k].point = kt_vec3_add(link->position, arm);
-        end[k].omega = link->omega;
-        end[k].velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
-    }
-}
 
 static bool is_load_finite(const kt_effect_load *load) {
     double excess = load->joint_force - load->joint_force;
@@ -532,6 +537,14 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
         return 0;
     if (KT_HAS_RELATIVE && effect->relative.type)
         return evaluate_in_loop(model, &in, effect, end, &load->joint_force, load->wrench, NULL);
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_value path;
+        const int code =
+            kt_path_force_find(model, data, data->kinematics, effect, &at, &path, &load->joint_force, NULL);
+        for (int k = 0; k < 2; k++)
+            load->wrench[k].force = kt_vec3_scale(load->joint_force, path.end[k]);
+        return code;
+    }
     return effect->ends > 0 ? evaluate_wrench(model, &in, effect, kind, end, load->wrench, NULL)
                             : evaluate_joint_force(model, &in, effect, kind, NULL, joint_coordinate(&at, link),
                                                    &load->joint_force, NULL);

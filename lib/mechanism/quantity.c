@@ -12,6 +12,7 @@
  *                                                                     that of the plane's body there.
  */
 #include "mechanism/evaluate.h"
+#include "mechanism/path_force.h"
 #include "mechanism/relative.h"
 #include "model/relative.h"
 
@@ -92,6 +93,8 @@ double kt_effect_coordinate(const kt_model *model, const kt_data *data, const do
     return kt_relative_motion_of(model, record, q, end).position;
 }
 
+static bool has_path(const kt_effect_record *effect) { return KT_HAS_PATHS && effect->path_count > 0; }
+
 /* Returns the quantities of a record. Those of formulas and of a caller's own effect depend on their points of
  * action. */
 static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
@@ -143,14 +146,14 @@ bool kt_effect_is_sliding(const kt_model *model, int effect) {
 /* An effect in a state. */
 typedef struct reading {
     const kt_effect_record *effect;
-    double q, v; /* of its coordinate */
+    double q, v; /* of its coordinate, or its path's length and rate */
     kt_effect_end end[2];
     kt_effect_load load;
 } reading;
 
 static double power_of(const reading *r) {
     double power = r->load.joint_force * r->v;
-    for (int k = 0; k < r->effect->ends && !is_in_coordinate(r->effect); k++)
+    for (int k = 0; k < r->effect->ends && !is_in_coordinate(r->effect) && !has_path(r->effect); k++)
         power += kt_vec3_dot(r->load.wrench[k].force, r->end[k].velocity) +
                  kt_vec3_dot(r->load.wrench[k].moment, r->end[k].omega);
     return power;
@@ -208,7 +211,7 @@ static double value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_JOINT_FORCE:
         return r->load.joint_force;
     case KT_QUANTITY_TENSION:
-        return along_line(r, r->load.wrench[0].force);
+        return has_path(r->effect) ? -r->load.joint_force : along_line(r, r->load.wrench[0].force);
     case KT_QUANTITY_NORMAL:
         return kt_vec3_dot(r->load.wrench[0].force, normal_of(r));
     case KT_QUANTITY_FRICTION:
@@ -228,9 +231,9 @@ static double value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_COORDINATE_RATE:
         return r->v;
     case KT_QUANTITY_LENGTH:
-        return kt_vec3_norm(kt_vec3_sub(r->end[1].point, r->end[0].point));
+        return has_path(r->effect) ? r->q : kt_vec3_norm(kt_vec3_sub(r->end[1].point, r->end[0].point));
     case KT_QUANTITY_LENGTH_RATE:
-        return along_line(r, kt_vec3_sub(r->end[1].velocity, r->end[0].velocity));
+        return has_path(r->effect) ? r->v : along_line(r, kt_vec3_sub(r->end[1].velocity, r->end[0].velocity));
     case KT_QUANTITY_EXCESS:
         return excess_of(r);
     case KT_QUANTITY_SLIP:
@@ -261,6 +264,12 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
         const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, r.end);
         r.q = motion.position;
         r.v = motion.rate;
+    }
+    if (has_path(effect)) {
+        kt_path_value path;
+        kt_path_value_find(model, data, data->kinematics, effect, &path);
+        r.q = path.length;
+        r.v = path.rate;
     }
     const bool is_borne = kt_effect_closed_loop(model, effect) >= 0;
     for (int k = 0; k < count; k++) {

@@ -1,6 +1,6 @@
-/* Queries about the loops of a model as a whole. */
+/* Queries about the loops of a model as a whole, and about the records and ends of its effects. */
 #include "kinetree/mechanism.h"
-#include "model/model.h"
+#include "mechanism/evaluate.h"
 
 int kt_loop_group_count(const kt_model *model) { return model ? (int)model->n.group : 0; }
 
@@ -32,4 +32,38 @@ kt_mobility kt_model_mobility(const kt_model *model) {
     }
     f.minimal = f.tree - f.rank;
     return f;
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+/* Those of one batch are in the description's order. */
+const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
+    for (size_t i = 0; i < model->n.batch; i++) {
+        const kt_effect_record *first = model->effect + model->batch[i].first;
+        int32_t low = 0, high = model->batch[i].count - 1;
+        while (low < high) {
+            const int32_t middle = (low + high) / 2;
+            if (first[middle].source < source)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        if (first[low].source == source)
+            return &first[low];
+    }
+    for (size_t i = 0; i < model->n.effect_off; i++)
+        if (model->effect[model->n.effect + i].source == source)
+            return &model->effect[model->n.effect + i];
+    return NULL;
+}
+
+void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]) {
+    for (int k = 0; k < effect->ends; k++) {
+        const kt_link_kinematics *link = &data->kinematics[effect->link[k]];
+        const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
+        end[k].axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation);
+        end[k].point = kt_vec3_add(link->position, arm);
+        end[k].omega = link->omega;
+        end[k].velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm));
+    }
 }

@@ -4,6 +4,7 @@
 #include "model/relative.h"
 
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Returns the first item of a name. Joints without a name of their own have that of their body. */
@@ -194,13 +195,16 @@ static void check_marker(kt_checker *checker, const char *field, int sub, int bo
 }
 
 int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end *end) {
-    static const char *const at[3] = {".at", "[0].at", "[1].at"};
-    static const char *const rotation[3] = {".rotation", "[0].rotation", "[1].rotation"};
+    char at[32] = ".at", rotation[32] = ".rotation";
+    if (sub >= 0) {
+        (void)snprintf(at, sizeof at, "[%d].at", sub);
+        (void)snprintf(rotation, sizeof rotation, "[%d].rotation", sub);
+    }
     const int body = kt_checker_body(checker, field, sub, "body", end->body);
     if (end->marker == NULL)
-        kt_checker_vector(checker, field, sub, at[sub + 1], end->at);
+        kt_checker_vector(checker, field, sub, at, end->at);
     else if (body != KT_BODY_UNKNOWN)
         check_marker(checker, field, sub, body, end->marker);
-    kt_checker_rotation(checker, field, sub, rotation[sub + 1], &end->rotation);
+    kt_checker_rotation(checker, field, sub, rotation, &end->rotation);
     return body;
 }

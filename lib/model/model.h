@@ -28,10 +28,11 @@ typedef struct kt_counts {
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
-    size_t gravity;  /* variables of formulas that are gravity forces */
-    size_t varying;  /* bodies whose mass is a function of time */
-    size_t massless; /* velocity coordinates that follow from the balance of forces */
-    size_t front;    /* links of groups, if any group is large enough for fronts */
+    size_t path_point, path_link; /* of effects along paths: points, and links */
+    size_t gravity;               /* variables of formulas that are gravity forces */
+    size_t varying;               /* bodies whose mass is a function of time */
+    size_t massless;              /* velocity coordinates that follow from the balance of forces */
+    size_t front;                 /* links of groups, if any group is large enough for fronts */
     /* Links from `spatial` on are planar, and so are angles from `spatial_angle` on. The other links have `spatial_v`
      * velocities. The planar arrays have the length `planar`, with the ground as first entry; 0 if no link is planar.
      */
@@ -136,6 +137,8 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(int32_t, force_link_angle, KT_ANGLES(n->force_link_angle), "positions that are angles of these, and zeros")      \
     X(int32_t, force_link_angle_index, n->force_link_angle, "their indices among all angles")                          \
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
+    X(kt_path_point_record, path_point, n->path_point, "of the paths of effects, effect by effect")                    \
+    X(kt_path_link, path_link, n->path_link, "of the paths of effects, effect by effect")                              \
     X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
     X(kt_effect_record, state, KT_OWN_STATES(n),                                                                       \
       "rates of auxiliary states: formulas, as those of an effect in a joint")                                         \

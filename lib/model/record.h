@@ -247,6 +247,24 @@ typedef struct kt_relative_record {
     double zero;              /* universal: the direction from which it is counted */
 } kt_relative_record;
 
+/* A point of an effect's path, or a surface (effect/path.c). All vectors are in the axes of its link, and `at` is from
+ * the link's origin. */
+typedef struct kt_path_point_record {
+    int32_t link; /* index among the links of the path */
+    int32_t type; /* KT_PATH_POINT, KT_PATH_SPHERE or KT_PATH_CYLINDER (effect/path.h) */
+    bool has_side, inside;
+    double radius;
+    double divisor; /* above 0: a branch begins */
+    kt_vec3 at, axis, side;
+} kt_path_point_record;
+
+/* A link of an effect's path. */
+typedef struct kt_path_link {
+    int32_t body, link;
+    int32_t force_link; /* the link's index in model->force_link */
+    kt_vec3 arm;        /* from the body's frame's origin to the link's, link axes */
+} kt_path_link;
+
 /* An effect: one or two frames on links, or a joint. One in a loop's coordinate acts on the loop's ends. */
 typedef struct kt_effect_record {
     int32_t type;          /* kt_effect_type */
@@ -285,6 +303,8 @@ typedef struct kt_effect_record {
     double direction; /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
 #endif
     kt_relative_record relative;
+    int32_t path_point, path_count;     /* expression along a path: in model->path_point; 0: it is along none */
+    int32_t path_link, path_link_count; /* in model->path_link */
 } kt_effect_record;
 
 /* Variables that only the formulas of one effect have: the distance of its ends, with its rate. In a loop they are the

@@ -1,5 +1,6 @@
 /* Joints, loops, relations and effects of a picture, with their frames, as the description has them. */
 #include "kinetree/descriptor.h"
+#include "kinetree/effect.h"
 #include "picture/maker.h"
 #include "picture/solid.h"
 
@@ -130,15 +131,22 @@ void kt_picture_list_relations(kt_picture_maker *m) {
     }
 }
 
-/* How many ends the keys of a type fill. */
+/* How many ends the keys of a type fill. A caller's own effect and an expression have a number of their own. */
 static int end_count_of(const kt_effect *effect) {
-    const kt_descriptor *type = kt_effect_descriptor(effect->type);
-    int count = type == NULL ? effect->end_count : 0; /* a caller's own effect */
+    const kt_descriptor *type = effect->type == KT_EFFECT_EXPRESSION ? NULL : kt_effect_descriptor(effect->type);
+    int count = type == NULL ? effect->end_count : 0;
     for (int i = 0; type != NULL && i < type->key_count; i++) {
         const kt_key_kind kind = type->keys[i].kind;
         count += kind == KT_KEY_ENDS ? 2 : kind == KT_KEY_END || kind == KT_KEY_BODY;
     }
     return count;
+}
+
+/* An end of an effect; of a path its first or last point. */
+static const kt_end *end_of(const kt_effect *effect, int k) {
+    if (effect->path_count == 0)
+        return &effect->between[k];
+    return &effect->path[k == 0 ? 0 : effect->path_count - 1].end;
 }
 
 /* The coordinate of a loop in which an effect acts, as a joint: between the loop's ends, z along the motion. */
@@ -191,7 +199,7 @@ void kt_picture_list_effects(kt_picture_maker *m) {
                                      .is_carried = effect->frame == KT_FRAME_BODY || effect->type == KT_EFFECT_THRUST,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
-            shown->ends[k] = frame_of(m, &effect->between[k], is_contact && k == 1 ? effect->axis : none);
+            shown->ends[k] = frame_of(m, end_of(effect, k), is_contact && k == 1 ? effect->axis : none);
         if (shown->end_count == 0)
             shown->joint = coordinate_of(m, i);
     }

@@ -90,7 +90,7 @@ static bool is_reference(const kt_place *place, const kt_key *key) {
     if (key == NULL)
         return place->item == KT_ITEM_HOLD || (place->item == KT_ITEM_BODY && strcmp(place->field, "parent") == 0);
     return key->kind == KT_KEY_END || key->kind == KT_KEY_ENDS || key->kind == KT_KEY_BODY ||
-           key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS;
+           key->kind == KT_KEY_JOINT || key->kind == KT_KEY_TERMS || key->kind == KT_KEY_PATH;
 }
 
 /* The object that the value of a field refers to. */

@@ -355,7 +355,8 @@ static bool same_formulas(const kt_field *field, const void *object, const void 
 /* An expression acts at one of three places: two ends, one end, or a joint. */
 static bool same_ends(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
-    return ((const kt_effect *)object)->end_count != 2;
+    const kt_effect *effect = object;
+    return effect->end_count != 2 || effect->path_count > 0;
 }
 static bool same_end(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
@@ -393,6 +394,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_TRACK] = &kt_kind_track,
         [KT_KEY_FORMULA] = &coupling,
         [KT_KEY_FORMULAS] = &formulas,
+        [KT_KEY_PATH] = &kt_kind_path,
     };
     static const kt_kind optional_ends = {kt_kind_ends_read, kt_kind_ends_write, same_ends};
     static const kt_kind optional_end = {kt_kind_end_read, kt_kind_end_write, same_end};

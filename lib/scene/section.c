@@ -113,20 +113,22 @@ static void read_effect(kt_reader *r, const kt_scope *scope, const kt_item_read 
     kt_node *node = item->nodes[item->index];
     kt_effect *effect = (kt_effect *)item->items + item->index;
     const bool in_joint = kt_node_find(node, "joint") != NULL, between = kt_node_find(node, "between") != NULL;
+    const bool path = kt_node_find(node, "path") != NULL;
     const kt_node *const at = kt_node_find(node, "at");
     *effect = kt_effect_default();
     effect->initial_length = true;
-    effect->end_count = between ? 2 : at != NULL ? 1 : 0;
+    effect->end_count = between || path ? 2 : at != NULL ? 1 : 0;
     r->scene->joint_quantity = KT_QUANTITY_ANGLE;
     const bool good = kt_table_read(r, scope, node, &effect_table, effect);
     if (!good || kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_DISTANCE) == NULL)
         effect->initial_length = false;
     if (good && effect->type != KT_EFFECT_EXPRESSION)
         effect->end_count = 0;
-    else if (good && in_joint + between + (at != NULL) != 1 && !kt_node_has_stray(node))
-        (void)kt_fault_at(
-            r, KT_ERROR_SCENE, scope, node,
-            "an expression acts in a `joint`, `between` two ends, or `at` a point of a body; give one of them");
+    else if (good && in_joint + between + path + (at != NULL) != 1 && !kt_node_has_stray(node))
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                          "an expression acts in a `joint`, `between` two ends, along a `path`, or `at` a point of a "
+                          "body; give one of "
+                          "them");
 }
 
 static void write_effect(kt_emitter *e, const void *item, int index) {

@@ -68,6 +68,7 @@ extern const kt_kind kt_kind_map;
 extern const kt_kind kt_kind_rotation; /* kt_rotation */
 extern const kt_kind kt_kind_end;      /* kt_end */
 extern const kt_kind kt_kind_ends;     /* kt_end[2] */
+extern const kt_kind kt_kind_path;     /* kt_effect.path */
 extern const kt_kind kt_kind_surface;  /* kt_surface */
 extern const kt_kind kt_kind_track;    /* kt_track */
 

@@ -87,8 +87,21 @@ static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_ef
     return sum;
 }
 
-/* Adds names, order and types of bodies, loops and effects, the formulas, and the library's version, on which the
- * layout depends. For a family, the first model counts, since effects that are off are missing in the others. */
+/* Adds the points of an effect's path. */
+static uint64_t sum_of_path(uint64_t sum, const kt_model *model, const kt_effect_record *effect) {
+    const kt_path_point_record *points = model->path_point + effect->path_point;
+    for (const kt_path_point_record *point = points; point < points + effect->path_count; point++) {
+        const int32_t kinds[] = {point->type, model->path_link[effect->path_link + point->link].link, point->inside};
+        const double numbers[] = {point->radius, point->divisor, point->at.x,   point->at.y,
+                                  point->at.z,   point->axis.x,  point->axis.y, point->axis.z,
+                                  point->side.x, point->side.y,  point->side.z};
+        sum = kt_sum_add(kt_sum_add(sum, kinds, sizeof kinds), numbers, sizeof numbers);
+    }
+    return sum;
+}
+
+/* Adds names, order and types of bodies, loops and effects, the formulas and paths, and the library's version, on which
+ * the layout depends. For a family, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
     uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
@@ -104,7 +117,7 @@ static uint64_t sum_of_model(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.effect; i++)
-        sum = sum_of_formulas(sum, model, &model->effect[i]);
+        sum = sum_of_path(sum_of_formulas(sum, model, &model->effect[i]), model, &model->effect[i]);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
         sum = sum_of_formulas(sum_of_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
     return sum;

@@ -110,9 +110,17 @@ KT_TEST(formulas_give_the_forces_of_effects_in_c) {
     "\"position.ball[1]\"], torque: [\"velocity.leg\", \"velocity.leg*marker.leg.toe.x\", \"t^2\"], frame: body}\n"    \
     "  - {type: expression, at: leg.toe, force: [\"marker.ball.eye.vz^2\", \"0*t\", \"-marker.arm.tip.x\"]}\n"
 
+#define PATHS                                                                                                          \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, force: \"-k*(length - 1)^3 - 2*speed*length + marker.arm.tip.z*velocity.leg\", path: "     \
+    "[leg.toe, {body: arm, at: [0.2, 0, 0], radius: 0.2, axis: [0.1, 1, 0.2], side: [1, 0, 0]}, ball.eye]}\n"          \
+    "  - {type: expression, force: \"-length^2 + sin(2*t)*speed\", path: [world, {body: arm, at: [0.1, 0.1, -0.5], "   \
+    "radius: 0.2}, ball.eye, {body: leg, at: [0.4, 0.1, -0.5], radius: 0.1, inside: true}, leg.toe]}\n"                \
+    "  - {type: expression, force: \"-length*speed - 0.3*velocity.ball[4]\", path: [arm.tip, {body: ball, at: "        \
+    "[0.1, 0, 0], radius: 0.3, axis: x, inside: true}, leg.toe, {body: world, divisor: 2}, ball.eye]}\n"
+
 /* Central differences of accelerations: their error is some h^2 times third derivatives, and rounding over h. */
-KT_TEST(derivatives_are_exact) {
-    static const char *const text = BODIES("3", "y") BALL("4") COUPLED;
+static void check_derivatives(const char *text) {
     mechanism s;
     kt_error error = {0};
     if (!make(&s, text))
@@ -167,6 +175,10 @@ KT_TEST(derivatives_are_exact) {
     end(&s);
 }
 
+KT_TEST(derivatives_are_exact) { check_derivatives(BODIES("3", "y") BALL("4") COUPLED); }
+
+KT_TEST(derivatives_along_paths_are_exact) { check_derivatives(BODIES("3", "y") BALL("4") PATHS); }
+
 static double energy_of(mechanism *s, const kt_simulation *simulation) {
     kt_error error = {0};
     const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
@@ -175,12 +187,12 @@ static double energy_of(mechanism *s, const kt_simulation *simulation) {
     return kt_kinetic_energy(s->model, s->data) + kt_potential_energy(s->model, s->data);
 }
 
+#define RUN                                                                                                            \
+    "simulate: {duration: 0.5, tolerance: 1e-11, integrator: dop853}\noutput: {record: [position, energy, balance]}\n"
+
 /* The formulas supply v . (M a + h). The kinetic and potential energy before and after a short time yield this
  * power. */
-KT_TEST(power_is_supplied) {
-    static const char *const text =
-        BODIES("3", "y") BALL("4") COUPLED "simulate: {duration: 0.5, tolerance: 1e-11, integrator: dop853}\noutput: "
-                                           "{record: [position, energy, balance]}\n";
+static void check_power(const char *text) {
     mechanism s;
     kt_error error = {0};
     if (!make(&s, text))
@@ -199,12 +211,18 @@ KT_TEST(power_is_supplied) {
     end(&s);
 }
 
+KT_TEST(power_is_supplied) { check_power(BODIES("3", "y") BALL("4") COUPLED RUN); }
+
+KT_TEST(power_along_paths_is_supplied) { check_power(BODIES("3", "y") BALL("4") PATHS RUN); }
+
 KT_TEST(planar_plans_have_the_same_forces) {
     static const char *const text = BODIES(
         "3", "y") "effects:\n"
                   "  - {type: expression, joint: arm, force: \"-3*marker.leg.toe.x*velocity.leg\"}\n"
                   "  - {type: expression, between: [leg.toe, world], force: \"-k*(length - 1) - marker.arm.tip.vz\"}\n"
-                  "  - {type: expression, at: leg.toe, force: [\"position.arm\", \"0*t\", \"-marker.arm.tip.x\"]}\n";
+                  "  - {type: expression, at: leg.toe, force: [\"position.arm\", \"0*t\", \"-marker.arm.tip.x\"]}\n"
+                  "  - {type: expression, path: [world, {body: arm, radius: 0.1, axis: y, side: [0, 0, 1]}, leg.toe], "
+                  "force: \"-k*length - c*speed\"}\n";
     mechanism planar, spatial;
     if (make_with(&planar, text, KT_PLAN_AUTO) && make_with(&spatial, text, KT_PLAN_SPATIAL)) {
         accelerate(&planar, 0.2, planar.q, planar.v, planar.a);
