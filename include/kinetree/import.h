@@ -95,9 +95,9 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *     become loops, which are exact, not soft. Named sites become markers.
  *   - With options->contacts, moving geoms touch planes that do not move. Other contacts are omitted.
  *   - The activations of actuators (filters and integrators) become auxiliary states.
- *   - Spatial tendons through sites and over pulleys become forces between these sites.
+ *   - Spatial tendons become forces between two sites, or along paths around spheres and cylinders.
  *   - A medium (density, viscosity) becomes drag along the axes of the inertias.
- *   - Further omissions are tendons around geoms, muscles, actuators of a user's kind, plugins, flexible bodies,
+ *   - Further omissions are muscles, actuators of a user's kind, plugins, flexible bodies,
  *     sensors and cameras. Equalities lose polynomial terms beyond the linear term.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:

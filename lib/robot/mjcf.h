@@ -112,13 +112,15 @@ typedef struct kt_mjcf_site {
     kt_pose pose;
 } kt_mjcf_site;
 
-/* A part of a spatial tendon between two sites, whose length counts by 1 / divisor. */
-typedef struct kt_mjcf_segment {
-    int site[2];
-    double divisor;
-} kt_mjcf_segment;
+/* A sphere or cylinder with a name, around which tendons may lead. */
+typedef struct kt_mjcf_wrap {
+    int body;
+    kt_pose pose;
+    double radius;
+    bool is_cylinder; /* along z of the pose */
+} kt_mjcf_wrap;
 
-/* A fixed tendon: L = sum c_i q_i. A spatial one has no terms, but at least one segment. */
+/* A fixed tendon: L = sum c_i q_i. A spatial one has no terms, but a path. */
 typedef struct kt_mjcf_tendon {
     const kt_element *element;
     int first, count;   /* terms */
@@ -127,8 +129,9 @@ typedef struct kt_mjcf_tendon {
     double length;      /* at the reference positions */
     double rest;        /* while the springs of all joints have no force */
     double start;       /* initially */
-    int first_segment, segment_count;
-    int segment;     /* whose formula is being written */
+    kt_path_point *path;
+    int path_count;
+    bool moves;      /* its points are on several bodies */
     bool is_bounded; /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
@@ -151,6 +154,7 @@ enum {
     KT_MJCF_BODIES,
     KT_MJCF_JOINTS,
     KT_MJCF_SITES,
+    KT_MJCF_WRAPS, /* geoms around which tendons may lead */
     KT_MJCF_TENDONS,
     KT_MJCF_COMPLETE_TENDONS, /* those without a missing reference */
     KT_MJCF_MESHES,
@@ -185,7 +189,7 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list segments; /* kt_mjcf_segment: of spatial tendons */
+    kt_list wraps; /* kt_mjcf_wrap */
     kt_left activations;
     int ctrl_count;
 
@@ -400,7 +404,10 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
 
 /* ---- mjcf_spatial.c ---------------------------------------------------------------------------------------------- */
 
-/* Reads the sites of a spatial tendon, and its length while the springs of all joints have no force, as MuJoCo does.
+/* Adds a geom with a name, if it is a sphere or cylinder, to those around which tendons may lead. */
+void kt_mjcf_add_wrap(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
+
+/* Reads the path of a spatial tendon, and its length while the springs of all joints have no force, as MuJoCo does.
  * False if it is left out. */
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
@@ -410,12 +417,12 @@ void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t);
 /* Writes a force along the length, which pushes the ends apart if it is positive. */
 typedef void kt_mjcf_put_force(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to);
 
-/* Adds an effect for each segment that moves. */
+/* Adds an effect along the path, unless the path is on one body. */
 void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
                             const void *user);
 
-/* "2*(length+0.3)" of a factor times the length of a path, or of its rate. */
-void kt_mjcf_put_path(const kt_mjcf *m, const kt_mjcf_tendon *t, double factor, bool is_rate, kt_mjcf_formula *to);
+/* "2*length" of a factor times the length of a path, or of its rate. */
+void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to);
 
 /* ---- mjcf_gain.c ------------------------------------------------------------------------------------------------- */
 

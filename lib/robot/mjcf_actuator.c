@@ -43,7 +43,7 @@ static const kt_mjcf_term *terms_of(const kt_mjcf *m, const action *d, int *coun
 
 /* Whether an action is that of a spatial tendon. */
 static bool is_along_path(const kt_mjcf *m, const action *d) {
-    return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->segment_count > 0;
+    return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->path_count > 0;
 }
 
 /* dL/dq of a joint. */
@@ -68,7 +68,7 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     if (strcmp(attribute, "tendon") == 0) {
         d->tendon = kt_names_find(&m->names, KT_MJCF_TENDONS, kt_xml_attribute(e, "tendon"));
         const kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
-        const bool is_there = t != NULL && (t->count > 0 || t->segment_count > 0);
+        const bool is_there = t != NULL && (t->count > 0 || t->path_count > 0);
         if (!is_there)
             kt_unknown_count(&m->forces, "actuator of a tendon that is left out", e);
         return is_there;
@@ -355,7 +355,7 @@ static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_
         if (c[k + 1] == 0.0)
             continue;
         kt_mjcf_put(to, " + ");
-        kt_mjcf_put_path(m, kt_mjcf_tendon_at(m, d->tendon), c[k + 1], k == 1, to);
+        kt_mjcf_put_path(c[k + 1], k == 1, to);
     }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < count && c[k + 1] != 0.0; i++) {

@@ -84,9 +84,10 @@ static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, con
 
 /* Names of elements, and references to them. Classes need no prefix: each document has its own. */
 static bool has_prefix(const char *attribute) {
-    static const char *const names[] = {"name",   "body",          "body1",   "body2",     "joint",      "joint1",
-                                        "joint2", "jointinparent", "tendon",  "tendon1",   "tendon2",    "site",
-                                        "site1",  "site2",         "refsite", "cranksite", "slidersite", "mesh"};
+    static const char *const names[] = {"name",      "body",       "body1",         "body2",  "joint",
+                                        "joint1",    "joint2",     "jointinparent", "tendon", "tendon1",
+                                        "tendon2",   "site",       "site1",         "site2",  "refsite",
+                                        "cranksite", "slidersite", "mesh",          "geom",   "sidesite"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strcmp(attribute, names[i]) == 0)
             return true;
@@ -346,6 +347,8 @@ static bool is_complete(const kt_mjcf *m, const kt_element *e) {
                       {"joint2", KT_MJCF_JOINTS},
                       {"jointinparent", KT_MJCF_JOINTS},
                       {"site", KT_MJCF_SITES},
+                      {"sidesite", KT_MJCF_SITES},
+                      {"geom", KT_MJCF_WRAPS},
                       {"site1", KT_MJCF_SITES},
                       {"site2", KT_MJCF_SITES},
                       {"refsite", KT_MJCF_SITES},

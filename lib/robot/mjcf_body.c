@@ -125,6 +125,7 @@ static void collect_body(kt_mjcf *m, int body) {
     kt_mjcf_for_each(m, e, "freejoint", body, add_joint);
     check_joints(m, body);
     kt_mjcf_for_each(m, e, "site", body, add_site);
+    kt_mjcf_for_each(m, e, "geom", body, kt_mjcf_add_wrap);
     kt_mjcf_for_each(m, e, "body", body, add_body);
 }
 

@@ -320,14 +320,16 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
         add_stop(m, &l, range[0], range[1]);
 }
 
-/* A spatial tendon that is left out has no segments. */
+/* A spatial tendon that is left out has no path. */
 static void make_spatial(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (kt_mjcf_read_path(m, t)) {
         kt_mjcf_act_in_path(m, t);
         return;
     }
-    t->segment_count = 0;
-    kt_unknown_count(&m->forces, "spatial tendon around geoms, or without two sites in a branch", t->element);
+    t->path_count = 0;
+    kt_unknown_count(&m->forces,
+                     "spatial tendon around a geom that is no sphere or cylinder, or without two sites in a branch",
+                     t->element);
 }
 
 void kt_mjcf_make_tendons(kt_mjcf *m) {

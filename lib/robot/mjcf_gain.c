@@ -171,7 +171,7 @@ static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
 void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     const int index = tendon != NULL ? kt_names_find(&m->names, KT_MJCF_TENDONS, tendon) : -1;
-    if (is_position(a) && a->bias[2] > 0.0 && index >= 0 && kt_mjcf_tendon_at(m, index)->segment_count > 0) {
+    if (is_position(a) && a->bias[2] > 0.0 && index >= 0 && kt_mjcf_tendon_at(m, index)->path_count > 0) {
         kt_unknown_count(&m->changes, "dampratio of an actuator of a spatial tendon, which is left out", e);
         a->bias[2] = 0.0;
     }

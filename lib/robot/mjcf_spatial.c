@@ -1,26 +1,35 @@
-/* Spatial tendons of MJCF that run through sites, as forces between these sites.
+/* Spatial tendons of MJCF as forces along paths (effect/path.c).
  *
- * The path of a tendon has segments between two sites. A pulley ends a branch of the path, and divides the lengths of
- * the next branch by its divisor c: L = sum_i |d_i| / c_i. A force f along L is therefore a force f / c_i along each
- * segment between sites of different bodies. It pushes its ends apart if it is positive. A formula has the
- * force of a segment. The segment itself is `length` and `speed` there; the other segments are written with markers:
- *     |d| = sqrt(d_x^2 + d_y^2 + d_z^2),   |d|' = (d_x d_x' + d_y d_y' + d_z d_z') / |d|.
- * Tendons around geoms are left out. */
+ * A tendon leads through sites, and around spheres and cylinders between two sites. A pulley ends a branch of the path,
+ * and divides the lengths of the next branch by its divisor. A surface with a side site within its radius is a ring.
+ * The formulas of forces have the length of the path as `length`, and its rate as `speed`. A tendon between two sites
+ * alone acts between two ends.
+ */
 #include "robot/mjcf.h"
+
+#include "effect/path.h"
 
 #include <math.h>
 #include <string.h>
 
-static const kt_mjcf_segment *segment_at(const kt_mjcf *m, const kt_mjcf_tendon *t, int i) {
-    return (const kt_mjcf_segment *)m->segments.items + t->first_segment + i;
-}
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-static const kt_mjcf_site *site_of(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, int end) {
-    return kt_mjcf_site_at(m, segment_at(m, t, segment)->site[end]);
-}
-
-static bool moves(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
-    return site_of(m, t, segment, 0)->body != site_of(m, t, segment, 1)->body;
+void kt_mjcf_add_wrap(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    static const char *const words[] = {"sphere", "cylinder", NULL};
+    const char *name = kt_xml_attribute(e, "name"), *type = kt_mjcf_text(m, e, "geom", "type");
+    const bool is_cylinder = type != NULL && strcmp(type, words[1]) == 0;
+    double size[3] = {0.0};
+    if (name == NULL || (type != NULL && strcmp(type, words[0]) != 0 && !is_cylinder) ||
+        kt_names_find(&m->names, KT_MJCF_WRAPS, name) >= 0 || kt_mjcf_text(m, e, "geom", "mesh") != NULL ||
+        kt_mjcf_numbers(m, e, "geom", "size", 1, 3, size) == 0 || !(size[0] > 0.0))
+        return;
+    (void)kt_names_add(&m->names, KT_MJCF_WRAPS, name, m->wraps.count);
+    kt_mjcf_wrap *wrap = kt_list_add(m->r, &m->r->scratch, &m->wraps, sizeof *wrap);
+    if (wrap != NULL)
+        *wrap = (kt_mjcf_wrap){.body = body,
+                               .pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom")),
+                               .radius = size[0],
+                               .is_cylinder = is_cylinder};
 }
 
 /* The motion of a joint from its reference to the position where its spring has no force. */
@@ -49,179 +58,159 @@ static kt_pose pose_at_rest(const kt_mjcf *m, int body) {
     return pose;
 }
 
-/* The distance of the two sites while the springs of all joints have no force. */
-static double length_at_rest(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment) {
-    kt_vec3 at[2];
-    for (int i = 0; i < 2; i++) {
-        const kt_mjcf_site *site = site_of(m, t, segment, i);
-        at[i] = kt_pose_apply(pose_at_rest(m, site->body), site->pose.position);
-    }
-    return kt_vec3_norm(kt_vec3_sub(at[1], at[0]));
+/* The body of a point. Names of bodies are unique, and that of the world is missing. */
+static int body_of_point(const kt_mjcf *m, const kt_path_point *point) {
+    for (int i = 1; i < m->bodies.count; i++)
+        if (kt_mjcf_body_at(m, i)->name == point->end.body)
+            return i;
+    return 0;
 }
 
-/* Adds the segment from the site `last` (-1: a branch begins) to that of an element. Returns this site; -1: it is
- * none. */
-static int add_segment(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, int last, double divisor) {
-    const int site = strcmp(e->name, "site") == 0 ? kt_mjcf_find(m, e, "site", KT_MJCF_SITES) : -1;
-    kt_mjcf_segment *to = site >= 0 && last >= 0 ? kt_list_add(m->r, &m->r->scratch, &m->segments, sizeof *to) : NULL;
-    if (to == NULL)
-        return site;
-    *to = (kt_mjcf_segment){.site = {last, site}, .divisor = divisor};
-    t->segment_count++;
-    return site;
+/* The length of the path while the springs of all joints have no force. */
+static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
+    kt_path_point_record *records = kt_pool_take(&m->r->scratch, (size_t)t->path_count, sizeof *records);
+    kt_path_value value = {.length = 0.0};
+    kt_effect_end world = {.axes = kt_mat3_identity()};
+    if (records == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return 0.0;
+    }
+    for (int i = 0; i < t->path_count; i++) { /* all in the axes of the world */
+        const kt_pose on = pose_at_rest(m, body_of_point(m, &t->path[i]));
+        const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
+        records[i] = kt_path_record_of(&t->path[i], &frame, 0);
+    }
+    kt_path_evaluate(records, t->path_count, &world, 1, &value);
+    return value.length;
+}
+
+/* Sets the point to a geom, or returns false if the path cannot lead around it. */
+static bool set_surface(kt_mjcf *m, const kt_element *e, kt_path_point *point) {
+    const char *name = kt_xml_attribute(e, "geom");
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_WRAPS, name) : -1;
+    if (index < 0)
+        return false;
+    const kt_mjcf_wrap *wrap = (const kt_mjcf_wrap *)m->wraps.items + index;
+    point->end.body = kt_mjcf_body_at(m, wrap->body)->name;
+    point->end.at = wrap->pose.position;
+    point->radius = wrap->radius;
+    if (wrap->is_cylinder)
+        point->axis = wrap->pose.rotation.z;
+    if (kt_xml_attribute(e, "sidesite") == NULL)
+        return true;
+    const int side = kt_mjcf_find(m, e, "sidesite", KT_MJCF_SITES);
+    if (side < 0 || kt_mjcf_site_at(m, side)->body != wrap->body)
+        return false;
+    const kt_vec3 d = kt_vec3_sub(kt_mjcf_site_at(m, side)->pose.position, wrap->pose.position);
+    point->inside = kt_vec3_norm(d) < wrap->radius;
+    if (!point->inside)
+        point->side = d;
+    return true;
+}
+
+/* Ends the branch that began with point `first`: a single point has no length. */
+static void end_branch(kt_mjcf_tendon *t, int first) {
+    if (t->path_count == first + 1)
+        t->path_count = first;
+}
+
+/* Whether a surface is between two points of a branch. */
+static bool is_between_points(const kt_mjcf_tendon *t, int i) {
+    const kt_path_point *p = t->path;
+    return i > 0 && i + 1 < t->path_count && !(p[i - 1].radius > 0.0) && !(p[i + 1].radius > 0.0) &&
+           !(p[i + 1].divisor > 0.0);
+}
+
+static bool read_points(kt_mjcf *m, kt_mjcf_tendon *t) {
+    double divisor = 0.0;
+    int first = 0;
+    for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
+        kt_path_point *point = &t->path[t->path_count];
+        *point = (kt_path_point){.end = kt_end_default()};
+        if (strcmp(c->name, "pulley") == 0) {
+            end_branch(t, first);
+            first = t->path_count;
+            divisor = kt_mjcf_number(m, c, NULL, "divisor", 0.0);
+            if (!(divisor > 0.0))
+                return false;
+            continue;
+        }
+        if (strcmp(c->name, "site") == 0) {
+            const int site = kt_mjcf_find(m, c, "site", KT_MJCF_SITES);
+            if (site < 0)
+                return false;
+            point->end.body = kt_mjcf_body_at(m, kt_mjcf_site_at(m, site)->body)->name;
+            point->end.at = kt_mjcf_site_at(m, site)->pose.position;
+            point->divisor = t->path_count == first ? divisor : 0.0;
+        } else if (!set_surface(m, c, point)) {
+            return false;
+        }
+        t->path_count++;
+    }
+    end_branch(t, first);
+    for (int i = 0; i < t->path_count; i++)
+        if (t->path[i].radius > 0.0 && !is_between_points(t, i))
+            return false;
+    return t->path_count > 1;
+}
+
+static int count_bodies(const kt_mjcf_tendon *t) {
+    int count = 0;
+    for (int i = 0; i < t->path_count; i++) {
+        int k = 0;
+        while (k < i && t->path[k].end.body != t->path[i].end.body)
+            k++;
+        count += k == i;
+    }
+    return count;
 }
 
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
-    double divisor = 1.0;
-    int last = -1;
-    t->first_segment = m->segments.count;
-    for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
-        const bool is_pulley = strcmp(c->name, "pulley") == 0;
-        if (is_pulley)
-            divisor = kt_mjcf_number(m, c, NULL, "divisor", 0.0);
-        last = is_pulley ? -1 : add_segment(m, t, c, last, divisor);
-        if ((is_pulley && !(divisor > 0.0)) || (!is_pulley && last < 0))
-            return false;
-    }
-    for (int i = 0; i < 2 * t->segment_count; i++)
-        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, site_of(m, t, i / 2, i % 2)->body);
-    for (int i = 0; i < t->segment_count; i++)
-        t->rest += length_at_rest(m, t, i) / segment_at(m, t, i)->divisor;
-    return t->segment_count > 0;
-}
-
-/* ---- formulas ---------------------------------------------------------------------------------------------------- */
-
-/* A coordinate of a site, or of its velocity: "marker.BODY.SITE.vx", or a number for a site of the world. */
-static void put_coordinate(const kt_mjcf *m, const kt_mjcf_site *site, int axis, bool is_rate, kt_mjcf_formula *to) {
-    static const char *const ends[2][3] = {{".x", ".y", ".z"}, {".vx", ".vy", ".vz"}};
-    const char *name = kt_xml_attribute(site->element, "name");
-    const kt_vec3 at = site->pose.position;
-    if (site->body == 0) {
-        kt_mjcf_put_number(to, is_rate ? 0.0 : axis == 0 ? at.x : axis == 1 ? at.y : at.z);
-        return;
-    }
-    to->whole = to->whole && name != NULL && kt_name_is_valid(name);
-    kt_mjcf_put(to, "marker.");
-    kt_mjcf_put(to, kt_mjcf_body_at(m, site->body)->name);
-    kt_mjcf_put(to, ".");
-    kt_mjcf_put(to, name != NULL ? name : "");
-    kt_mjcf_put(to, ends[is_rate][axis]);
-}
-
-static void put_difference(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, int axis, bool is_rate,
-                           kt_mjcf_formula *to) {
-    kt_mjcf_put(to, "(");
-    put_coordinate(m, site_of(m, t, segment, 1), axis, is_rate, to);
-    kt_mjcf_put(to, " - ");
-    put_coordinate(m, site_of(m, t, segment, 0), axis, is_rate, to);
-    kt_mjcf_put(to, ")");
-}
-
-/* "sqrt((..)^2+(..)^2+(..)^2)", or a number if the segment does not change. */
-static void put_distance(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, kt_mjcf_formula *to) {
-    if (segment == t->segment) {
-        kt_mjcf_put(to, "length");
-        return;
-    }
-    if (!moves(m, t, segment)) {
-        kt_mjcf_put_number(to, length_at_rest(m, t, segment));
-        return;
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        kt_mjcf_put(to, axis == 0 ? "sqrt(" : "+");
-        put_difference(m, t, segment, axis, false, to);
-        kt_mjcf_put(to, "^2");
-    }
-    kt_mjcf_put(to, ")");
-}
-
-static void put_speed(const kt_mjcf *m, const kt_mjcf_tendon *t, int segment, kt_mjcf_formula *to) {
-    if (segment == t->segment || !moves(m, t, segment)) {
-        kt_mjcf_put(to, segment == t->segment ? "speed" : "0");
-        return;
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        kt_mjcf_put(to, axis == 0 ? "(" : "+");
-        put_difference(m, t, segment, axis, false, to);
-        kt_mjcf_put(to, "*");
-        put_difference(m, t, segment, axis, true, to);
-    }
-    kt_mjcf_put(to, ")/");
-    put_distance(m, t, segment, to);
-}
-
-void kt_mjcf_put_path(const kt_mjcf *m, const kt_mjcf_tendon *t, double factor, bool is_rate, kt_mjcf_formula *to) {
-    kt_mjcf_put_number(to, factor);
-    for (int i = 0; i < t->segment_count; i++) {
-        const double divisor = segment_at(m, t, i)->divisor;
-        kt_mjcf_put(to, i == 0 ? "*(" : "+");
-        if (is_rate)
-            put_speed(m, t, i, to);
-        else
-            put_distance(m, t, i, to);
-        if (divisor != 1.0) {
-            kt_mjcf_put(to, "/");
-            kt_mjcf_put_number(to, divisor);
-        }
-    }
-    kt_mjcf_put(to, ")");
+    size_t count = 1;
+    for (const kt_element *c = t->element->first; c != NULL; c = c->next)
+        count++;
+    t->path = kt_pool_take(&m->r->keep, count, sizeof *t->path);
+    if (t->path == NULL)
+        return kt_reader_out_of_memory(m->r);
+    if (!read_points(m, t))
+        return false;
+    for (int i = 0; i < t->path_count; i++)
+        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, body_of_point(m, &t->path[i]));
+    t->moves = count_bodies(t) > 1;
+    t->rest = length_at_rest(m, t);
+    return count_bodies(t) <= KT_PATH_LINK_MAX;
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-static void set_end(const kt_mjcf *m, const kt_mjcf_site *site, kt_end *end) {
-    end->body = kt_mjcf_body_at(m, site->body)->name;
-    end->at = site->pose.position;
-}
-
-/* Whether a segment's formula has no more variables than an expression may have. */
-static bool is_short(const kt_mjcf *m, const kt_mjcf_tendon *t) {
-    int markers = 0;
-    for (int i = 0; i < t->segment_count && t->segment_count > 1; i++)
-        for (int end = 0; end < 2; end++) {
-            const int *site = segment_at(m, t, i)->site;
-            const bool is_new = end == 1 || i == 0 || segment_at(m, t, i - 1)->site[1] != site[0];
-            markers += is_new && site_of(m, t, i, end)->body != 0;
-        }
-    return 6 * markers + 3 <= KT_FORMULA_VARIABLE_MAX;
-}
-
-/* Writes the force of a segment: that along the length, over the divisor of the segment. */
-static void put_part(kt_mjcf *m, const kt_mjcf_tendon *t, kt_mjcf_put_force *put, const void *user,
-                     kt_mjcf_formula *to) {
-    const double divisor = segment_at(m, t, t->segment)->divisor;
-    if (divisor == 1.0) {
-        put(m, t, user, to);
-        return;
-    }
-    kt_mjcf_put_number(to, 1.0 / divisor);
-    kt_mjcf_put(to, "*(");
-    put(m, t, user, to);
-    kt_mjcf_put(to, ")");
+void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to) {
+    kt_mjcf_put_number(to, factor);
+    kt_mjcf_put(to, is_rate ? "*speed" : "*length");
 }
 
 void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
                             const void *user) {
-    for (int i = 0; i < t->segment_count; i++) {
-        kt_mjcf_formula to = {.whole = true};
-        if (!moves(m, t, i))
-            continue;
-        t->segment = i;
-        put_part(m, t, put, user, &to);
-        const char *text = is_short(m, t) ? kt_mjcf_keep_formula(m, &to) : NULL;
-        kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
-        if (effect == NULL) {
-            kt_unknown_count(&m->forces, "force of a spatial tendon that is too long for a formula", e);
-            return;
-        }
-        const char *name = kt_xml_attribute(e, "name");
-        effect->formula[0] = text;
-        effect->name = name != NULL && *name != '\0' ? kt_namer_make(&m->effects_named, name) : NULL;
-        effect->end_count = 2;
-        set_end(m, site_of(m, t, i, 0), &effect->between[0]);
-        set_end(m, site_of(m, t, i, 1), &effect->between[1]);
+    kt_mjcf_formula to = {.whole = true};
+    if (!t->moves)
+        return;
+    put(m, t, user, &to);
+    const char *text = kt_mjcf_keep_formula(m, &to);
+    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
+    if (effect == NULL) {
+        kt_unknown_count(&m->forces, "force of a spatial tendon that is too long for a formula", e);
+        return;
     }
+    const char *name = kt_xml_attribute(e, "name");
+    effect->formula[0] = text;
+    effect->name = name != NULL && *name != '\0' ? kt_namer_make(&m->effects_named, name) : NULL;
+    effect->end_count = 2;
+    if (t->path_count > 2 || t->path[0].divisor > 0.0) {
+        effect->path = t->path;
+        effect->path_count = t->path_count;
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        effect->between[k] = t->path[k].end;
 }
 
 /* ---- springs, dampers and stops ---------------------------------------------------------------------------------- */
@@ -232,13 +221,13 @@ typedef struct passive {
 } passive;
 
 /* k times the length of the spring without force: "k*a", or "clamp(L, a, b)*k". */
-static void put_rest(const kt_mjcf *m, const kt_mjcf_tendon *t, const passive *p, kt_mjcf_formula *to) {
+static void put_rest(const passive *p, kt_mjcf_formula *to) {
     if (p->rest[0] == p->rest[1]) {
         kt_mjcf_put_number(to, p->stiffness * p->rest[0]);
         return;
     }
     kt_mjcf_put(to, "clamp(");
-    kt_mjcf_put_path(m, t, 1.0, false, to);
+    kt_mjcf_put_path(1.0, false, to);
     for (int i = 0; i < 2; i++) {
         kt_mjcf_put(to, ", ");
         kt_mjcf_put_number(to, p->rest[i]);
@@ -250,16 +239,17 @@ static void put_rest(const kt_mjcf *m, const kt_mjcf_tendon *t, const passive *p
 /* "k*clamp(L, a, b) - k*L - d*L'". */
 static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
     const passive *p = user;
-    put_rest(m, t, p, to);
+    (void)m, (void)t;
+    put_rest(p, to);
     kt_mjcf_put(to, " + ");
-    kt_mjcf_put_path(m, t, -p->stiffness, false, to);
+    kt_mjcf_put_path(-p->stiffness, false, to);
     if (p->damping == 0.0)
         return;
     kt_mjcf_put(to, " + ");
-    kt_mjcf_put_path(m, t, -p->damping, true, to);
+    kt_mjcf_put_path(-p->damping, true, to);
     for (int i = 0; i < 2 && p->only_beyond; i++) {
         kt_mjcf_put(to, i == 0 ? "*((" : ") + (");
-        kt_mjcf_put_path(m, t, 1.0, false, to);
+        kt_mjcf_put_path(1.0, false, to);
         kt_mjcf_put(to, i == 0 ? " < " : " > ");
         kt_mjcf_put_number(to, p->rest[i]);
     }

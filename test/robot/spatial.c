@@ -82,7 +82,7 @@ KT_TEST(what_tendons_lose_is_told) {
         const char *text, *note;
     } table[] = {
         {MODEL("<spatial>" SITES "<geom geom='g'/></spatial>"),
-         "spatial tendon around geoms, or without two sites in a branch: 1"},
+         "spatial tendon around a geom that is no sphere or cylinder, or without two sites in a branch: 1"},
         {MODEL("<spatial><site site='h'/><pulley divisor='2'/><site site='s'/></spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial>" SITES "<pulley/>" SITES "</spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial><site site='h'/></spatial>"), "two sites in a branch: 1"},
