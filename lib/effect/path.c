@@ -301,3 +301,86 @@ void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, 
         value->rate += kt_triple_dot(value->unit[k].moment, frame[k].omega) +
                        kt_triple_dot(value->unit[k].force, frame[k].velocity);
 }
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
+
+#ifndef KT_DUAL
+
+enum { ARC = 12 }; /* lines of an arc */
+
+static kt_vec3 between(kt_vec3 a, kt_vec3 b, double share) {
+    return kt_vec3_add(kt_vec3_scale(1.0 - share, a), kt_vec3_scale(share, b));
+}
+
+/* The point of contact on the line from p along -away: the first one at the distance r from the centre, or from the
+ * axis. */
+static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, kt_vec3 p, kt_vec3 away) {
+    const bool is_sphere = surface->type == KT_PATH_SPHERE;
+    const kt_vec3 flat = is_sphere ? p : across(axis, p), u = is_sphere ? away : across(axis, away);
+    const double norm = kt_vec3_norm(u), along = kt_vec3_dot(flat, u) / norm;
+    const double square = along * along - kt_vec3_dot(flat, flat) + surface->radius * surface->radius;
+    return kt_vec3_sub(p, kt_vec3_scale((along - sqrt(fmax(square, 0.0))) / norm, away));
+}
+
+/* Writes the points of an arc between two points of contact, relative to the centre, on the shorter way or, if the path
+ * leaves the first one in the other sense, on the longer. */
+static void trace_arc(kt_vec3 n, kt_vec3 axis, kt_vec3 from, kt_vec3 to, kt_vec3 away, bool is_ring, kt_vec3 *points) {
+    const kt_vec3 a = across(axis, from), b = across(axis, to), forward = kt_vec3_cross(n, a);
+    double turn = is_ring ? 0.0 : atan2(kt_vec3_dot(n, kt_vec3_cross(a, b)), kt_vec3_dot(a, b));
+    if (turn * kt_vec3_dot(forward, away) > 0.0)
+        turn -= copysign(2.0 * 3.14159265358979323846, turn);
+    for (int i = 0; i <= ARC; i++) {
+        const double share = (double)i / ARC, x = turn * share;
+        const kt_vec3 around = kt_vec3_add(kt_vec3_scale(cos(x), a), kt_vec3_scale(sin(x), forward));
+        const kt_vec3 up = between(kt_vec3_sub(from, a), kt_vec3_sub(to, b), share);
+        points[i] = kt_vec3_add(around, up);
+    }
+}
+
+/* Writes the ARC + 3 points of a part around a surface, whose centre is the origin. */
+static void trace_around(const kt_path_point_record *surface, const kt_effect_frame *frame, kt_vec3 p, kt_vec3 q,
+                         kt_vec3 *points) {
+    const kt_vec3 axis = surface->type == KT_PATH_CYLINDER ? fixed_in(frame, surface->axis) : kt_triple_zero();
+    kt_path_part part;
+    points[0] = p;
+    points[ARC + 2] = q;
+    for (int i = 1; i < ARC + 2; i++)
+        points[i] = between(p, q, (double)i / (ARC + 2));
+    if (!wrap_around(surface, frame, p, q, &part))
+        return;
+    const kt_vec3 n = surface->type == KT_PATH_CYLINDER ? axis : normal_of(p, q);
+    trace_arc(n, axis, reached_from(surface, axis, p, part.away[0]), reached_from(surface, axis, q, part.away[1]),
+              part.away[0], surface->inside, points + 1);
+}
+
+int kt_path_trace(const kt_path_point_record *points, int count, const kt_effect_frame *frame, kt_path_line *each,
+                  void *user) {
+    const kt_path_point_record *last = NULL, *around = NULL;
+    int lines = 0;
+    for (const kt_path_point_record *point = points; point < points + count; point++) {
+        kt_vec3 vertex[ARC + 3];
+        if (point->type != KT_PATH_POINT) {
+            around = point;
+            continue;
+        }
+        last = point->divisor > 0.0 ? NULL : last;
+        const int parts = last == NULL ? 0 : around != NULL ? ARC + 2 : 1;
+        if (parts > 0 && each != NULL) {
+            const kt_effect_frame *on = &frame[around != NULL ? around->link : 0];
+            const kt_vec3 o = around != NULL ? kt_vec3_add(on->point, fixed_in(on, around->at)) : kt_triple_zero();
+            const kt_effect_frame *ends[2] = {&frame[last->link], &frame[point->link]};
+            vertex[0] = kt_vec3_sub(kt_vec3_add(ends[0]->point, fixed_in(ends[0], last->at)), o);
+            vertex[parts] = kt_vec3_sub(kt_vec3_add(ends[1]->point, fixed_in(ends[1], point->at)), o);
+            if (around != NULL)
+                trace_around(around, on, vertex[0], vertex[parts], vertex);
+            for (int i = 0; i < parts; i++)
+                each(user, kt_vec3_add(vertex[i], o), kt_vec3_add(vertex[i + 1], o));
+        }
+        lines += parts;
+        last = point;
+        around = NULL;
+    }
+    return lines;
+}
+
+#endif

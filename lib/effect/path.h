@@ -48,4 +48,12 @@ static inline kt_path_point_record kt_path_record_of(const kt_path_point *from, 
 KT_INNER void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, const kt_effect_frame *frame,
                                           int links, kt_path_value *value);
 
+#if !defined(KT_DUAL) && !defined(KT_LANES)
+/* Calls `each` for the lines of a picture of the path, whose number does not depend on the frames. NULL: calls none.
+ * Returns the number. */
+typedef void kt_path_line(void *user, kt_vec3 from, kt_vec3 to);
+int kt_path_trace(const kt_path_point_record *points, int count, const kt_effect_frame *frame, kt_path_line *each,
+                  void *user);
+#endif
+
 #endif

@@ -1,6 +1,7 @@
 /* The path of an effect in one state, and the force along it. */
 #include "mechanism/path_force.h"
 
+#include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
 
 /* As kt_path_frame_of, from the poses of all links. */
@@ -33,4 +34,17 @@ int kt_path_force_find(const kt_model *model, const kt_data *data, const kt_link
     if (balance)
         *balance = (kt_effect_balance){.supplied = found[0] * value->rate};
     return code;
+}
+
+int kt_path_lines(const kt_model *model, int effect, const kt_pose *poses, kt_path_line *each, void *user) {
+    const kt_effect_record *record = kt_effect_record_find(model, effect);
+    kt_effect_end frame[KT_PATH_LINK_MAX];
+    if (record == NULL || record->path_count == 0)
+        return 0;
+    for (int32_t k = 0; k < record->path_link_count && each != NULL; k++) {
+        const kt_path_link *link = &model->path_link[record->path_link + k];
+        const kt_pose pose = kt_pose_compose(poses[link->body], kt_pose_invert(model->body[link->body].in_link));
+        frame[k] = (kt_effect_end){.axes = pose.rotation, .point = pose.position};
+    }
+    return kt_path_trace(model->path_point + record->path_point, record->path_count, frame, each, user);
 }

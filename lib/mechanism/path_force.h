@@ -64,6 +64,10 @@ void kt_path_value_find(const kt_model *model, const kt_data *data, const kt_lin
 int kt_path_force_find(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                        const kt_effect_record *effect, const kt_dynamic_state *at, kt_path_value *value, double *force,
                        kt_effect_balance *balance);
+
+/* The lines of a picture of an effect's path (kt_path_trace), with the poses of all bodies, or NULL if `each` is. The
+ * call returns 0 for other effects. effect: the index in the description. */
+KT_INNER int kt_path_lines(const kt_model *model, int effect, const kt_pose *poses, kt_path_line *each, void *user);
 #endif
 
 #endif

@@ -33,6 +33,11 @@ bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
            !(effect->type == KT_EFFECT_ATTRACTION && effect->ends[end].body == 0);
 }
 
+static void widen_by_line(void *user, kt_vec3 from, kt_vec3 to) {
+    widen(user, from);
+    widen(user, to);
+}
+
 kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
     for (int i = 0; i < p->solid_count; i++)
         widen_by_solid(&bounds, &p->solids[i], poses);
@@ -49,6 +54,8 @@ kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds 
         for (int k = 0; k < p->effects[i].end_count; k++)
             if (kt_picture_shows_end(&p->effects[i], k))
                 widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+    for (int i = 0; i < p->effect_count; i++)
+        kt_picture_path(p, &p->effects[i], poses, widen_by_line, &bounds);
     return bounds;
 }
 

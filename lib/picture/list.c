@@ -1,6 +1,6 @@
 /* Joints, loops, relations and effects of a picture, with their frames, as the description has them. */
 #include "kinetree/descriptor.h"
-#include "kinetree/effect.h"
+#include "mechanism/path_force.h"
 #include "picture/maker.h"
 #include "picture/solid.h"
 
@@ -197,10 +197,17 @@ void kt_picture_list_effects(kt_picture_maker *m) {
                                      .has_damping = effect->damping > 0.0,
                                      .direction = kt_load_direction(effect),
                                      .is_carried = effect->frame == KT_FRAME_BODY || effect->type == KT_EFFECT_THRUST,
+                                     .line_count = KT_HAS_PATHS ? kt_path_lines(m->model, i, NULL, NULL, NULL) : 0,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
             shown->ends[k] = frame_of(m, end_of(effect, k), is_contact && k == 1 ? effect->axis : none);
         if (shown->end_count == 0)
             shown->joint = coordinate_of(m, i);
     }
+}
+
+void kt_picture_path(const kt_picture *p, const kt_picture_effect *effect, const kt_pose *poses, kt_picture_line *each,
+                     void *user) {
+    if (KT_HAS_PATHS && effect->line_count > 0)
+        (void)kt_path_lines(p->model, effect->effect, poses, each, user);
 }

@@ -107,6 +107,7 @@ typedef struct kt_picture_effect {
         direction; /* force, torque: unit direction of a typical value; zero: none. In the world, or, if is_carried, in
                           the frame of the end */
     bool is_carried;
+    int line_count;   /* along a path: of kt_picture_path; 0: it is along none */
     const char *name; /* NULL: none */
 } kt_picture_effect;
 
@@ -169,6 +170,11 @@ int kt_body_of_joint(const kt_model *model, const char *name);
 
 /* A frame on a body in the world; a point of it. */
 kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
+
+/* Calls `each` for the lines of the path of an effect, whose number is its line_count. poses: of all bodies. */
+typedef void kt_picture_line(void *user, kt_vec3 from, kt_vec3 to);
+void kt_picture_path(const kt_picture *p, const kt_picture_effect *effect, const kt_pose *poses, kt_picture_line *each,
+                     void *user);
 
 /* No room at all, to be widened. */
 kt_bounds kt_bounds_empty(void);

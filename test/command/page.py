@@ -206,6 +206,33 @@ effects:
           ([] if one > 0 and counts == [0, one, one, 2 * one] else [f"{counts}"]))
 
 
+# Points of the lines of a path around a drum of radius 0.1 m at the origin: their number, and the least distance from its axis.
+PATH = """(() => {
+    const {motion} = window.kinetree, ends = [...Array(motion.line_count).keys()].flatMap((i) => line_at(motion, 0, i));
+    return [ends.length, Math.min(...ends.map(([x, , z]) => Math.hypot(x + motion.centre[0], z + motion.centre[2])))];
+})()"""
+
+
+def check_path(page, folder):
+    scene = """kinetree: 1
+bodies:
+  - name: ball
+    joint: {type: free, position: {position: [0.4, 0, -0.5]}}
+    mass: 1
+    shape: {type: sphere, radius: 0.05}
+effects:
+  - type: expression
+    path: [{body: world, at: [-0.3, 0, -0.4]}, {body: world, radius: 0.1, axis: y, side: [0, 0, 1]}, ball]
+    force: "-length"
+"""
+    run = kinetree("view", "-", "--view", "path.html", "--duration", "0.02", "--quiet", folder=folder, text=scene)
+    page.open(f"{folder}/path.html")
+    count, least = page.evaluate(PATH)
+    note(f"ends of lines: {count}; least distance from the axis: {least}")
+    claim("paths_lead_around_their_surfaces", ([run.stderr] if run.returncode else []) + page.complaints() +
+          ([] if count == 28 and abs(least - 0.1) < 1e-6 else [f"{count} ends, {least} m from the axis"]))
+
+
 DIFFERENTIAL = """kinetree: 1
 name: differential
 bodies:
@@ -404,6 +431,7 @@ def main():
             timed("colours", check_colours, page, f"{folder}/page.html")
             timed("time", check_time, page, f"{folder}/page.html")
             timed("arrows", check_arrows, page, folder)
+            timed("path", check_path, page, folder)
             timed("symbols", check_symbols, page, folder)
             timed("seen", check_seen, page, folder)
             timed("rest", check_rest, page, folder)

@@ -4,6 +4,7 @@
 
 #include "kinetree/kinetree.h"
 #include "kinetree/scene.h"
+#include "mechanism/path_force.h"
 
 #include <float.h>
 #include <math.h>
@@ -217,6 +218,46 @@ KT_TEST(forces_along_paths_are_gradients_of_their_lengths) {
         }
         kt_check_worst(&worst);
         kt_check_near("rate", observed, rate, 1e-13);
+        end(&s);
+    }
+}
+
+typedef struct traced {
+    double length;
+    int count, gaps;
+    kt_vec3 last;
+} traced;
+
+static void add_line(void *user, kt_vec3 from, kt_vec3 to) {
+    traced *t = user;
+    t->gaps += t->count > 0 && kt_vec3_norm(kt_vec3_sub(from, t->last)) > 1e-14;
+    t->length += kt_vec3_norm(kt_vec3_sub(to, from));
+    t->count++;
+    t->last = to;
+}
+
+/* The lines of a picture are inside of the arcs: 12 lines of an arc are shorter than the arc, by (theta / 12)^2 / 24 of
+ * it. They follow one another, but for the beginnings of branches. */
+KT_TEST(lines_of_pictures_follow_the_paths) {
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+        char text[3000];
+        mechanism s;
+        kt_pose poses[4];
+        traced t = {.length = 0.0};
+        (void)snprintf(text, sizeof text, BODIES "effects:\n  - {type: expression, path: %s, force: \"1 + 0*t\"}\n",
+                       paths[i]);
+        if (!make(&s, text))
+            return;
+        const double length = length_of(&s, 0);
+        for (int body = 0; body < 4; body++)
+            poses[body] = kt_body_pose(s.model, s.data, body);
+        const int count = kt_path_lines(s.model, 0, poses, add_line, &t);
+        kt_check_equal_int("lines", count, t.count);
+        kt_check_equal_int("their number alone", kt_path_lines(s.model, 0, NULL, NULL, NULL), count);
+        const bool is_branched = strstr(paths[i], "divisor") != NULL;
+        kt_check_equal_int("gaps", t.gaps, is_branched ? 2 : 0);
+        if (!is_branched)
+            kt_check_near(paths[i], t.length, length * (1.0 - 2e-4), 2e-4 * length + 1e-13);
         end(&s);
     }
 }

@@ -173,6 +173,12 @@ static void paint_load(const kt_sheet *sheet, const kt_picture_effect *effect) {
         paint_arc(sheet, at, d.z > 0.0 ? 1.0 : -1.0, colour);
 }
 
+static void paint_path_line(void *user, kt_vec3 from, kt_vec3 to) {
+    const kt_sheet *sheet = user;
+    kt_paint_line(sheet, kt_sheet_place(sheet, from), kt_sheet_place(sheet, to), 1.4,
+                  kt_sheet_faded(sheet, sheet->palette->ink));
+}
+
 void kt_paint_effects(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
     const bool has_spirals = !kt_sheet_is_crowded(sheet, 3.5 * spiral_unit(sheet), 8);
@@ -180,6 +186,7 @@ void kt_paint_effects(const kt_sheet *sheet) {
         const kt_picture_effect *effect = &p->effects[i];
         if (effect->type == KT_EFFECT_JOINT_SPRING && !has_spirals)
             continue;
+        kt_picture_path(p, effect, sheet->poses, paint_path_line, (void *)sheet);
         if (effect->type == KT_EFFECT_SPRING || effect->type == KT_EFFECT_ATTRACTION)
             paint_link(sheet, effect);
         else if (effect->type == KT_EFFECT_FORCE || effect->type == KT_EFFECT_TORQUE ||

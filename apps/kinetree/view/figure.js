@@ -214,7 +214,9 @@ class Figure {
             this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); acts(loop, t) && this.draw_gap(poses, loop, i); });
         const effects = this.data.effects.filter((effect) => acts(effect, t));
         if (shown.springs)
-            effects.filter(({ends, type}) => ends.length === 2 && type !== "contact").forEach((effect) => this.draw_spring(poses, effect));
+            effects.filter(({ends, type, lines}) => ends.length === 2 && type !== "contact" && lines === 0).forEach((effect) => this.draw_spring(poses, effect));
+        if (shown.springs)
+            this.draw_paths(t);
         if (shown.springs)
             effects.filter(({joint}) => joint !== undefined).forEach((effect) => this.draw_in_joint(poses, effect));
         if (shown.drives) {
@@ -297,6 +299,16 @@ class Figure {
             last = p;
         }
         this.line(this.thin, last, b, colour);
+    }
+
+    /* The paths of effects; their lines are in the order of the effects. */
+    draw_paths(t) {
+        let first = 0;
+        this.data.effects.forEach((effect) => {
+            for (let i = first; i < first + effect.lines && acts(effect, t); i++)
+                this.line(this.thick, ...line_at(this.motion, t, i), [...this.theme.ink, 1]);
+            first += effect.lines;
+        });
     }
 
     /* The frame of a joint in the world: its origin and what turns x, y, z into its axes; whether it slides. */

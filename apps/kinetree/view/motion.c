@@ -53,6 +53,8 @@ void kt_motion_free(kt_motion *motion) {
     free(motion->turns);
     free(motion->values);
     free(motion->force_values);
+    free(motion->lines);
+    free(motion->poses);
     free(motion->released);
     free(motion);
 }
@@ -89,7 +91,7 @@ static void list_effect_forces(kt_motion *motion) {
 /* Creates the picture and its bounds from the first frame. */
 static int begin_picture(kt_motion *motion, const kt_data *data) {
     const int count = kt_model_body_count(motion->model);
-    kt_pose *poses = malloc((size_t)count * sizeof *poses);
+    kt_pose *poses = motion->poses = malloc((size_t)count * sizeof *poses);
     const kt_picture_options options = {.boxes = motion->boxes, .triangles = TRIANGLES};
     kt_status status = KT_ERROR_MEMORY;
     for (int body = 0; body < count && poses != NULL; body++)
@@ -103,10 +105,11 @@ static int begin_picture(kt_motion *motion, const kt_data *data) {
         if (motion->has_reactions)
             list_reactions(motion);
         list_effect_forces(motion);
+        for (int i = 0; i < motion->picture->effect_count; i++)
+            motion->line_count += motion->picture->effects[i].line_count;
     } else {
         kt_say("there is not enough memory for the motion");
     }
-    free(poses);
     return status == KT_OK ? 0 : -1;
 }
 
@@ -129,6 +132,7 @@ static int make_room(kt_motion *motion) {
         !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
         !widen(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
         !widen(&motion->released, room, sizeof *motion->released) ||
+        !widen(&motion->lines, room, 6 * (size_t)motion->line_count * sizeof *motion->lines) ||
         !widen(&motion->force_values, room, 3 * (size_t)motion->force_count * sizeof *motion->force_values)) {
         kt_say("there is not enough memory for the motion");
         return -1;
@@ -217,6 +221,28 @@ static void put_forces(kt_motion *motion, const kt_record *record) {
         put_vector(row + 3 * i, force_of(motion, &motion->forces[i], record));
 }
 
+/* A motion, and where the next line of its frame is stored. */
+typedef struct line_writer {
+    const kt_motion *motion;
+    float *to;
+} line_writer;
+
+static void put_line(void *user, kt_vec3 from, kt_vec3 to) {
+    line_writer *w = user;
+    put_vector(w->to, kt_vec3_sub(from, w->motion->centre));
+    put_vector(w->to + 3, kt_vec3_sub(to, w->motion->centre));
+    w->to += 6;
+}
+
+/* Writes the lines of the paths of effects. */
+static void put_paths(kt_motion *motion, const kt_data *data) {
+    line_writer w = {motion, motion->lines + 6 * motion->count * (size_t)motion->line_count};
+    for (int body = 0; body < kt_model_body_count(motion->model) && motion->line_count > 0; body++)
+        motion->poses[body] = kt_body_pose(motion->model, data, body);
+    for (int i = 0; i < motion->picture->effect_count; i++)
+        kt_picture_path(motion->picture, &motion->picture->effects[i], motion->poses, put_line, &w);
+}
+
 int kt_motion_take(kt_motion *motion, const kt_record *record, const double *values) {
     if (motion->is_loose)
         motion->count--;
@@ -231,6 +257,7 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
     find_fastest(motion, record->data);
     put_values(motion, record, values);
     put_forces(motion, record);
+    put_paths(motion, record->data);
     motion->count++;
     motion->is_loose = motion->taken % motion->stride != 0;
     motion->taken++;

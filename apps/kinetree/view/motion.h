@@ -55,11 +55,14 @@ typedef struct kt_motion {
     float *values;       /* [frame][kt_motion_width] */
     uint64_t *released;  /* loops and effects that do not act (kt_released_set) */
     float *force_values; /* [frame][force][3], N, world axes */
-    int64_t stride;      /* every stride-th record becomes a frame; the last one always does */
-    int64_t taken;       /* records */
-    bool is_loose;       /* the last frame is replaced by the next record */
-    double fastest;      /* rad/s, the largest angular velocity at any frame */
-    int fastest_body;    /* ... and the body that has it */
+    float *lines;        /* [frame][line][2][3]: of the paths of effects, m, as places */
+    int line_count;
+    kt_pose *poses;   /* of all bodies, in the frame that is made */
+    int64_t stride;   /* every stride-th record becomes a frame; the last one always does */
+    int64_t taken;    /* records */
+    bool is_loose;    /* the last frame is replaced by the next record */
+    double fastest;   /* rad/s, the largest angular velocity at any frame */
+    int fastest_body; /* ... and the body that has it */
 } kt_motion;
 
 /* Creates a motion without frames. columns: the content of frames besides poses and forces; they must outlive the

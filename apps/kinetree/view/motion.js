@@ -2,8 +2,9 @@
  *
  * One block of bytes, little-endian, in this order: times, float64 [frame]; places of the bodies but the world, less
  * `centre`, float32 [frame][body][3]; their quaternions times 32767, int16 [frame][body][4], whose signs are such that
- * neighbouring frames may be interpolated; columns, float32 [frame][column]; arrows, float32 [frame][arrow][3]; of each
- * solid that is a mesh its points, three a triangle, and their normals, in shares of the box, int16 [point][6]. */
+ * neighbouring frames may be interpolated; columns, float32 [frame][column]; arrows, float32 [frame][arrow][3]; lines of
+ * the paths of effects, less `centre`, float32 [frame][line][2][3]; of each solid that is a mesh its points, three a
+ * triangle, and their normals, in shares of the box, int16 [point][6]. */
 
 function decode(text) {
     if (Uint8Array.fromBase64)
@@ -34,6 +35,7 @@ function read_motion(data, text) {
         turns: take(Int16Array, 4 * frames * bodies),
         values: take(Float32Array, frames * columns),
         forces: take(Float32Array, 3 * frames * arrows),
+        line_count: data.lines, lines: take(Float32Array, 6 * frames * data.lines),
         meshes: data.solids.map(({points}) => (points === undefined ? null : take(Int16Array, 6 * points))),
     };
 }
@@ -87,6 +89,14 @@ function force_at(motion, t, arrow) {
     const gap = motion.times[j] - motion.times[i], s = gap > 0 ? clamp((t - motion.times[i]) / gap, 0, 1) : 0;
     const a = 3 * (i * n + arrow), b = 3 * (j * n + arrow), f = motion.forces;
     return [0, 1, 2].map((k) => (1 - s) * f[a + k] + s * f[b + k]);
+}
+
+/* The two ends of a line of a path at time t, less `centre`. */
+function line_at(motion, t, line) {
+    const i = frame_at(motion, t), j = Math.min(i + 1, motion.frames - 1), n = motion.line_count;
+    const gap = motion.times[j] - motion.times[i], s = gap > 0 ? clamp((t - motion.times[i]) / gap, 0, 1) : 0;
+    const a = 6 * (i * n + line), b = 6 * (j * n + line), x = motion.lines;
+    return [0, 3].map((end) => [0, 1, 2].map((k) => (1 - s) * x[a + end + k] + s * x[b + end + k]));
 }
 
 /* The way of a point over the whole motion, at most `most` points. */

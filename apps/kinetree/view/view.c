@@ -115,6 +115,7 @@ static void put_frames(const kt_motion *motion, FILE *file) {
     put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
     put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
     put_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
+    put_numbers(&out, motion->lines, 6 * n * (size_t)motion->line_count, sizeof *motion->lines);
     put_meshes(&out, motion->picture);
     flush_letters(&out);
 }
@@ -228,6 +229,7 @@ static void put_effect(kt_json_writer *out, const kt_motion *motion, int i) {
     put_ends(out, effect->ends, effect->end_count);
     put_released(out, motion, effect->name);
     kt_json_put_number(out, "radius", effect->radius);
+    kt_put_integer(out, "lines", effect->line_count);
     kt_put_boolean(out, "stiff", effect->has_stiffness);
     if (effect->joint >= 0)
         kt_put_integer(out, "joint", effect->joint);
@@ -420,6 +422,7 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
     put_columns(out, motion);
     put_marks(out, view->marks);
     put_list(out, "arrows", motion, motion->force_count, put_force);
+    kt_put_integer(out, "lines", motion->line_count);
     if (view->modes != NULL)
         put_modes(out, motion, view);
     if (view->failed != NULL)
