@@ -31,7 +31,8 @@ typedef void kt_robot_lost(void *user, const char *what, int count);
  *     same body. In URDF there are links between them.
  *   - Both formats contain mass, com and inertia, rods, boxes, spheres and cylinders, armature, limits, joint_damper
  *     and joint_friction. MJCF also contains gravity, markers, joint_spring, motors and servos. In MJCF the keyframe
- *     `start` is the initial state with closed loops.
+ *     `start` is the initial state with closed loops. Springs with a length, and expressions that are a spring and a
+ *     damper between two ends or along a path, become spatial tendons.
  *   - A coupling of two joints becomes a mimic, or an equality. In MJCF a coupling of several joints becomes a tendon
  *     with an equality. Spherical, revolute and weld loops become equalities of sites.
  *   - Massless bodies have special forms in MJCF. A massless body that carries one other body passes its joints to that

@@ -35,7 +35,7 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
         f->damping += e->damping;
     } else if (f != NULL && is_motor(e) && format == KT_ROBOT_MJCF) {
         x->motors[x->motor_count++] = (kt_export_motor){e, body};
-    } else {
+    } else if (format != KT_ROBOT_MJCF || !kt_export_take_rope(x, e)) {
         kt_export_lose(x, (unsigned)e->type < KT_EFFECT_TYPE_COUNT ? names[e->type] : "effects of a caller's own");
     }
 }
@@ -127,11 +127,12 @@ static bool take_memory(kt_export *x) {
     x->role = kt_pool_take(&x->pool, count, sizeof *x->role);
     x->sum = kt_pool_take(&x->pool, count, sizeof *x->sum);
     x->motors = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->motors);
+    x->ropes = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->ropes);
     x->tendons = kt_pool_take(&x->pool, (size_t)x->d->loop_count + 1, sizeof *x->tendons);
     x->mesh_files = kt_pool_take(&x->pool, (size_t)x->mesh_count + 1, sizeof *x->mesh_files);
     if (memory == NULL || x->parent == NULL || x->first_child == NULL || x->next_child == NULL || x->forces == NULL ||
-        x->followers == NULL || x->role == NULL || x->sum == NULL || x->motors == NULL || x->tendons == NULL ||
-        x->mesh_files == NULL)
+        x->followers == NULL || x->role == NULL || x->sum == NULL || x->motors == NULL || x->ropes == NULL ||
+        x->tendons == NULL || x->mesh_files == NULL)
         return false;
     kt_names_init(&x->names, names, memory);
     return true;

@@ -31,6 +31,12 @@ typedef struct kt_export_motor {
     int body;
 } kt_export_motor;
 
+/* A spring and a damper between two ends or along a path: a spatial tendon. */
+typedef struct kt_export_rope {
+    const kt_effect *effect;
+    double stiffness, damping, rest;
+} kt_export_rope;
+
 enum { KT_LOST_MOST = 64 };
 
 typedef struct kt_export {
@@ -49,6 +55,8 @@ typedef struct kt_export {
     kt_export_follower *followers;
     kt_export_motor *motors;
     int motor_count;
+    kt_export_rope *ropes;
+    int rope_count;
     kt_loop const **tendons; /* couplings of several joints, or of one */
     int tendon_count;
     const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
@@ -147,6 +155,15 @@ bool kt_export_assemble(kt_export *x);
 
 /* Finds the files of meshes. `endings`: those that the format's readers support, as " .stl .obj "; NULL: all. */
 bool kt_export_find_meshes(kt_export *x, const char *endings);
+
+/* ---- write_path.c ------------------------------------------------------------------------------------------------ */
+
+/* Adds an effect to the ropes; false if no tendon has its force. */
+bool kt_export_take_rope(kt_export *x, const kt_effect *e);
+
+/* Writes the sites and geoms of ropes that are on a body (-1: the world), and their tendons. */
+void kt_export_rope_points(kt_export *x, int body);
+void kt_export_ropes(kt_export *x);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

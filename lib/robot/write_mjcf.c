@@ -276,6 +276,7 @@ static void begin_body(kt_export *x, int i, int depth) {
     write_meshes(x, i);
     write_markers(x, i);
     write_ends(x, i);
+    kt_export_rope_points(x, i);
     fputs("\n", x->stream);
 }
 
@@ -293,6 +294,7 @@ void kt_export_mjcf(kt_export *x) {
     write_assets(x);
     fputs("  <worldbody>\n    ", x->stream);
     write_ends(x, -1);
+    kt_export_rope_points(x, -1);
     fputs("\n", x->stream);
     kt_export_tree(x, begin_body, end_body);
     fputs("  </worldbody>\n", x->stream);

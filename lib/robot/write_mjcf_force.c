@@ -62,6 +62,7 @@ void kt_export_tendons(kt_export *x) {
         write_terms(x, x->tendons[i], -1, 1.0);
         fputs("</fixed>\n", x->stream);
     }
+    kt_export_ropes(x);
     fputs("  </tendon>\n", x->stream);
 }
 

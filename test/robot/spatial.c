@@ -1,8 +1,10 @@
 /* Spatial tendons of MJCF: stops, and what of them is left out. test/robot/mujoco_wasm compares their forces. */
 #include "check.h"
 
+#include "kinetree/export.h"
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
+#include "kinetree/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -103,5 +105,43 @@ KT_TEST(what_tendons_lose_is_told) {
             found = found || (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, table[i].note));
         kt_check_true(table[i].note, found);
         kt_scene_free(&scene);
+    }
+}
+
+static void count_lost(void *user, const char *what, int count) {
+    if (strcmp(what, "effects of type expression") == 0)
+        *(int *)user += count;
+}
+
+/* The first two are a - k L - c L' with k, c and a / k of 0 or more; the others are not. */
+KT_TEST(forces_that_no_tendon_has_are_counted_as_lost) {
+    static const char *const forces[] = {"3 - 2*length - 0.1*speed",
+                                         "-speed/2",
+                                         "max(1 - length, 0)",
+                                         "2*length",
+                                         "5 + 0*length",
+                                         "-length^2",
+                                         "-3*length*t",
+                                         "-2*(length + 1)"};
+    for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
+        char text[500];
+        kt_scene scene;
+        kt_error error = {0};
+        int lost = 0;
+        FILE *to = tmpfile();
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, axis: x}, mass: 1}]\neffects:\n"
+                       "  - {type: expression, path: [{body: world, at: [1, 1, 0]}, {body: world, radius: 0.1}, a], "
+                       "force: \"%s\"}\n",
+                       forces[i]);
+        if (to == NULL ||
+            !kt_check_equal_int(error.message, kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error),
+                                KT_OK))
+            return;
+        kt_check_equal_int("written", kt_robot_write_scene(&scene, KT_ROBOT_MJCF, NULL, to, count_lost, &lost, &error),
+                           KT_OK);
+        kt_check_equal_int(forces[i], lost, i < 2 ? 0 : 1);
+        kt_scene_free(&scene);
+        (void)fclose(to);
     }
 }

@@ -2,6 +2,7 @@
  * the same lengths, rates and forces. */
 #include "check.h"
 
+#include "kinetree/export.h"
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
 
@@ -244,4 +245,57 @@ KT_TEST(tendons_around_geoms_are_those_of_mujoco) {
     kt_check_below("tendons at a default point of MuJoCo", (double)lost, 5.0);
     kt_check_above("states", (double)states, 300.0);
     kt_check_above("tendons with contact", (double)bent, 100.0);
+}
+
+/* Writes what we have read, and lets MuJoCo read it. Returns NULL after reporting. */
+static mjModel *give_back(models *p, const char *path) {
+    char said[1000] = "";
+    kt_error error = {0};
+    FILE *to = fopen(path, "w");
+    const kt_status status = kt_robot_write_scene(&p->scene, KT_ROBOT_MJCF, NULL, to, NULL, NULL, &error);
+    fclose(to);
+    mjModel *m = status == KT_OK ? mj_loadXML(path, NULL, said, sizeof said) : NULL;
+    if (m == NULL)
+        kt_check_text("MuJoCo reads what is written", status == KT_OK ? said : error.message, "");
+    return m;
+}
+
+/* Springs and dampers along paths are written as tendons. MuJoCo has the same passive forces for both files. */
+KT_TEST(tendons_that_are_written_are_those_that_were_read) {
+    kt_random random = kt_random_of_test();
+    kt_worst force = kt_worst_make("force");
+    char path[] = "/tmp/kinetree-wrap-XXXXXX.xml";
+    const int file = mkstemps(path, 4);
+    int tendons = 0;
+    if (!kt_check_true("there is a file", file >= 0))
+        return;
+    for (int i = 0; i < MODELS / 5; i++) {
+        models p;
+        FILE *to = fopen(path, "w");
+        write_model(to, &random);
+        fclose(to);
+        const bool is_fine = load(&p, path) && is_compared(&p);
+        mjModel *m = is_fine ? give_back(&p, path) : NULL;
+        mjData *d = m != NULL ? mj_makeData(m) : NULL;
+        tendons += m != NULL ? m->ntendon : 0;
+        for (int k = 0; d != NULL && k < STATES; k++) {
+            set_state(&p, &random);
+            if (!is_compared(&p))
+                continue;
+            memcpy(d->qpos, p.d->qpos, (size_t)m->nq * sizeof *d->qpos);
+            memcpy(d->qvel, p.d->qvel, (size_t)m->nv * sizeof *d->qvel);
+            mj_fwdPosition(m, d);
+            mj_fwdVelocity(m, d);
+            for (int j = 0; j < m->nv; j++)
+                kt_worst_near(&force, d->qfrc_passive[j], p.d->qfrc_passive[j], 1e-11, "model %d, %d", i, j);
+        }
+        if (d != NULL)
+            mj_deleteData(d);
+        if (m != NULL)
+            mj_deleteModel(m);
+        release(&p);
+    }
+    (void)remove(path);
+    kt_check_worst(&force);
+    kt_check_above("tendons", (double)tendons, 40.0);
 }

@@ -50,6 +50,7 @@ const kt_usage kt_usage_export = {
              "Both robot formats have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings "
              "of two joints.\n"
              "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
+             "Springs and dampers between two ends or along paths are its tendons.\n"
              "It has spherical, revolute and weld loops and the assembled start, too.\n"
              "Omissions and changes are reported on standard error, each kind once, with its number.\n"
              "A file that is read back has the mass matrix of the scene, except for rounding.\n"

@@ -1,0 +1,173 @@
+/* Springs and dampers between two ends and along paths, as spatial tendons of MJCF.
+ *
+ * A force f(L, L') is that of a tendon if it is a - k L - c L' with k, c >= 0 and a / k >= 0: the tendon has the
+ * stiffness k, the spring length a / k and the damping c. The values at some lengths and rates decide whether a formula
+ * is that function. Each point of the path is a site, and each surface a geom without mass. A side is a site outside of
+ * the geom, and the centre of a ring is a site inside. */
+#include "model/formula.h"
+#include "robot/write.h"
+
+#include "kinetree/effect.h"
+
+#include <math.h>
+
+/* ---- which effects are tendons ----------------------------------------------------------------------------------- */
+
+static double value_at(const kt_expression *formula, const kt_formula_names *names, double length, double rate) {
+    double at[KT_FORMULA_VARIABLE_MAX] = {0.0};
+    for (int k = 0; k < names->count; k++)
+        at[k] = (int)names->variable[k].type == KT_VARIABLE_LENGTH ? length : rate;
+    return kt_expression_evaluate(formula, at);
+}
+
+static bool reads_path_alone(const kt_formula_names *names) {
+    for (int k = 0; k < names->count; k++)
+        if ((int)names->variable[k].type != KT_VARIABLE_LENGTH && (int)names->variable[k].type != KT_VARIABLE_SPEED)
+            return false;
+    return true;
+}
+
+/* Finds a, k and c of a formula. */
+static bool find_line(kt_export *x, const kt_effect *e, double c[3]) {
+    static const double lengths[] = {1e-3, 0.02, 0.11, 0.37, 0.9, 1.7, 4.1, 13.0, 90.0};
+    static const double rates[] = {-50.0, -3.1, -0.4, -0.01, 0.02, 0.7, 5.3, 80.0};
+    kt_formula_names names = kt_formula_names_of(x->d, e);
+    const kt_symbols symbols = kt_formula_symbols(&names);
+    const kt_expression *formula;
+    kt_error ignored;
+    const size_t size = kt_expression_size(e->formula[0]);
+    void *memory = kt_pool_take(&x->pool, size, 1);
+    if (memory == NULL ||
+        kt_expression_parse(e->formula[0], &symbols, memory, size, &formula, NULL, &ignored) != KT_OK ||
+        !reads_path_alone(&names))
+        return false;
+    c[0] = value_at(formula, &names, 0.0, 0.0);
+    c[1] = c[0] - value_at(formula, &names, 1.0, 0.0);
+    c[2] = c[0] - value_at(formula, &names, 0.0, 1.0);
+    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
+        for (size_t k = 0; k < sizeof rates / sizeof *rates; k++) {
+            const double terms[3] = {c[0], c[1] * lengths[i], c[2] * rates[k]};
+            const double error = value_at(formula, &names, lengths[i], rates[k]) - (terms[0] - terms[1] - terms[2]);
+            if (!(fabs(error) <= 1e-12 * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))))
+                return false;
+        }
+    return true;
+}
+
+bool kt_export_take_rope(kt_export *x, const kt_effect *e) {
+    double c[3] = {0.0, 0.0, 0.0};
+    if (e->type == KT_EFFECT_EXPRESSION && e->end_count == 2 && e->law == NULL) {
+        if (!find_line(x, e, c))
+            return false;
+    } else if (e->type == KT_EFFECT_SPRING && !e->initial_length) {
+        c[0] = e->stiffness * e->length;
+        c[1] = e->stiffness;
+        c[2] = e->damping;
+    } else {
+        return false;
+    }
+    const bool divides_first = e->path_count > 0 && e->path[0].divisor > 0.0 && e->path[0].divisor != 1.0;
+    if (!(c[0] >= 0.0 && c[1] >= 0.0 && c[2] >= 0.0) || (c[0] > 0.0 && c[1] == 0.0) || divides_first)
+        return false;
+    x->ropes[x->rope_count++] =
+        (kt_export_rope){.effect = e, .stiffness = c[1], .damping = c[2], .rest = c[1] > 0.0 ? c[0] / c[1] : 0.0};
+    return true;
+}
+
+/* ---- points ------------------------------------------------------------------------------------------------------ */
+
+static int count_points(const kt_effect *e) { return e->path_count > 0 ? e->path_count : 2; }
+
+static kt_path_point point_at(const kt_effect *e, int k) {
+    return e->path_count > 0 ? e->path[k] : (kt_path_point){.end = e->between[k]};
+}
+
+static void write_name(kt_export *x, const char *attribute, int rope, int point, const char *suffix) {
+    const char *name = x->ropes[rope].effect->name;
+    fprintf(x->stream, " %s=\"", attribute);
+    if (name != NULL)
+        kt_export_text(x, name);
+    else
+        fprintf(x->stream, "rope%d", rope + 1);
+    if (point >= 0)
+        fprintf(x->stream, "__%d%s", point + 1, suffix);
+    fputs("\"", x->stream);
+}
+
+static void write_site(kt_export *x, int rope, int point, const char *suffix, kt_vec3 at) {
+    fputs("<site", x->stream);
+    write_name(x, "name", rope, point, suffix);
+    kt_export_vector(x, "pos", at);
+    fputs("/>", x->stream);
+}
+
+/* A side is far outside: MuJoCo before 3.0 compares its distance in the plane of the path with the radius. */
+static void write_surface(kt_export *x, int rope, int k, const kt_path_point *point, const kt_pose *frame) {
+    const bool is_cylinder = kt_vec3_norm(point->axis) > 0.0, has_side = kt_vec3_norm(point->side) > 0.0;
+    const double size[2] = {point->radius, point->radius};
+    fputs("<geom", x->stream);
+    write_name(x, "name", rope, k, "");
+    fprintf(x->stream, " type=\"%s\" mass=\"0\" contype=\"0\" conaffinity=\"0\" group=\"3\"",
+            is_cylinder ? "cylinder" : "sphere");
+    kt_export_numbers(x, "size", size, is_cylinder ? 2 : 1);
+    kt_export_vector(x, "pos", frame->position);
+    if (is_cylinder)
+        kt_export_vector(x, "zaxis", kt_mat3_apply(frame->rotation, point->axis));
+    fputs("/>", x->stream);
+    if (point->inside)
+        write_site(x, rope, k, "__side", frame->position);
+    else if (has_side)
+        write_site(x, rope, k, "__side",
+                   kt_vec3_add(frame->position,
+                               kt_vec3_scale(20.0 * point->radius,
+                                             kt_mat3_apply(frame->rotation, kt_vec3_normalize(point->side)))));
+}
+
+void kt_export_rope_points(kt_export *x, int body) {
+    for (int i = 0; i < x->rope_count; i++)
+        for (int k = 0; k < count_points(x->ropes[i].effect); k++) {
+            const kt_path_point point = point_at(x->ropes[i].effect, k);
+            if ((point.end.body != NULL ? kt_names_find(&x->names, 0, point.end.body) : -1) != body)
+                continue;
+            const kt_pose frame = kt_export_end(x, &point.end);
+            if (point.radius > 0.0)
+                write_surface(x, i, k, &point, &frame);
+            else
+                write_site(x, i, k, "", frame.position);
+        }
+}
+
+/* ---- tendons ----------------------------------------------------------------------------------------------------- */
+
+static void write_entry(kt_export *x, int rope, int k, const kt_path_point *point) {
+    if (k > 0 && point->divisor > 0.0) {
+        fputs("<pulley", x->stream);
+        kt_export_numbers(x, "divisor", &point->divisor, 1);
+        fputs("/>", x->stream);
+    }
+    fputs(point->radius > 0.0 ? "<geom" : "<site", x->stream);
+    write_name(x, point->radius > 0.0 ? "geom" : "site", rope, k, "");
+    if (point->radius > 0.0 && (point->inside || kt_vec3_norm(point->side) > 0.0))
+        write_name(x, "sidesite", rope, k, "__side");
+    fputs("/>", x->stream);
+}
+
+void kt_export_ropes(kt_export *x) {
+    for (int i = 0; i < x->rope_count; i++) {
+        const kt_export_rope *rope = &x->ropes[i];
+        fputs("    <spatial", x->stream);
+        write_name(x, "name", i, -1, "");
+        if (rope->stiffness > 0.0) {
+            kt_export_numbers(x, "stiffness", &rope->stiffness, 1);
+            kt_export_numbers(x, "springlength", &rope->rest, 1);
+        }
+        if (rope->damping > 0.0)
+            kt_export_numbers(x, "damping", &rope->damping, 1);
+        fputs(">", x->stream);
+        for (int k = 0; k < count_points(rope->effect); k++) {
+            const kt_path_point point = point_at(rope->effect, k);
+            write_entry(x, i, k, &point);
+        }
+        fputs("</spatial>\n", x->stream);
+    }
+}
