@@ -28,6 +28,10 @@ def timed(name):
     return name.endswith("-times.csv") or name in ("times.md", "machine.txt")
 
 
+def files_of(directory):
+    return sorted(os.path.relpath(os.path.join(at, name), directory) for at, _, names in os.walk(directory) for name in names)
+
+
 def index_problems():
     """Every table and scene of the book belongs to one entry, and every set to a source with a licence."""
     index, problems = references.load(), []
@@ -92,9 +96,9 @@ def main():
         claim("the_short_book_keeps_its_bounds",
               [] if first.returncode == 0 else [f"exit status {first.returncode}", *first.stdout.splitlines()[-5:], *first.stderr.splitlines()[-5:]])
         second = run(two)
-        names = sorted(os.listdir(one))
+        names = files_of(one)
         differing = [n for n in names if not timed(n) and not filecmp.cmp(os.path.join(one, n), os.path.join(two, n), shallow=False)]
-        claim("two_books_have_the_same_bytes", differing + ([] if names == sorted(os.listdir(two)) and "book.md" in names and second.returncode == 0
+        claim("two_books_have_the_same_bytes", differing + ([] if names == files_of(two) and "book.md" in names and second.returncode == 0
                                                            else ["the folders differ"]))
         claim("the_pages_have_the_tables_of_the_book", page_problems(one))
     finish()
