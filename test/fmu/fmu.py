@@ -24,6 +24,7 @@ from events import check_events
 from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_library, check_schema
 from steps import check_steps
 from tunable import check_tunables
+from uses import check_uses
 
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
 # Trees, quaternions, loops, own states, masses that change, drives, contacts; with inputs. Bounds: relative to the
@@ -408,6 +409,7 @@ def main():
         check_events(folder)
         check_steps(folder)
         check_complaints(folder)
+        check_uses(folder)
         check_refusals(folder)
         check_scenes(folder)
         check_settings(folder)

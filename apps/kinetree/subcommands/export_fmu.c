@@ -223,6 +223,27 @@ static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *desc
     return code;
 }
 
+/* Finds the uses of all parameters. The scene is read again with a value that differs slightly. */
+static void find_uses(const kt_content *text, const kt_scene *scene, kt_fmu_use *uses) {
+    for (int k = 0; k < scene->parameter_count; k++) {
+        const kt_scene_parameter *parameter = &scene->parameters[k];
+        const double factors[] = {1.0 + 1.0 / 1024.0, 1.0 - 1.0 / 1024.0};
+        bool found = false;
+        for (int i = 0; i < 2 && !found; i++) {
+            char setting[KT_FMU_PATH];
+            kt_scene other;
+            kt_error error = {0};
+            (void)snprintf(setting, sizeof setting, "%s=%.17g", parameter->name,
+                           parameter->value != 0.0 ? parameter->value * factors[i] : 1.0 - factors[i]);
+            found = parse_alone(text, setting, &other, &error) == KT_OK;
+            if (!found)
+                continue;
+            kt_fmu_find_use(scene, &other, k, &uses[k]);
+            kt_scene_free(&other);
+        }
+    }
+}
+
 /* Writes the archive of a compiled scene. */
 static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt_model *model, kt_fmu_parts *parts) {
     kt_error error = {0};
@@ -230,9 +251,10 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     unsigned record = 0;
     bool *is_input = calloc((size_t)kt_model_nv(model) + 1, sizeof *is_input);
     kt_fmu_role *roles = calloc((size_t)scene->parameter_count + 1, sizeof *roles);
+    kt_fmu_use *uses = calloc((size_t)scene->parameter_count + 1, sizeof *uses);
     const char *reason = kt_fmu_reason_against_exchange(scene, model);
     int code = KT_EXIT_INTEGRATION;
-    if (is_input == NULL || roles == NULL ||
+    if (is_input == NULL || roles == NULL || uses == NULL ||
         !kt_columns_list(&columns, scene, model, &scene->run, kt_run_record(&scene->run, model))) {
         kt_say("there is not enough memory");
     } else if (kt_columns_add_own(&columns, scene, &record, &error) != KT_OK) {
@@ -243,6 +265,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     } else {
         const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
         kt_fmu_find_roles(parts->scene.text, parts->scene.size, scene, roles);
+        find_uses(&parts->scene, scene, uses);
         const kt_fmu_model described = {.name = parts->name,
                                         .token = token.text,
                                         .scene = scene,
@@ -250,6 +273,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
                                         .columns = &columns,
                                         .is_input = is_input,
                                         .roles = roles,
+                                        .uses = uses,
                                         .has_exchange = reason == NULL,
                                         .has_sources = fmu->has_sources,
                                         .version = fmu->version};
@@ -260,6 +284,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     kt_columns_free(&columns);
     free(is_input);
     free(roles);
+    free(uses);
     return code;
 }
 

@@ -26,6 +26,16 @@ int kt_export_fmu_write(const kt_export_fmu *fmu);
 
 enum { KT_FMU_SECOND, KT_FMU_THIRD }; /* versions of the standard, in the order of the choices of --fmi */
 
+enum { KT_FMU_UNIT = 32 };
+
+/* The number of a scene that a parameter is: "mass of arm", and its unit. Empty: not available. */
+typedef struct kt_fmu_use {
+    char text[KT_FMU_UNIT * 12], unit[KT_FMU_UNIT];
+} kt_fmu_use;
+
+/* Finds the use of a parameter by the same scene with another value of it. */
+void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter, kt_fmu_use *use);
+
 /* All that modelDescription.xml depends on. */
 typedef struct kt_fmu_model {
     const char *name, *token; /* the name of the binary, and the token of the resources */
@@ -34,6 +44,7 @@ typedef struct kt_fmu_model {
     const kt_columns *columns;
     const bool *is_input;     /* [nv]: joint forces that are inputs */
     const kt_fmu_role *roles; /* [parameter_count] */
+    const kt_fmu_use *uses;   /* likewise */
     bool has_exchange;        /* model exchange is offered */
     bool has_sources;         /* the archive has KT_FMU_SOURCE */
     int version;              /* KT_FMU_SECOND, KT_FMU_THIRD */

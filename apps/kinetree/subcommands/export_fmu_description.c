@@ -79,6 +79,18 @@ static const kt_fmu_unit units[] = {
     {"W", "W", 1, 2, -3, 0},
     {"kg m/s", "kg.m/s", 1, 1, -1, 0},
     {"kg m\u00b2/s", "kg.m2/s", 1, 2, -1, 0},
+    /* of parameters, as keys of scenes have them */
+    {"kg", "kg", 1, 0, 0, 0},
+    {"kg m^2", "kg.m2", 1, 2, 0, 0},
+    {"m/s^2", "m/s2", 0, 1, -2, 0},
+    {"m/rad", "m/rad", 0, 1, 0, -1},
+    {"Hz", "Hz", 0, 0, -1, 0},
+    {"N/m", "N/m", 1, 0, -2, 0},
+    {"N s/m", "N.s/m", 1, 0, -1, 0},
+    {"N m/rad", "N.m/rad", 1, 2, -2, -1},
+    {"N m s/rad", "N.m.s/rad", 1, 2, -1, -1},
+    {"N s^2/m^2", "N.s2/m2", 1, -1, 0, 0},
+    {"N m^2", "N.m2", 1, 3, -2, 0},
 };
 
 enum { KT_FMU_UNITS = sizeof units / sizeof units[0] };
@@ -90,6 +102,14 @@ static const kt_fmu_unit *find_unit(const char *unit) {
     return NULL;
 }
 
+/* Whether an earlier unit has this name. */
+static bool is_second_of_name(int i) {
+    for (int k = 0; k < i; k++)
+        if (strcmp(units[k].name, units[i].name) == 0)
+            return true;
+    return false;
+}
+
 static void write_exponent(const char *name, int exponent, FILE *to) {
     if (exponent != 0)
         fprintf(to, " %s=\"%d\"", name, exponent);
@@ -98,6 +118,8 @@ static void write_exponent(const char *name, int exponent, FILE *to) {
 static void write_units(FILE *to) {
     fputs("  <UnitDefinitions>\n", to);
     for (int i = 0; i < KT_FMU_UNITS; i++) {
+        if (is_second_of_name(i))
+            continue;
         fprintf(to, "    <Unit name=\"%s\"><BaseUnit", units[i].name);
         write_exponent("kg", units[i].kg, to);
         write_exponent("m", units[i].m, to);
@@ -240,8 +262,11 @@ static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
 static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
     for (int i = 0; i < fmu->scene->parameter_count; i++) {
         const bool follows = kt_fmu_role_follows(fmu->roles[i]);
+        const kt_fmu_use *use = &fmu->uses[i];
         write_variable(fmu,
                        &(kt_fmu_variable){.name = fmu->scene->parameters[i].name,
+                                          .description = use->text[0] != '\0' ? use->text : "used in formulas",
+                                          .unit = use->unit[0] != '\0' ? use->unit : NULL,
                                           .causality = follows ? "calculatedParameter" : "parameter",
                                           .variability = kt_fmu_role_is_tunable(fmu->roles[i]) ? "tunable" : "fixed",
                                           .initial = follows ? "calculated" : "exact",

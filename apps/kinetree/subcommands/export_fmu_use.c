@@ -1,0 +1,132 @@
+/* Units and descriptions of the parameters of a scene, which has neither. A parameter is a number of the description if
+ * the number equals it, up to its sign, for two values of the parameter. The key of this number has a name and a unit.
+ */
+#include "subcommands/export_fmu.h"
+
+#include "kinetree/descriptor.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A search: the values of the parameter in both scenes. */
+typedef struct kt_fmu_search {
+    double before, after;
+    const char *of; /* the body, loop or effect that is searched now */
+    bool slides;    /* its joint slides: it takes the second one of two units */
+    kt_fmu_use *use;
+} kt_fmu_search;
+
+/* Copies the unit of the k-th number of a key: "A|B" are those of turning and sliding joints, "A, B" those along and
+ * about axes. */
+static void copy_unit(const char *unit, bool slides, int k, char to[KT_FMU_UNIT]) {
+    const char *bar = strchr(unit, '|'), *comma = strchr(unit, ',');
+    const char *from = bar != NULL && slides ? bar + 1 : comma != NULL && k >= 3 ? comma + 2 : unit;
+    (void)snprintf(to, KT_FMU_UNIT, "%.*s", (int)strcspn(from, "|,"), from);
+}
+
+/* Compares numbers of both scenes. The first one that is the parameter describes it. If others have another unit, the
+ * parameter has none. */
+static void compare(kt_fmu_search *s, const double *a, const double *b, int count, const char *what, const char *unit) {
+    for (int k = 0; k < count; k++) {
+        char own[KT_FMU_UNIT];
+        if (!(fabs(a[k]) == fabs(s->before) && fabs(b[k]) == fabs(s->after)))
+            continue;
+        copy_unit(unit, s->slides, k, own);
+        if (s->use->text[0] == '\0') {
+            (void)snprintf(s->use->text, sizeof s->use->text, "%s of %s", what, s->of);
+            (void)snprintf(s->use->unit, sizeof s->use->unit, "%s", own);
+        } else if (strcmp(s->use->unit, own) != 0) {
+            s->use->unit[0] = '\0';
+        }
+    }
+}
+
+/* The name of a key. A motor has a torque or a force. */
+static const char *name_of_key(const kt_fmu_search *s, const kt_key *key) {
+    return s->slides && strchr(key->unit, '|') != NULL && key->also != NULL ? key->also : key->name;
+}
+
+/* Numbers of a function of time have the unit of its key. */
+static void compare_functions(kt_fmu_search *s, const kt_function *a, const kt_function *b, int count,
+                              const kt_key *key) {
+    const char *name = name_of_key(s, key);
+    for (int k = 0; k < count; k++, a++, b++) {
+        compare(s, &a->value, &b->value, 1, name, key->unit);
+        compare(s, &a->amplitude, &b->amplitude, 1, name, key->unit);
+        compare(s, &a->offset, &b->offset, 1, name, key->unit);
+        compare(s, &a->from, &b->from, 1, name, key->unit);
+        compare(s, &a->to, &b->to, 1, name, key->unit);
+        compare(s, &a->frequency, &b->frequency, 1, "frequency", "Hz");
+        compare(s, &a->phase, &b->phase, 1, "phase", "rad");
+        compare(s, &a->start, &b->start, 1, "start", "s");
+        compare(s, &a->end, &b->end, 1, "end", "s");
+    }
+}
+
+static void compare_keys(kt_fmu_search *s, const kt_descriptor *d, const void *a, const void *b) {
+    for (int i = 0; d != NULL && i < d->key_count; i++) {
+        const kt_key *key = &d->keys[i];
+        const void *one = (const char *)a + key->offset, *other = (const char *)b + key->offset;
+        if (key->kind == KT_KEY_NUMBER || key->kind == KT_KEY_DISTANCE)
+            compare(s, one, other, 1, key->name, key->unit);
+        else if (key->kind == KT_KEY_VECTOR || key->kind == KT_KEY_POINT)
+            compare(s, one, other, 3, key->name, key->unit);
+        else if (key->kind == KT_KEY_SIX)
+            compare(s, one, other, 6, key->name, key->unit);
+        else if (key->kind == KT_KEY_FUNCTION || key->kind == KT_KEY_FUNCTIONS)
+            compare_functions(s, one, other, key->kind == KT_KEY_FUNCTION ? 1 : 3, key);
+    }
+}
+
+static void compare_body(kt_fmu_search *s, const kt_body *a, const kt_body *b) {
+    const bool turns = a->joint.type == KT_JOINT_REVOLUTE, slides = a->joint.type == KT_JOINT_PRISMATIC;
+    *s = (kt_fmu_search){s->before, s->after, a->name, slides, s->use};
+    compare(s, &a->mass, &b->mass, 1, "mass", "kg");
+    compare(s, &a->com.x, &b->com.x, 3, "centre of mass", "m");
+    compare(s, &a->inertia.xx, &b->inertia.xx, 6, "inertia", "kg m^2");
+    compare(s, a->joint.position, b->joint.position, turns || slides, "position", "rad|m");
+    compare(s, a->joint.velocity, b->joint.velocity, turns || slides, "velocity", "rad/s|m/s");
+    compare(s, a->joint.armature, b->joint.armature, turns || slides, "armature", "kg m^2|kg");
+    compare(s, &a->joint.at.x, &b->joint.at.x, 3, "place", "m");
+    if (a->shape.type == b->shape.type)
+        compare_keys(s, kt_shape_descriptor(a->shape.type), &a->shape, &b->shape);
+}
+
+static bool joint_slides(const kt_description *d, const char *joint) {
+    for (int i = 0; i < d->body_count; i++) {
+        const char *own = d->bodies[i].joint.name != NULL ? d->bodies[i].joint.name : d->bodies[i].name;
+        if (joint != NULL && strcmp(own, joint) == 0)
+            return d->bodies[i].joint.type == KT_JOINT_PRISMATIC;
+    }
+    return false;
+}
+
+/* Loops and effects without a name have the name of their type. */
+static const char *name_of(const char *name, const kt_descriptor *type) {
+    return name != NULL ? name : type != NULL ? type->name : "the scene";
+}
+
+void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter, kt_fmu_use *use) {
+    const kt_description *a = &scene->description, *b = &other->description;
+    kt_fmu_search s = {scene->parameters[parameter].value, other->parameters[parameter].value, "the scene", false, use};
+    use->text[0] = use->unit[0] = '\0';
+    if (s.before == s.after || a->body_count != b->body_count || a->loop_count != b->loop_count ||
+        a->effect_count != b->effect_count)
+        return;
+    compare(&s, &a->gravity.x, &b->gravity.x, 3, "gravity", "m/s^2");
+    for (int i = 0; i < a->body_count; i++)
+        compare_body(&s, &a->bodies[i], &b->bodies[i]);
+    for (int i = 0; i < a->loop_count; i++) {
+        const kt_loop *loop = &a->loops[i];
+        const kt_descriptor *type = kt_loop_descriptor(loop->type);
+        s = (kt_fmu_search){s.before, s.after, name_of(loop->name, type), joint_slides(a, loop->joint), use};
+        compare_keys(&s, type, loop, &b->loops[i]);
+    }
+    for (int i = 0; i < a->effect_count; i++) {
+        const kt_effect *effect = &a->effects[i];
+        const kt_descriptor *type = kt_effect_descriptor(effect->type);
+        s = (kt_fmu_search){s.before, s.after, name_of(effect->name, type), joint_slides(a, effect->joint), use};
+        compare_keys(&s, type, effect, &b->effects[i]);
+    }
+}
