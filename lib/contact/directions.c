@@ -6,16 +6,21 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * slip below kt_contact_resting shrinks, since rounding hides turns there. After TURNS of them, contacts that slip
+ * slip below kt_contact_resting does not grow, since rounding hides turns there. After TURNS of them, contacts that slip
  * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
  * parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
+ *
+ * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
+ * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
+ * that is slower than ten times the tolerances of the velocities therefore counts as slow, too. Its steps along which
+ * it does not grow count like turns.
  *
  * With fixed steps, slip may go round its rest at any speed: a foot of little mass stops within a small part of a
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
  * step comes to rest at whatever speed, since the step does not resolve it.
  *
  * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Stick that ends TURNS
- * times at intervals of at most `unresolved` is therefore held for the time `hold`.
+ * times at intervals of at most `briefly` is therefore held for the time `hold`.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
@@ -32,7 +37,7 @@
 enum { TURNS = 8 };
 
 /* s */
-static const double unresolved = 1e-6, hold = 1e-4;
+static const double briefly = 1e-6, hold = 1e-4;
 
 /* The index of a contact's slip among all contacts that slip. */
 static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
@@ -75,8 +80,19 @@ void kt_contacts_put_directions(kt_simulation *simulation) {
                    simulation->contact_state[k].slip, sizeof simulation->contact_state[k].slip);
 }
 
+/* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. */
+static double unresolved_speed(const kt_simulation *simulation) {
+    const kt_integrator *integrator = simulation->integrator;
+    const double *y = kt_integrator_state(integrator);
+    double most = 0.0;
+    for (size_t i = simulation->size.nq; simulation->step == 0.0 && i < simulation->size.nq + simulation->size.nv; i++)
+        most = fmax(most, kt_error_scale(integrator, i, y[i], y[i]));
+    return 10.0 * most;
+}
+
 /* Takes the directions from the data, and counts the turns of slow slip. */
 static void take_directions(kt_simulation *simulation) {
+    const double unresolved = unresolved_speed(simulation);
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
         if (!is_slipping(simulation, k)) {
@@ -87,10 +103,11 @@ static void take_directions(kt_simulation *simulation) {
         const size_t at = 2 * index_of_slip(simulation->model, contact);
         const double *d = simulation->data->slip + at, *s = simulation->data->slip_velocity + at;
         const double speed = kt_hypot(s[0], s[1]);
-        const bool is_slow = speed <= simulation->model->loop[contact->loop].rest_velocity;
+        const double rest = simulation->model->loop[contact->loop].rest_velocity;
+        const bool is_slow = speed <= (rest > 0.0 ? fmax(rest, unresolved) : 0.0);
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
-        const bool shrinks = speed <= kt_contact_resting && speed < memory->speed;
-        memory->turns = is_slow ? memory->turns + (turns || shrinks) : 0;
+        const bool stays = speed <= fmax(kt_contact_resting, unresolved) && speed <= memory->speed;
+        memory->turns = is_slow ? memory->turns + (turns || stays) : 0;
         memory->speed = speed;
         memcpy(memory->slip, d, sizeof memory->slip);
     }
@@ -119,7 +136,7 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
 
 /* Counts an end of stick. Returns whether it is held from now on. */
 static bool count_end(kt_contact_memory *memory, double t) {
-    memory->ends = t - memory->ended_at <= unresolved ? memory->ends + 1 : 0;
+    memory->ends = t - memory->ended_at <= briefly ? memory->ends + 1 : 0;
     memory->ended_at = t;
     if (memory->ends < TURNS)
         return false;
@@ -161,6 +178,7 @@ void kt_contact_count_reversal(kt_simulation *simulation, int k) {
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
+    const double unresolved = unresolved_speed(simulation);
     bool turns = false;
     for (int k = 0; k < c->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
@@ -168,7 +186,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
         turns = turns || many;
         memory->turns = many ? 0 : memory->turns;
         memory->reversals = many ? 0 : memory->reversals;
-        memory->stops_below = reverses ? memory->fastest : 0.0;
+        memory->stops_below = reverses ? memory->fastest : many ? unresolved : 0.0;
     }
     if (!turns)
         return KT_OK;
