@@ -564,7 +564,7 @@ typedef struct kt_event {
  * The stepping call fails with KT_ERROR_STEP if events accumulate, as for a ball that bounces ever lower. The criterion
  * is that all further events lie within 1e-9 of the interval between records, or that 64 in a row follow each other as
  * closely. The call also fails after 10000 instants of events within one fixed step, or within one interval between
- * records.
+ * records. Each call of kt_simulation_advance or kt_simulation_tick begins a new count.
  *
  * Errors: KT_ERROR_ARGUMENT (no name, the name of another event, no function), KT_ERROR_MEMORY (no room),
  * KT_ERROR_UNSUPPORTED (a small library).

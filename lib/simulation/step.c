@@ -276,6 +276,9 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     simulation->memory.stopped = 0;
+#if KT_HAS_EVENTS
+    simulation->memory.event_many = 0; /* each call may take so many instants (event_chain.c) */
+#endif
     kt_status status = kt_simulation_fire(simulation, error);
     while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
            kt_integrator_time(simulation->integrator) < t_end)

@@ -98,6 +98,33 @@ KT_TEST(bounces_within_a_step_have_a_limit) {
     kt_model_free(model);
 }
 
+/* Each call has this limit for itself. A control loop makes no records, and goes on after 10,000 bounces. */
+KT_TEST(limit_of_bounces_is_that_of_a_tick) {
+    kt_lone r;
+    kt_effect limit;
+    kt_run run = kt_run_fixed("dopri5", 0.0, 100.0);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_lone_make(&r, KT_JOINT_PRISMATIC, 1.0);
+    add_stop(&r, &limit, 0.0, 1.0);
+    r.body.joint.position[0] = 1e-6;
+    r.description.gravity = kt_vec3_make(-g, 0.0, 0.0);
+    run.interval = 50.0;
+    const double flight = 2.0 * sqrt(2e-6 / g), time = 12.0;
+    kt_model *model = kt_scene_compile(&r.description);
+    for (int ticks = 1; model != NULL && ticks <= 12; ticks += 11) {
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_error error = {0};
+        kt_status status = simulation != NULL ? KT_OK : KT_ERROR_MEMORY;
+        for (int i = 0; status == KT_OK && i < ticks; i++)
+            status = kt_simulation_tick(simulation, time / ticks, &error);
+        kt_check_equal_int("status", status, ticks == 1 ? KT_ERROR_STEP : KT_OK);
+        if (status == KT_OK)
+            kt_check_near("impacts", (double)kt_simulation_contacts(simulation).impacts, time / flight, 1.0);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
+
 /* A trunk of 6 kg on a light foot, which springs hold. */
 typedef struct light_foot {
     kt_body body[3];
