@@ -167,6 +167,19 @@ static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch, kt_er
     return fastest.rate > 0.0 && add_state(spectrum, fastest.time, fastest.q, fastest.v, error);
 }
 
+/* Adds the modes at the last state, with the contacts that are closed there. The model as it is compiled has all of
+ * them open, and rejects such a state. */
+static bool add_closed(const kt_outcome *outcome, kt_spectrum **spectrum, kt_error *error) {
+    const kt_simulation *simulation = outcome->simulation;
+    kt_spectrum *closed = NULL;
+    if (kt_spectrum_create(kt_simulation_model(simulation), 1, &closed, error) != KT_OK)
+        return false;
+    kt_spectrum_free(*spectrum);
+    *spectrum = closed;
+    return add_state(closed, kt_simulation_time(simulation), kt_simulation_positions(simulation),
+                     kt_simulation_velocities(simulation), error);
+}
+
 static kt_simulation_options follow_options(void) {
     kt_simulation_options options = kt_simulation_options_default();
     options.max_steps = FOLLOWED_STEPS;
@@ -239,6 +252,8 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
     bool found = add_fastest(own, watch, &error);
     if (end != fastest.time)
         found |= add_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation), &error);
+    if (!found && error.code == KT_ERROR_UNSUPPORTED)
+        found = add_closed(outcome, &own, &error);
     const bool unstable = is_unstable(outcome, method, own, &limit), sound = end >= outcome->run->duration;
     if (unstable || !sound)
         follow_motion(outcome, motion);
