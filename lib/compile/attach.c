@@ -19,30 +19,6 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_attach, ATTACH_FIELDS, const kt_counts *n)
 
-/* ---- ends -------------------------------------------------------------------------------------------------------- */
-
-/* Returns the body of a name; a missing name is the world. Names have been checked. */
-static int body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
-
-kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
-                              kt_error *error) {
-    *body = body_named(m, end->body);
-    const kt_body_record *b = &m->body[*body];
-    const kt_pose *on[] = {&b->in_link,
-                           &b->in_link}; /* the frame that carries the end, and the carrier of that frame */
-    const int count = end->marker ? 2 : 1;
-    *link = b->link;
-    frame->position = end->at;
-    if (end->marker) {
-        on[0] = &m->marker[b->marker + kt_marker_find(m, *body, end->marker)].frame;
-        frame->position = (kt_vec3){0.0, 0.0, 0.0};
-    }
-    const kt_status status = kt_rotation_evaluate(&end->rotation, &frame->rotation, error);
-    for (int k = 0; k < count && status == KT_OK; k++)
-        *frame = kt_pose_compose(*on[k], *frame);
-    return status;
-}
-
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_error *error) {

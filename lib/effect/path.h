@@ -45,8 +45,8 @@ static inline kt_path_point_record kt_path_record_of(const kt_path_point *from, 
 }
 
 /* frame: those of the path's links, in the order of kt_path_point_record.link. */
-KT_INNER void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, const kt_effect_frame *frame,
-                                          int links, kt_path_value *value);
+void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, const kt_effect_frame *frame, int links,
+                                 kt_path_value *value);
 
 #if !defined(KT_DUAL) && !defined(KT_LANES)
 /* Calls `each` for the lines of a picture of the path, whose number does not depend on the frames. NULL: calls none.

@@ -7,7 +7,7 @@
  */
 #include "robot/mjcf.h"
 
-#include "effect/path.h"
+#include "mechanism/path_force.h"
 
 #include <math.h>
 #include <string.h>
@@ -69,8 +69,6 @@ static int body_of_point(const kt_mjcf *m, const kt_path_point *point) {
 /* The length of the path while the springs of all joints have no force. */
 static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
     kt_path_point_record *records = kt_pool_take(&m->r->scratch, (size_t)t->path_count, sizeof *records);
-    kt_path_value value = {.length = 0.0};
-    kt_effect_end world = {.axes = kt_mat3_identity()};
     if (records == NULL) {
         (void)kt_reader_out_of_memory(m->r);
         return 0.0;
@@ -80,8 +78,7 @@ static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
         const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
         records[i] = kt_path_record_of(&t->path[i], &frame, 0);
     }
-    kt_path_evaluate(records, t->path_count, &world, 1, &value);
-    return value.length;
+    return kt_path_length(records, t->path_count);
 }
 
 /* Sets the point to a geom, or returns false if the path cannot lead around it. */

@@ -1,6 +1,6 @@
 """What the libraries import, export and hold, read from their symbols.
 
-nm.py INCLUDE-DIRECTORY HAS-LOOPS CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so]
+nm.py INCLUDE-DIRECTORY HAS-LOOPS CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so PICTURE.a]
 """
 import collections
 import fnmatch
@@ -137,8 +137,8 @@ def main():
     everything = set().union(*found.values())
     public = declared(sorted(include.glob("kinetree/*.h")), "KT_API")
     inner = declared(sorted((include.parent / "lib").rglob("*.h")), "KT_INNER")
-    note(f"{len(everything)} exported, {len(public)} declared, {len(inner)} for the study and the scene library alone")
-    others = [*imports(study), *(imports(scene[0]) if scene else [])]
+    note(f"{len(everything)} exported, {len(public)} declared, {len(inner)} for the study, scene and picture libraries alone")
+    others = [*imports(study), *(imports(scene[0]) if scene else []), *(imports(scene[2]) if scene else [])]
     used = {symbol for _, symbol in others} & found[core_shared.name] - public.keys()
     claim("inner_exports_are_those_that_other_libraries_use",
           sorted(inner.keys() ^ used if has_loops and scene else used - inner.keys()))
