@@ -6,8 +6,8 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * slip below kt_contact_resting does not grow, since rounding hides turns there. After TURNS of them, contacts that slip
- * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
+ * slip below kt_contact_resting does not grow, since rounding hides turns there. After TURNS of them, contacts that
+ * slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
  * parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of

@@ -323,26 +323,17 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
     return status;
 }
 
-/* Whether rounding of the state hides that a contact is reached: it touches, and a step within one instant does not
- * change its gap. */
-static bool is_reached(const kt_simulation *simulation, size_t k, const double *times, double first, double last) {
-    return k < kt_simulation_contact_events(simulation) && first == last &&
-           fabs(last) <= kt_simulation_contact_margin(simulation) && times[LOOKS - 1] - times[0] <= together(times[0]);
-}
-
 /* The time of an event at which the step was to end. If the state has almost reached the event, this is the end of the
  * step. If the state is far from it, the dense output of the longer step before was wrong, for example because friction
- * reversed within it. Then the result is the time to which the slope at the end leads. HUGE_VAL if that slope leads to
- * no root. */
+ * reversed within it. Then the result is the time to which the slope at the end leads, HUGE_VAL if it leads nowhere. */
 static double arrival_of(const kt_simulation *simulation, size_t k, const double *times) {
-    const double *value = simulation->event_value + k;
-    const double last = value[(LOOKS - 1) * simulation->size.event],
-                 before = value[(LOOKS - 2) * simulation->size.event];
-    const double slope = (last - before) / (times[LOOKS - 1] - times[LOOKS - 2]);
-    if (is_reached(simulation, k, times, value[0], last) || sign_of(last) != -simulation->event_root[k].side ||
+    const double *before = simulation->event_value + (LOOKS - 2) * simulation->size.event + k, *end = times + LOOKS - 1;
+    const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
+    const bool is_hidden = *end - times[0] <= together(times[0]) && kt_simulation_hides_contact(simulation, k);
+    if (is_hidden || sign_of(last) != -simulation->event_root[k].side ||
         !(fabs(last) > reached * simulation->event_search[k].size))
-        return times[LOOKS - 1];
-    return slope * last < 0.0 ? times[LOOKS - 1] - last / slope : HUGE_VAL;
+        return *end;
+    return slope * last < 0.0 ? *end - last / slope : HUGE_VAL;
 }
 
 /* Finds the roots of all events in a panel, in `root` and `side`; *first: the earliest one so far. */

@@ -130,3 +130,10 @@ bool kt_simulation_skips_contact(const kt_simulation *simulation) {
         skips = skips || (!simulation->event_root[k].due && simulation->event_memory[k].side > 0 && last[k] < 0.0);
     return skips;
 }
+
+bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k) {
+    const double *value = simulation->event_value + k;
+    const double last = value[(KT_EVENT_VALUES - 2) * simulation->size.event];
+    return k < kt_simulation_contact_events(simulation) && last == value[0] &&
+           fabs(last) <= kt_simulation_contact_margin(simulation);
+}

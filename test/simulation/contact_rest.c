@@ -205,9 +205,9 @@ KT_TEST(light_foot_comes_to_rest_within_a_fixed_step) {
     kt_model_free(model);
 }
 
-/* Adaptive steps with errors above the rest velocity do not resolve the end of slip either. Feet of random speeds, which
- * springs may pull almost to the limit of friction, come to rest where runs with small errors have them. Measured: 994
- * evaluations; unless such slip counts as slow, runs of heun take more than 20,000 steps. */
+/* Adaptive steps with errors above the rest velocity do not resolve the end of slip either. Feet of random speeds,
+ * which springs may pull almost to the limit of friction, come to rest where runs with small errors have them.
+ * Measured: 994 evaluations; unless such slip counts as slow, runs of heun take more than 20,000 steps. */
 KT_TEST(light_foot_comes_to_rest_at_large_tolerances) {
     static const char *const methods[] = {"heun", "dopri5", "radau5"};
     kt_random random = kt_random_of_test();
