@@ -176,7 +176,7 @@ double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
 /* Finds the contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. Returns whether its slip
- * is slower than its rest velocity. */
+ * is slower than its rest velocity, there or when the step began: that evaluation may be a stage far behind. */
 bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact);
 
 /* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at

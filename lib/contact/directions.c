@@ -65,7 +65,7 @@ bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact) {
     do
         (*contact)++;
     while (&model->loop[c->item[*contact].loop] != loop);
-    return kt_hypot(s[0], s[1]) <= loop->rest_velocity;
+    return fmin(kt_hypot(s[0], s[1]), simulation->contact_state[*contact].speed) <= loop->rest_velocity;
 }
 
 /* Whether contact k slips in a model. */
