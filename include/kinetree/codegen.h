@@ -32,27 +32,35 @@ extern "C" {
     X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
     X(KT_CODEGEN_INVERSE_DERIVATIVES, inverse_derivatives, "by q and v, as kt_dynamics_inverse_derivatives")           \
     X(KT_CODEGEN_FORWARD_DERIVATIVES, forward_derivatives, "by q, v and tau, as kt_dynamics_forward_derivatives")      \
+    X(KT_CODEGEN_EFFECT_DERIVATIVES, effect_derivatives, "derivatives of the forces of effects by q and v")            \
     X(KT_CODEGEN_HEUN, heun, "a step of Heun's method, as kt_step_evaluate with heun")                                 \
     X(KT_CODEGEN_RK4, rk4, "a step of the classical Runge-Kutta method, as kt_step_evaluate with rk4")                 \
-    X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")
+    X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")           \
+    X(KT_CODEGEN_HEUN_DERIVATIVES, heun_derivatives, "A and B of a heun step, as kt_step_derivatives")                 \
+    X(KT_CODEGEN_RK4_DERIVATIVES, rk4_derivatives, "A and B of an rk4 step, as kt_step_derivatives")                   \
+    X(KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES, semi_implicit_derivatives, "A and B of a semi-implicit Euler step")
 
 /* Indices of functions, in the order of KT_CODEGEN_LIST. */
 enum {
-    KT_CODEGEN_FORWARD_INDEX,             /* forward dynamics */
-    KT_CODEGEN_INVERSE_INDEX,             /* inverse dynamics */
-    KT_CODEGEN_BIAS_INDEX,                /* bias forces */
-    KT_CODEGEN_MASS_INDEX,                /* the mass matrix */
-    KT_CODEGEN_EFFECTS_INDEX,             /* forces of effects */
-    KT_CODEGEN_STATES_INDEX,              /* rates of auxiliary states */
-    KT_CODEGEN_ENERGY_INDEX,              /* energies */
-    KT_CODEGEN_MARKERS_INDEX,             /* places of markers */
-    KT_CODEGEN_JACOBIANS_INDEX,           /* Jacobians of markers */
-    KT_CODEGEN_INVERSE_DERIVATIVES_INDEX, /* derivatives of inverse dynamics */
-    KT_CODEGEN_FORWARD_DERIVATIVES_INDEX, /* derivatives of forward dynamics */
-    KT_CODEGEN_HEUN_INDEX,                /* a step of Heun's method */
-    KT_CODEGEN_RK4_INDEX,                 /* a step of the classical Runge-Kutta method */
-    KT_CODEGEN_SEMI_IMPLICIT_INDEX,       /* a semi-implicit Euler step */
-    KT_CODEGEN_COUNT                      /* how many functions there are */
+    KT_CODEGEN_FORWARD_INDEX,                   /* forward dynamics */
+    KT_CODEGEN_INVERSE_INDEX,                   /* inverse dynamics */
+    KT_CODEGEN_BIAS_INDEX,                      /* bias forces */
+    KT_CODEGEN_MASS_INDEX,                      /* the mass matrix */
+    KT_CODEGEN_EFFECTS_INDEX,                   /* forces of effects */
+    KT_CODEGEN_STATES_INDEX,                    /* rates of auxiliary states */
+    KT_CODEGEN_ENERGY_INDEX,                    /* energies */
+    KT_CODEGEN_MARKERS_INDEX,                   /* places of markers */
+    KT_CODEGEN_JACOBIANS_INDEX,                 /* Jacobians of markers */
+    KT_CODEGEN_INVERSE_DERIVATIVES_INDEX,       /* derivatives of inverse dynamics */
+    KT_CODEGEN_FORWARD_DERIVATIVES_INDEX,       /* derivatives of forward dynamics */
+    KT_CODEGEN_EFFECT_DERIVATIVES_INDEX,        /* derivatives of forces of effects */
+    KT_CODEGEN_HEUN_INDEX,                      /* a step of Heun's method */
+    KT_CODEGEN_RK4_INDEX,                       /* a step of the classical Runge-Kutta method */
+    KT_CODEGEN_SEMI_IMPLICIT_INDEX,             /* a semi-implicit Euler step */
+    KT_CODEGEN_HEUN_DERIVATIVES_INDEX,          /* A and B of a heun step */
+    KT_CODEGEN_RK4_DERIVATIVES_INDEX,           /* A and B of an rk4 step */
+    KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES_INDEX, /* A and B of a semi-implicit Euler step */
+    KT_CODEGEN_COUNT                            /* how many functions there are */
 };
 
 /* Bits of functions. */
@@ -61,7 +69,9 @@ enum {
     KT_CODEGEN_LIST(KT_CODEGEN_BIT)
 #undef KT_CODEGEN_BIT
         KT_CODEGEN_STEPS = KT_CODEGEN_HEUN | KT_CODEGEN_RK4 | KT_CODEGEN_SEMI_IMPLICIT, /* the steps */
-    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1                                        /* all functions */
+    KT_CODEGEN_STEP_DERIVATIVES =
+        KT_CODEGEN_HEUN_DERIVATIVES | KT_CODEGEN_RK4_DERIVATIVES | KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES, /* A and B */
+    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1 /* all functions */
 };
 
 /* Returns the name of a function with the index 0 <= k < KT_CODEGEN_COUNT; NULL for other numbers. */
@@ -83,13 +93,18 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
  * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
- * steps alone; add them to the tau of NAME_forward. Derivatives leave them out, too. If forces depend on time, effects
- * and steps have the time as an argument before q. If there are auxiliary states, effects and steps have them as an
- * argument x behind v, and a step writes the next x behind the next v. Effects call functions of the C library. A step
- * also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from the
- * beginning to the end. Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not
- * overlap the inputs. Each function returns 0. NAME_forward, its derivatives and the steps return the number of the
- * body whose joint has no inertia, or whose quaternion has no norm; they then write nothing.
+ * steps alone; add them to the tau of NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on
+ * time, effects and steps have the time as an argument before q. If there are auxiliary states, effects and steps have
+ * them as an argument x behind v, and a step writes the next x behind the next v. Effects call functions of the C
+ * library.
+ *
+ * A step also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from
+ * the beginning to the end. With A and B, the next state changes by A (dq, dv) + B dtau. They are for models without
+ * quaternions and auxiliary states, and also write NAME_forward_derivatives and NAME_effect_derivatives.
+ *
+ * Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs.
+ * Each function returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no
+ * inertia, or whose quaternion has no norm; they then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
  * bodies of variable mass, coordinates that move no mass, hard contacts, effects and auxiliary states that are

@@ -25,7 +25,7 @@ typedef struct code_kind {
     bool is_apart; /* no output is an input */
 } code_kind;
 
-static const code_kind kinds[KT_CODEGEN_COUNT] = {
+static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
     [KT_CODEGEN_FORWARD_INDEX] = {.equation = "M a = tau - h", .input = {"q", "v", "tau"}, .output = {"a"}},
     [KT_CODEGEN_INVERSE_INDEX] = {.equation = "tau = M a + h", .input = {"q", "v", "a"}, .output = {"tau"}},
     [KT_CODEGEN_BIAS_INDEX] = {.equation = "tau = M a + h with a = 0", .input = {"q", "v"}, .output = {"h"}},
@@ -52,6 +52,10 @@ static const code_kind kinds[KT_CODEGEN_COUNT] = {
                                               .input = {"q", "v", "tau"},
                                               .output = {"a_q", "a_v", "a_tau"},
                                               .is_apart = true},
+    [KT_CODEGEN_EFFECT_DERIVATIVES_INDEX] = {.equation = "NV x NV each, column-major; not in the memory of inputs",
+                                             .input = {"q", "v"},
+                                             .output = {"tau_q", "tau_v"},
+                                             .is_apart = true},
     [KT_CODEGEN_HEUN_INDEX] = {.equation = "from q and v over h seconds, with constant tau; outputs may be the inputs",
                                .input = {"q", "v", "tau"},
                                .output = {"next_q", "next_v"},
@@ -66,11 +70,19 @@ static const code_kind kinds[KT_CODEGEN_COUNT] = {
                                         .is_step = true},
 };
 
+static const code_kind changes_of_step = {
+    .equation = "next (dq, dv) = A (dq, dv) + B dtau; 2 NV x 2 NV and 2 NV x NV, column-major, not in memory of inputs",
+    .input = {"q", "v", "tau"},
+    .output = {"A", "B"},
+    .is_step = true};
+
 static const char *const names[] = {
 #define KT_CODEGEN_NAME(id, name, meaning) #name,
     KT_CODEGEN_LIST(KT_CODEGEN_NAME)
 #undef KT_CODEGEN_NAME
 };
+static const code_kind *kind_of(int k) { return k >= KT_CODEGEN_HEUN_DERIVATIVES_INDEX ? &changes_of_step : &kinds[k]; }
+
 static const char *const meanings[] = {
 #define KT_CODEGEN_MEANING(id, name, meaning) meaning,
     KT_CODEGEN_LIST(KT_CODEGEN_MEANING)
@@ -135,14 +147,15 @@ uint64_t kt_codegen_structure(const kt_model *model) {
 /* Whether a function has forces of effects, or rates of auxiliary states. It then has the time as an argument if these
  * depend on it, and the states if there are any. */
 static bool has_effects(int k) {
-    return kinds[k].is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX;
+    return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
+           k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
 }
 static bool has_time(const kt_model *model, int k) { return has_effects(k) && kt_code_has_time(model); }
 static bool has_states(const kt_model *model, int k) { return has_effects(k) && model->n.x > 0; }
 
 /* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
 static void print_signature(FILE *file, const kt_code_tree *tree, const char *name, int k, bool declares) {
-    const code_kind *kind = &kinds[k];
+    const code_kind *kind = kind_of(k);
     fprintf(file, "int %s_%s(", name, names[k]);
     if (!tree->constant)
         fprintf(file, "const %s_model *model, ", name);
@@ -218,7 +231,7 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
     }
     for (int k = 0; k < KT_CODEGEN_COUNT; k++)
         if (functions & 1u << k) {
-            fprintf(file, "/* %s: %s */\n", meanings[k], kinds[k].equation);
+            fprintf(file, "/* %s: %s */\n", meanings[k], kind_of(k)->equation);
             print_signature(file, tree, name, k, true);
             fputs(";\n\n", file);
         }
@@ -237,7 +250,7 @@ static void print_angles(FILE *file, const kt_model *model) {
 }
 
 static void print_body(kt_code_printer *p, const char *name, int k, const kt_code_function *f) {
-    const code_kind *kind = &kinds[k];
+    const code_kind *kind = kind_of(k);
     const kt_code_arrays arrays = {.given = kind->input[2] != NULL ? kind->input[2] : "",
                                    .output = {kind->output[0], kind->output[1], kind->output[2]}};
     const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
@@ -352,7 +365,7 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     const size_t count = 3 * nv * nv + 6 * (nv + 1) * markers + tree->model->n.x + 2;
     f->out = calloc(count + 2 * nv, sizeof *f->out);
     f->guard = calloc(nv, sizeof *f->guard);
-    f->writes_at_once = kinds[k].is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
+    f->writes_at_once = kind_of(k)->is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
     bool fine = f->out != NULL && f->guard != NULL && work != NULL;
     g->scope++;
@@ -390,6 +403,11 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
             f->output[0] = f->output[1] = (int)(nv * nv);
             f->out_count = (int)(2 * nv * nv);
             break;
+        case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
+            kt_code_effect_derivatives(tree, f->out);
+            f->output[0] = f->output[1] = (int)(nv * nv);
+            f->out_count = (int)(2 * nv * nv);
+            break;
         case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
             kt_code_forward_derivatives(tree, work, f->out, f->guard);
             f->guard_count = (int)nv;
@@ -408,9 +426,9 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
 
 /* Prints the steps, which call other functions. Returns false if memory is insufficient. */
 static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions) {
-    char *signature[3] = {NULL}, take[KT_CODE_NAME];
+    char *signature[KT_CODE_STEPS] = {NULL}, take[KT_CODE_NAME];
     bool fine = true;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < KT_CODE_STEPS; i++) {
         size_t length = 0;
         FILE *memory = open_memstream(&signature[i], &length);
         if (memory != NULL)
@@ -424,7 +442,7 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
                                   .has_time = kt_code_has_time(tree->model)};
     if (fine)
         kt_code_print_steps(file, &called, tree->model, functions, (const char *const *)signature);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < KT_CODE_STEPS; i++)
         free(signature[i]);
     return fine;
 }
@@ -439,7 +457,7 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
          has_angles = kt_code_steps_read_sines(tree->model, functions),
          has_math = kt_code_steps_read_roots(tree->model, functions);
     for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
-        if (functions & 1u << k && !kinds[k].is_step) {
+        if (functions & 1u << k && !kind_of(k)->is_step) {
             has_angles |= kt_code_reads(&p, &f[k], KT_OP_SINE) || kt_code_reads(&p, &f[k], KT_OP_COSINE);
             has_math |= kt_code_calls(&p, &f[k]);
             print_body(&p, name, k, &f[k]);
@@ -478,6 +496,7 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 
 /* Reports what this version cannot generate. */
 static kt_status check_generated(const kt_model *model, unsigned functions, kt_error *error) {
+    const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES;
     static const char *const remedy = "generate the code of a tree, or use the library for this mechanism";
     if (model->n.loop > 0)
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
@@ -487,18 +506,21 @@ static kt_status check_generated(const kt_model *model, unsigned functions, kt_e
         return kt_error_set(error, KT_ERROR_MODEL, kt_body_name(model, model->varying[0].body),
                             "code for a mass that changes with time cannot be generated; %s", remedy);
 #endif
-    for (size_t i = 0; i < model->n.effect && (functions & KT_CODEGEN_EFFECTS); i++) {
+    for (size_t i = 0; i < model->n.effect && (functions & forces); i++) {
         const kt_effect_record *effect = &model->effect[i];
         const char *fault = kt_code_effect_fault(model, effect);
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL, name_of_effect(model, effect),
-                                functions & KT_CODEGEN_STEPS
+                                functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)
                                     ? "code for this effect cannot be generated (%s), and steps need it; leave out "
                                       "effects and steps, and add the force to the tau of forward"
                                     : "code for this effect cannot be generated (%s); leave out the function effects, "
                                       "and add the force to tau",
                                 fault);
     }
+    if ((functions & KT_CODEGEN_STEP_DERIVATIVES) && (model->n.x > 0 || model->n.q > model->n.v))
+        return kt_error_set(error, KT_ERROR_MODEL, model->n.x > 0 ? "auxiliary states" : "quaternions",
+                            "A and B of steps cannot be generated with these; use kt_step_derivatives of the library");
     if ((functions & KT_CODEGEN_STATES) && model->n.x == 0)
         return kt_error_set(error, KT_ERROR_MODEL, "states", "there are no auxiliary states; leave out states");
     for (size_t i = 0; i < model->n.x && (functions & KT_CODEGEN_STATES); i++)
@@ -528,7 +550,9 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "functions", "functions is %#x; give a sum of KT_CODEGEN_ bits",
                             functions);
-    if (functions & KT_CODEGEN_STEPS) /* they call these */
+    if (functions & KT_CODEGEN_STEP_DERIVATIVES)
+        functions |= KT_CODEGEN_FORWARD_DERIVATIVES | (model->n.effect > 0 ? KT_CODEGEN_EFFECT_DERIVATIVES : 0u);
+    if (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)) /* they call these */
         functions |= KT_CODEGEN_FORWARD | (model->n.effect > 0 ? KT_CODEGEN_EFFECTS : 0u) |
                      (model->n.x > 0 ? KT_CODEGEN_STATES : 0u);
     kt_status status = check_generated(model, functions, error);
@@ -542,7 +566,7 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (fine)
         kt_code_tree_regroup(&tree);
     for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
-        if (functions & 1u << k && !kinds[k].is_step) {
+        if (functions & 1u << k && !kind_of(k)->is_step) {
             fine = make_function(&tree, k, &f[k]);
             if (fine)
                 factor_function(&graph, &f[k]);

@@ -103,10 +103,10 @@ static kt_op call_slope(kt_graph *g, kt_op i, kt_op s) {
         return kt_op_multiply(g, i, s);
     case KT_OP_LOG:
         return kt_op_divide(g, s, n.a);
-    case KT_OP_SQRT:
-        return kt_op_divide(g, kt_op_multiply(g, kt_op_number(g, 0.5), s), i);
+    case KT_OP_SQRT: /* the length of a vector that is zero has no direction */
+        return kt_op_choose(g, i, kt_op_divide(g, kt_op_multiply(g, kt_op_number(g, 0.5), s), i), kt_op_number(g, 0.0));
     case KT_OP_ABS:
-        return kt_op_choose(g, n.a, s, kt_op_negate(g, s));
+        return kt_op_choose(g, n.a, s, kt_op_choose(g, kt_op_negate(g, n.a), kt_op_negate(g, s), kt_op_number(g, 0.0)));
     case KT_OP_ATAN2:
     case KT_OP_HYPOT:
     case KT_OP_POWER:
@@ -126,7 +126,7 @@ static kt_op call_slope_of_two(kt_graph *g, kt_op i, kt_op s, kt_op t) {
         return kt_op_divide(g, sum, kt_op_add(g, kt_op_multiply(g, n.a, n.a), kt_op_multiply(g, n.b, n.b)));
     case KT_OP_HYPOT: /* (a s + b t) / z */
         sum = kt_op_add(g, kt_op_multiply(g, n.a, s), kt_op_multiply(g, n.b, t));
-        return kt_op_divide(g, sum, i);
+        return kt_op_choose(g, i, kt_op_divide(g, sum, i), zero);
     case KT_OP_POWER: /* b a^(b - 1) s + z log(a) t */
         sum = kt_op_multiply(g, n.b, kt_op_call(g, KT_OP_POWER, n.a, kt_op_subtract(g, n.b, one)));
         sum = kt_op_multiply(g, sum, s);
@@ -200,8 +200,7 @@ static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_di
         column[i] = chain->slope[tau[i]];
 }
 
-/* dtau/dq and dtau/dv, nv x nv each. */
-static void fill_derivatives(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
+void kt_code_differentiate(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
     const code_chain chain = chain_make(g, tau, nv);
@@ -232,7 +231,7 @@ void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {
     tree->graph->failed |= tau == NULL;
     if (tau != NULL) {
         kt_code_inverse(tree, true, tau);
-        fill_derivatives(tree, tau, out);
+        kt_code_differentiate(tree, tau, out);
     }
     free(tau);
 }
@@ -263,7 +262,7 @@ void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt
         kt_code_inverse(tree, true, tau);
         g->is_nameless = false;
         tree->acceleration = NULL;
-        fill_derivatives(tree, tau, out);
+        kt_code_differentiate(tree, tau, out);
         kt_graph_replace(g, out, 2 * nv * nv, a);
         for (int k = 0; k < 2 * nv && !g->failed; k++) {
             const bool by_q = k < nv;

@@ -199,7 +199,7 @@ static void add_effect(code_effect *e, code_load *load, kt_op *tau) {
         load_end(e, k, load);
 }
 
-void kt_code_effects(kt_code_tree *tree, kt_op *tau) {
+static void make_effects(kt_code_tree *tree, kt_op *tau) {
     kt_graph *g = tree->graph;
     code_load *load = calloc((size_t)tree->link_count, sizeof *load);
     kt_code_speed *speed = kt_code_speeds(tree);
@@ -219,6 +219,27 @@ void kt_code_effects(kt_code_tree *tree, kt_op *tau) {
     free(speed);
     free(place.turn);
     free(place.position);
+}
+
+/* Makes the forces once, since their parameters exist once. Returns false if memory is insufficient. */
+static bool know_effects(kt_code_tree *tree) {
+    if (tree->force == NULL) {
+        tree->force = calloc(tree->model->n.v, sizeof *tree->force);
+        tree->graph->failed |= tree->force == NULL;
+        if (tree->force != NULL)
+            make_effects(tree, tree->force);
+    }
+    return !tree->graph->failed;
+}
+
+void kt_code_effects(kt_code_tree *tree, kt_op *tau) {
+    if (know_effects(tree))
+        memcpy(tau, tree->force, tree->model->n.v * sizeof *tau);
+}
+
+void kt_code_effect_derivatives(kt_code_tree *tree, kt_op *out) {
+    if (know_effects(tree))
+        kt_code_differentiate(tree, tree->force, out);
 }
 
 void kt_code_states(kt_code_tree *tree, kt_op *rate) {

@@ -254,17 +254,45 @@ static kt_op3 scale_each(const code_effect *e, const char *key, int first, const
     return out;
 }
 
-/* The Euler vector of a rotation R: with w = vee(R - R') / 2 and c = (tr R - 1) / 2, theta = atan2(|w|, c) w / |w| */
+/* A multiple of the quaternion (w, v) of a rotation with w >= 0: that of four whose own part is largest (Shepperd
+ * 1978). */
+static void quaternion_of(kt_graph *g, const kt_op33 *r, kt_op p[4]) {
+    static const int sign[4][3] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    kt_op largest = 0, size[4], sum[3], difference[3];
+    for (int i = 0; i < 3; i++) {
+        const kt_op up = r->row[(i + 2) % 3].x[(i + 1) % 3], down = r->row[(i + 1) % 3].x[(i + 2) % 3];
+        sum[i] = kt_op_add(g, up, down);
+        difference[i] = kt_op_subtract(g, up, down);
+    }
+    for (int k = 0; k < 4; k++) {
+        size[k] = kt_op_number(g, 1.0);
+        for (int i = 0; i < 3; i++)
+            size[k] =
+                sign[k][i] > 0 ? kt_op_add(g, size[k], r->row[i].x[i]) : kt_op_subtract(g, size[k], r->row[i].x[i]);
+    }
+    const kt_op own[4][4] = {{size[0], difference[0], difference[1], difference[2]},
+                             {difference[0], size[1], sum[2], sum[1]},
+                             {difference[1], sum[2], size[2], sum[0]},
+                             {difference[2], sum[1], sum[0], size[3]}};
+    for (int k = 0; k < 4; k++) {
+        const kt_op above = k == 0 ? kt_op_number(g, 1.0) : kt_op_subtract(g, size[k], largest);
+        for (int i = 0; i < 4; i++)
+            p[i] = k == 0 ? own[k][i] : kt_op_choose(g, above, own[k][i], p[i]);
+        largest = k == 0 ? size[0] : kt_op_choose(g, above, size[k], largest);
+    }
+    const kt_op is_negative = kt_op_negate(g, p[0]);
+    for (int i = 3; i >= 0; i--)
+        p[i] = kt_op_choose(g, is_negative, kt_op_negate(g, p[i]), p[i]);
+}
+
+/* The Euler vector of a rotation: theta = 2 atan2(|v|, w) v / |v| */
 static kt_op3 euler_vector_of(kt_graph *g, const kt_op33 *r) {
-    kt_op3 w;
-    const kt_op half = kt_op_number(g, 0.5), one = kt_op_number(g, 1.0);
-    for (int i = 0; i < 3; i++)
-        w.x[i] = kt_op_multiply(
-            g, half, kt_op_subtract(g, r->row[(i + 2) % 3].x[(i + 1) % 3], r->row[(i + 1) % 3].x[(i + 2) % 3]));
-    const kt_op trace = kt_op_add(g, kt_op_add(g, r->row[0].x[0], r->row[1].x[1]), r->row[2].x[2]);
-    const kt_op sine = kt_op3_length(g, w), cosine = kt_op_multiply(g, half, kt_op_subtract(g, trace, one));
-    const kt_op ratio = kt_op_divide(g, kt_op_call(g, KT_OP_ATAN2, sine, cosine), sine);
-    return kt_op3_scale(g, kt_op_choose(g, sine, ratio, one), w);
+    kt_op p[4];
+    quaternion_of(g, r, p);
+    const kt_op3 v = {{p[1], p[2], p[3]}};
+    const kt_op sine = kt_op3_length(g, v), two = kt_op_number(g, 2.0);
+    const kt_op half = kt_op_divide(g, kt_op_call(g, KT_OP_ATAN2, sine, p[0]), sine);
+    return kt_op3_scale(g, kt_op_choose(g, sine, kt_op_multiply(g, two, half), kt_op_divide(g, two, p[0])), v);
 }
 
 /* G^-T u = u + theta x u / 2 + c theta x (theta x u), with c of x = |theta|^2 (effect/triple.h) */

@@ -76,9 +76,22 @@ typedef struct kt_code_names {
     bool has_time; /* forces of effects have the time as an argument */
 } kt_code_names;
 
-/* Prints the steps among the functions. signature: of heun, rk4 and semi_implicit. */
+/* The heads of heun, rk4 and semi_implicit, and of A and B of these. */
+enum { KT_CODE_STEPS = 6 };
+
+/* Prints the steps among the functions. */
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
-                         const char *const signature[3]);
+                         const char *const signature[KT_CODE_STEPS]);
+
+/* Prints the derivatives of accelerations of a state with effects, as A and B of all steps need them. */
+void kt_code_print_jacobians(FILE *file, const kt_code_names *names, const kt_model *model);
+
+/* Prints the common function of A and B of explicit steps, and a method with its tables; and the semi-implicit one. */
+void kt_code_print_explicit_changes(FILE *file, const kt_code_names *names, const kt_model *model);
+void kt_code_print_method_changes(FILE *file, const kt_code_names *names, const char *signature, int stages,
+                                  const char *tables);
+void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *names, const kt_model *model,
+                                         const char *signature);
 
 /* Whether the steps among the functions need sines, or sqrt of math.h. */
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions);

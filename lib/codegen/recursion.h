@@ -102,6 +102,10 @@ void kt_code_jacobians(kt_code_tree *tree, kt_op *out);
 /* dtau/dq and dtau/dv of the inverse dynamics for the accelerations KT_OP_GIVEN: out has 2 nv nv entries. */
 void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out);
 
+/* The same of the joint forces of all effects, and of joint forces that are known. */
+void kt_code_effect_derivatives(kt_code_tree *tree, kt_op *out);
+void kt_code_differentiate(kt_code_tree *tree, const kt_op *tau, kt_op *out);
+
 /* da/dq, da/dv and da/dtau of the forward dynamics for the forces KT_OP_GIVEN: out has 3 nv nv entries. work: nv x nv.
  * One guard for each coordinate. */
 void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);

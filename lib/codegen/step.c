@@ -207,10 +207,37 @@ static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_mod
     print_outputs_of_step(file, "p", nq, "u", 0, nv, nx);
 }
 
+/* Explicit methods: stages, and tables. */
+static const struct {
+    int stages;
+    const char *tables;
+} explicit_methods[2] = {
+    {2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}"},
+    {4, "a[] = {(real)0.5, 0, (real)0.5, 0, 0, 1};\n"
+        "    static const real b[] = {(real)(1.0 / 6.0), (real)(1.0 / 3.0), (real)(1.0 / 3.0),\n"
+        "                             (real)(1.0 / 6.0)}"},
+};
+
+/* A and B of the steps among the functions. */
+static void print_changes(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
+                          const char *const signature[KT_CODE_STEPS]) {
+    kt_code_print_jacobians(file, names, model);
+    if (functions & (KT_CODEGEN_HEUN_DERIVATIVES | KT_CODEGEN_RK4_DERIVATIVES))
+        kt_code_print_explicit_changes(file, names, model);
+    for (int k = 0; k < 2; k++)
+        if (functions & (k == 0 ? KT_CODEGEN_HEUN_DERIVATIVES : KT_CODEGEN_RK4_DERIVATIVES))
+            kt_code_print_method_changes(file, names, signature[3 + k], explicit_methods[k].stages,
+                                         explicit_methods[k].tables);
+    if (functions & KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES)
+        kt_code_print_semi_implicit_changes(file, names, model, signature[5]);
+}
+
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
-                         const char *const signature[3]) {
+                         const char *const signature[KT_CODE_STEPS]) {
     const int count = count_quaternions(model);
-    if (!(functions & KT_CODEGEN_STEPS))
+    const unsigned with_forward =
+        (unsigned)KT_CODEGEN_STEPS | (unsigned)KT_CODEGEN_HEUN_DERIVATIVES | (unsigned)KT_CODEGEN_RK4_DERIVATIVES;
+    if (!(functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)))
         return;
     fputs("/* ---- steps ---- */\n\n", file);
     if (count > 0) {
@@ -218,16 +245,15 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
         fputs(turn_product, file);
         print_units(file, count);
     }
-    print_rates(file, names, model);
+    if (functions & with_forward)
+        print_rates(file, names, model);
     if (functions & (KT_CODEGEN_HEUN | KT_CODEGEN_RK4))
         print_explicit(file, names, model);
-    if (functions & KT_CODEGEN_HEUN)
-        print_method(file, names, model, signature[0], 2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}");
-    if (functions & KT_CODEGEN_RK4)
-        print_method(file, names, model, signature[1], 4,
-                     "a[] = {(real)0.5, 0, (real)0.5, 0, 0, 1};\n"
-                     "    static const real b[] = {(real)(1.0 / 6.0), (real)(1.0 / 3.0), (real)(1.0 / 3.0),\n"
-                     "                             (real)(1.0 / 6.0)}");
+    for (int k = 0; k < 2; k++)
+        if (functions & (k == 0 ? KT_CODEGEN_HEUN : KT_CODEGEN_RK4))
+            print_method(file, names, model, signature[k], explicit_methods[k].stages, explicit_methods[k].tables);
     if (functions & KT_CODEGEN_SEMI_IMPLICIT)
         print_semi_implicit(file, names, model, signature[2]);
+    if (functions & KT_CODEGEN_STEP_DERIVATIVES)
+        print_changes(file, names, model, functions, signature);
 }

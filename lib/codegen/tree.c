@@ -282,6 +282,7 @@ void kt_code_tree_free(kt_code_tree *tree) {
     free(tree->body_name);
     free(tree->before);
     free(tree->marker);
+    free(tree->force);
 }
 
 /* ---- base parameters --------------------------------------------------------------------------------------------- */

@@ -52,6 +52,7 @@ typedef struct kt_code_tree {
     kt_op3 *marker;                  /* positions of markers in their links, once they are used; before, -1 */
     const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
     bool is_at_rest;                 /* rates are zero */
+    kt_op *force;                    /* joint forces of effects, once they are made; before, NULL */
 } kt_code_tree;
 
 /* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */

@@ -6,8 +6,11 @@
 
 #include "kinetree/codegen.h"
 
-/* All functions of a model without auxiliary states. */
-enum { KT_GENERATED_USUAL = KT_CODEGEN_ALL & ~KT_CODEGEN_STATES };
+/* All functions but those that some models cannot have, or that have tests of their own. */
+enum {
+    KT_GENERATED_USUAL =
+        KT_CODEGEN_ALL & ~(KT_CODEGEN_STATES | KT_CODEGEN_EFFECT_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES)
+};
 
 enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
 

@@ -23,6 +23,7 @@ def main():
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
     rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
     rejected("scene_must_exist", 2, "nothing.yaml", "--c", "nothing.yaml", "--out", "arm.c")
+    rejected("changes_need_joints_without_quaternions", 2, "use kt_step_derivatives", "--c", SCENES / "humanoid.yaml", "--out", "arm.c", "--functions", "rk4_derivatives")
     with tempfile.TemporaryDirectory() as folder:
         made = export(folder, "--c", arm, "--out", "my_arm.c")
         source, header = pathlib.Path(folder, "my_arm.c"), pathlib.Path(folder, "my_arm.h")

@@ -105,7 +105,9 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
 
 /* Prints which effects the file leaves out. */
 static void say_effects(const kt_export_c *c, const kt_model *model) {
-    if (kt_effect_count(model) > 0 && !(read_functions(c->functions) & (KT_CODEGEN_EFFECTS | KT_CODEGEN_STEPS)))
+    const unsigned with_effects = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES | (unsigned)KT_CODEGEN_STEPS |
+                                  (unsigned)KT_CODEGEN_STEP_DERIVATIVES;
+    if (kt_effect_count(model) > 0 && !(read_functions(c->functions) & with_effects))
         fprintf(stderr, "%s: note: left out: forces of effects (%d); add them to tau, or try --functions effects\n",
                 c->scene, kt_effect_count(model));
 }
