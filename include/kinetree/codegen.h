@@ -69,9 +69,8 @@ enum {
     KT_CODEGEN_LIST(KT_CODEGEN_BIT)
 #undef KT_CODEGEN_BIT
         KT_CODEGEN_STEPS = KT_CODEGEN_HEUN | KT_CODEGEN_RK4 | KT_CODEGEN_SEMI_IMPLICIT, /* the steps */
-    KT_CODEGEN_STEP_DERIVATIVES =
-        KT_CODEGEN_HEUN_DERIVATIVES | KT_CODEGEN_RK4_DERIVATIVES | KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES, /* A and B */
-    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1 /* all functions */
+    KT_CODEGEN_STEP_DERIVATIVES = 7 << KT_CODEGEN_HEUN_DERIVATIVES_INDEX,               /* their A and B */
+    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1                                        /* all functions */
 };
 
 /* Returns the name of a function with the index 0 <= k < KT_CODEGEN_COUNT; NULL for other numbers. */
