@@ -3,8 +3,8 @@
  *     bench-book-limits SCENE FUNCTION COUNT
  *
  * FUNCTION is forward (accelerations, of a tree without effects) or derivatives (those of a tree's forward dynamics by
- * position and velocity). It is evaluated COUNT times at the assembled start. The output is the number of bodies, of freedoms, and of bytes of the
- * model and its data. */
+ * position and velocity). It is evaluated COUNT times at the assembled start. The output is the number of bodies, of
+ * freedoms, and of bytes of the model and its data. */
 #include "equations.h"
 
 #include <stdio.h>
