@@ -78,7 +78,7 @@ static double nearness(const double p[2], const double q[2], const double side[2
     double a[2], b[2];
     contact_point(p, r, sense, a);
     contact_point(q, r, -sense, b);
-    const double middle[2] = {a[0] + b[0], a[1] + b[1]}, norm = hypot(middle[0], middle[1]);
+    const double middle[2] = {a[0] + b[0], a[1] + b[1]}, norm = kt_hypot(middle[0], middle[1]);
     if (segments_meet(p, a, q, b))
         return -2.0;
     return norm > 0.0 ? (middle[0] * side[0] + middle[1] * side[1]) / norm : 0.0;
@@ -90,7 +90,7 @@ static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple sid
     const double from[2] = {kt_vec3_norm(plain_of(p)), 0.0};
     const double to[2] = {kt_vec3_dot(plain_of(q), x), kt_vec3_dot(plain_of(q), y)};
     double s[2] = {kt_vec3_dot(plain_of(side), x), kt_vec3_dot(plain_of(side), y)};
-    const double norm = hypot(s[0], s[1]);
+    const double norm = kt_hypot(s[0], s[1]);
     s[0] = norm > 0.0 ? s[0] / norm : 1.0;
     s[1] = norm > 0.0 ? s[1] / norm : 0.0;
     if (is_clear(from, to, s, r))
