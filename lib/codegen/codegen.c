@@ -358,70 +358,73 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     return fine;
 }
 
+/* Makes the nodes of a function. Returns false if memory is insufficient. */
+static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
+    f->out_count = f->output[0] = (int)nv;
+    switch (k) {
+    case KT_CODEGEN_FORWARD_INDEX:
+        return make_forward(tree, work, f);
+    case KT_CODEGEN_INVERSE_INDEX:
+    case KT_CODEGEN_BIAS_INDEX:
+        kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
+        break;
+    case KT_CODEGEN_MASS_INDEX:
+        kt_code_mass(tree, f->out);
+        f->out_count = f->output[0] = (int)(nv * nv);
+        break;
+    case KT_CODEGEN_EFFECTS_INDEX:
+        kt_code_effects(tree, f->out);
+        break;
+    case KT_CODEGEN_STATES_INDEX:
+        kt_code_states(tree, f->out);
+        f->out_count = f->output[0] = (int)tree->model->n.x;
+        break;
+    case KT_CODEGEN_ENERGY_INDEX:
+        kt_code_energy(tree, f->out);
+        f->out_count = f->output[0] = 2;
+        break;
+    case KT_CODEGEN_JACOBIANS_INDEX:
+        kt_code_jacobians(tree, f->out);
+        f->out_count = f->output[0] = (int)(6 * nv * markers);
+        break;
+    case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
+        kt_code_inverse_derivatives(tree, f->out);
+        f->output[0] = f->output[1] = (int)(nv * nv);
+        f->out_count = (int)(2 * nv * nv);
+        break;
+    case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
+        kt_code_effect_derivatives(tree, f->out);
+        f->output[0] = f->output[1] = (int)(nv * nv);
+        f->out_count = (int)(2 * nv * nv);
+        break;
+    case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
+        kt_code_forward_derivatives(tree, work, f->out, f->guard);
+        f->guard_count = (int)nv;
+        f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
+        f->out_count = (int)(3 * nv * nv);
+        break;
+    default:
+        kt_code_markers(tree, f->out);
+        f->output[0] = f->output[1] = (int)(3 * markers);
+        f->out_count = (int)(6 * markers);
+        break;
+    }
+    return true;
+}
+
 /* Makes the graph of a function. Returns false if memory is insufficient. */
 static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
-    kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    const size_t count = 3 * nv * nv + 6 * (nv + 1) * markers + tree->model->n.x + 2;
+    const size_t nv = tree->model->n.v;
+    const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + 2;
     f->out = calloc(count + 2 * nv, sizeof *f->out);
     f->guard = calloc(nv, sizeof *f->guard);
     f->writes_at_once = kind_of(k)->is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
-    bool fine = f->out != NULL && f->guard != NULL && work != NULL;
-    g->scope++;
-    f->out_count = f->output[0] = (int)nv;
-    if (fine)
-        switch (k) {
-        case KT_CODEGEN_FORWARD_INDEX:
-            fine = make_forward(tree, work, f);
-            break;
-        case KT_CODEGEN_INVERSE_INDEX:
-        case KT_CODEGEN_BIAS_INDEX:
-            kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
-            break;
-        case KT_CODEGEN_MASS_INDEX:
-            kt_code_mass(tree, f->out);
-            f->out_count = f->output[0] = (int)(nv * nv);
-            break;
-        case KT_CODEGEN_EFFECTS_INDEX:
-            kt_code_effects(tree, f->out);
-            break;
-        case KT_CODEGEN_STATES_INDEX:
-            kt_code_states(tree, f->out);
-            f->out_count = f->output[0] = (int)tree->model->n.x;
-            break;
-        case KT_CODEGEN_ENERGY_INDEX:
-            kt_code_energy(tree, f->out);
-            f->out_count = f->output[0] = 2;
-            break;
-        case KT_CODEGEN_JACOBIANS_INDEX:
-            kt_code_jacobians(tree, f->out);
-            f->out_count = f->output[0] = (int)(6 * nv * markers);
-            break;
-        case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
-            kt_code_inverse_derivatives(tree, f->out);
-            f->output[0] = f->output[1] = (int)(nv * nv);
-            f->out_count = (int)(2 * nv * nv);
-            break;
-        case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
-            kt_code_effect_derivatives(tree, f->out);
-            f->output[0] = f->output[1] = (int)(nv * nv);
-            f->out_count = (int)(2 * nv * nv);
-            break;
-        case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
-            kt_code_forward_derivatives(tree, work, f->out, f->guard);
-            f->guard_count = (int)nv;
-            f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
-            f->out_count = (int)(3 * nv * nv);
-            break;
-        default:
-            kt_code_markers(tree, f->out);
-            f->output[0] = f->output[1] = (int)(3 * markers);
-            f->out_count = (int)(6 * markers);
-            break;
-        }
+    tree->graph->scope++;
+    const bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_function(tree, k, work, f);
     free(work);
-    return fine && !g->failed;
+    return fine && !tree->graph->failed;
 }
 
 /* Prints the steps, which call other functions. Returns false if memory is insufficient. */

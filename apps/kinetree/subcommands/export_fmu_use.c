@@ -114,7 +114,8 @@ void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter
     if (s.before == s.after || a->body_count != b->body_count || a->loop_count != b->loop_count ||
         a->effect_count != b->effect_count)
         return;
-    compare(&s, &a->gravity.x, &b->gravity.x, 3, "gravity", "m/s^2");
+    compare(&s, (const double[]){a->gravity.x, a->gravity.y, a->gravity.z},
+            (const double[]){b->gravity.x, b->gravity.y, b->gravity.z}, 3, "gravity", "m/s^2");
     for (int i = 0; i < a->body_count; i++)
         compare_body(&s, &a->bodies[i], &b->bodies[i]);
     for (int i = 0; i < a->loop_count; i++) {
