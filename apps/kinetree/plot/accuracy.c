@@ -15,6 +15,7 @@ typedef struct kt_diagram {
     double *front_error[2], *front_cost[2];
     kt_plot_series *series[2];
     char (*labels)[64];
+    int shown; /* curves of the study that are drawn, before those of other engines */
 } kt_diagram;
 
 static int count_peers(const kt_findings *findings) { return findings->peers != NULL ? findings->peers->count : 0; }
@@ -84,13 +85,21 @@ static void place_point(const kt_accuracy_results *results, const kt_accuracy_po
     d->cost[1][i] = (double)point->counts.evaluations / results->duration;
 }
 
+/* With other engines, the legend has room for the best methods only: those of a front. */
+static bool is_shown(const kt_findings *findings, const kt_accuracy_curve *curve) {
+    bool is_best = findings->peers == NULL;
+    for (int i = curve->first; i < curve->first + curve->count; i++)
+        is_best = is_best || findings->results->points[i].cheapest || findings->results->points[i].fewest;
+    return is_best;
+}
+
 /* Other engines, behind the curves and points of the study. An engine without usable points has its name alone. */
 static void fill_peers(const kt_findings *findings, kt_diagram *d) {
     const kt_accuracy_results *results = findings->results;
     int first = results->point_count, engine = 0;
     for (int i = 0; i < count_peers(findings); i++) {
         const kt_peer_curve *curve = &findings->peers->curves[i];
-        const int at = results->curve_count + i;
+        const int at = d->shown + i;
         bool is_usable = false;
         for (int k = 0; k < curve->count; k++) {
             place_point(results, &curve->points[k], first + k, d);
@@ -116,20 +125,23 @@ static void fill(const kt_findings *findings, kt_diagram *d) {
     const kt_accuracy_results *results = findings->results;
     for (int i = 0; i < results->point_count; i++)
         place_point(results, &results->points[i], i, d);
-    fill_peers(findings, d);
     for (int panel = 0; panel < 2; panel++) {
-        const int last = results->curve_count + count_peers(findings);
+        d->shown = 0;
         for (int i = 0; i < results->curve_count; i++) {
             const kt_accuracy_curve *curve = &results->curves[i];
-            name_curve(results, curve, d->labels[i], sizeof d->labels[i]);
-            d->series[panel][i] = (kt_plot_series){.label = d->labels[i],
-                                                   .x = d->cost[panel] + curve->first,
-                                                   .y = d->error + curve->first,
-                                                   .count = (size_t)curve->count,
-                                                   .colour = colour_at(results, curve),
-                                                   .mark = mark_of(results, i),
-                                                   .hollow = !curve->adaptive};
+            if (!is_shown(findings, curve))
+                continue;
+            char *label = d->labels[d->shown];
+            name_curve(results, curve, label, sizeof d->labels[0]);
+            d->series[panel][d->shown++] = (kt_plot_series){.label = label,
+                                                            .x = d->cost[panel] + curve->first,
+                                                            .y = d->error + curve->first,
+                                                            .count = (size_t)curve->count,
+                                                            .colour = colour_at(results, curve),
+                                                            .mark = mark_of(results, i),
+                                                            .hollow = !curve->adaptive};
         }
+        const int last = d->shown + count_peers(findings);
         const size_t count = find_front(results, panel == 0, d->front_error[panel], d->front_cost[panel]);
         d->series[panel][last] = (kt_plot_series){.label = "least for its error",
                                                   .x = d->front_cost[panel],
@@ -137,6 +149,7 @@ static void fill(const kt_findings *findings, kt_diagram *d) {
                                                   .count = count,
                                                   .is_halo = true};
     }
+    fill_peers(findings, d);
 }
 
 static void describe(const kt_findings *findings, char *text, size_t size) {
@@ -144,8 +157,10 @@ static void describe(const kt_findings *findings, char *text, size_t size) {
     char length[64] = "";
     if (results->unit == KT_ACCURACY_MIXED)
         snprintf(length, sizeof length, ", lengths over %.3g m", results->length);
-    snprintf(text, size, "%g s; the largest position error of all joints at %d records%s; filled marks: adaptive steps",
-             results->duration, results->records, length);
+    snprintf(text, size,
+             "%g s; the largest position error of all joints at %d records%s; filled marks: adaptive steps%s",
+             results->duration, results->records, length,
+             findings->peers != NULL ? "; own methods that are best somewhere" : "");
 }
 
 static int draw(const kt_findings *findings, const kt_diagram *d, const char *path, bool is_dark) {
@@ -158,7 +173,7 @@ static int draw(const kt_findings *findings, const kt_diagram *d, const char *pa
         panels[panel] = (kt_plot_panel){.title = "Position error",
                                         .unit = kt_findings_unit(findings),
                                         .series = d->series[panel],
-                                        .series_count = results->curve_count + count_peers(findings) + 1,
+                                        .series_count = d->shown + count_peers(findings) + 1,
                                         .has_legend = panel == 1,
                                         .x_log = true,
                                         .y_log = true,
