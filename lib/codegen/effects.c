@@ -19,6 +19,8 @@ const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *
     const bool is_hard = KT_HAS_SWITCHES && (effect->hard || effect->direction != 0.0 || effect->loops > 0);
     if (effect->type == KT_EFFECT_CUSTOM || effect->law != NULL)
         return "its force is a function in C";
+    if (effect->path_count > 0)
+        return "it acts along a path";
     if (is_hard || effect->relative.type != 0)
         return "it acts in a loop, or counts as one";
     for (int k = 0; k < 3; k++)

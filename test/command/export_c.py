@@ -9,6 +9,15 @@ from claims import claim, finish
 from exported import export, rejected
 
 SCENES = pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
+# a weight that pulls over a wheel
+ROPE = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: block, joint: {type: prismatic, axis: x}, mass: 2}
+  - {name: weight, joint: {type: prismatic, axis: z, at: [1.1, 0, -0.6]}, mass: 1}
+effects:
+  - {name: rope, type: expression, path: [block, {body: world, at: [1, 0, -0.1], radius: 0.1, axis: y, side: [1, 0, 1]}, weight], force: "-20*length"}
+"""
 
 
 def main():
@@ -22,6 +31,10 @@ def main():
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
     rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
+    with tempfile.TemporaryDirectory() as folder:
+        rope = pathlib.Path(folder, "rope.yaml")
+        rope.write_text(ROPE)
+        rejected("forces_along_paths_are_rejected", 2, "it acts along a path", "--c", rope, "--out", "rope.c", "--functions", "effects")
     rejected("scene_must_exist", 2, "nothing.yaml", "--c", "nothing.yaml", "--out", "arm.c")
     rejected("changes_need_joints_without_quaternions", 2, "use kt_step_derivatives", "--c", SCENES / "humanoid.yaml", "--out", "arm.c", "--functions", "rk4_derivatives")
     with tempfile.TemporaryDirectory() as folder:
