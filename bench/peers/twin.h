@@ -1,5 +1,5 @@
-/* A mechanism that is built again in another engine: where its bodies are at the start, and what every engine needs of
- * its masses and loops. */
+/* A mechanism that is built again in another engine. A twin has the bodies at the start. The functions find masses and
+ * the ends of loops. */
 #ifndef KT_BENCH_PEERS_TWIN_H
 #define KT_BENCH_PEERS_TWIN_H
 

@@ -330,7 +330,8 @@ static kt_op copy_node(kt_graph *g, kt_op i, const kt_op *moved) {
     return i;
 }
 
-/* What a pass over the nodes reads: how often each is used, what it has become, and the caller's nodes. */
+/* The input of a pass over the nodes: the number of uses of each node, the node that has replaced it, and the caller's
+ * nodes. */
 typedef struct graph_pass {
     const int32_t *uses;
     const kt_op *moved, *value;

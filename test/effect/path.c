@@ -262,8 +262,8 @@ KT_TEST(lines_of_pictures_follow_the_paths) {
     }
 }
 
-/* Where the line begins to touch a surface, the length and its slope are continuous: the change over 2 h is the slope
- * times 2 h, to some h^2. */
+/* The length and its slope are continuous where a line begins to touch a surface. The change over 2 h is then 2 h times
+ * the slope, up to some h^2. */
 KT_TEST(lengths_have_no_kink_where_a_line_touches_a_surface) {
     static const char *const surfaces[] = {"radius: 0.5", "radius: 0.5, axis: y", "radius: 0.5, inside: true",
                                            "radius: 0.5, axis: y, inside: true", "radius: 0.5, side: [0, 0, 1]"};

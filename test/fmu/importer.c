@@ -104,7 +104,7 @@ static void load_functions(const char *binary) {
     FUNCTIONS(LOAD)
 }
 
-/* What an intermediate update needs: the environment of the instance. */
+/* The environment of an instance with intermediate updates. */
 typedef struct updates {
     const request *r;
     void *instance;

@@ -82,7 +82,7 @@ const kt_usage kt_usage_accuracy = {
         "Baumgarte's gains are 0.1 and 0.4, divided by the step.\n"
         "\n"
         "--peers adds points of other engines to the tables, the CSV file and the diagram, for the same records.\n"
-        "'bench/run engines SCENE' builds the programs for MuJoCo, ODE and SUNDIALS, and does this.\n"
+        "'bench/run engines SCENE' builds the programs for MuJoCo, ODE, Simbody and SUNDIALS, and does this.\n"
         "An engine that fails is listed with its reason.\n"
         "\n"
         "--baselines compares equations with multipliers: of index 3, 2 and 1, of Gear, Leimkuhler and Gupta, and of "

@@ -309,8 +309,7 @@ static int measure(kt_peer_session *s) {
     search_path(s);
     if (s->peers->count == 0) {
         kt_say("accuracy: --peers: no program %sNAME is on the PATH; 'bench/run engines SCENE' builds those of MuJoCo, "
-               "ODE and "
-               "SUNDIALS",
+               "ODE, Simbody and SUNDIALS",
                prefix);
         return KT_EXIT_USAGE;
     }
