@@ -14,7 +14,7 @@
  *     (Q2' M Q2) z = Q2' (tau - h - M a0),   a0 = Q1 R1^-T b''
  *
  * The reduction takes place inside the articulated-body recursion (constraint embedding: Jain 2009, Multibody System
- * Dynamics 22). A group of many loops is eliminated link by link if this takes fewer operations than one dense matrix
+ * Dynamics 22). A group of many loops is eliminated link by link if this takes less time than one dense matrix
  * (kt_structure). If loops are chained, as in rows of windows, ropes and ladders, the cost then grows with the number
  * of links.
  */

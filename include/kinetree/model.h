@@ -50,7 +50,7 @@ typedef enum kt_metric {
 
 /* The reduction of loops that share coordinates. The results differ only by rounding. */
 typedef enum kt_structure {
-    KT_STRUCTURE_AUTO = 0, /* link by link if this takes fewer operations than dense matrices */
+    KT_STRUCTURE_AUTO = 0, /* link by link if this takes less time than dense matrices */
     KT_STRUCTURE_DENSE,    /* one dense matrix; the cost rises with the cube of the coordinates */
     KT_STRUCTURE_FRONTS,   /* link by link, with dense matrices for the dependence on the remaining links */
 } kt_structure;

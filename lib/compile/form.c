@@ -2,7 +2,7 @@
  *
  * The first choice, before any array is placed, is between dense matrices and fronts. The second choice follows when
  * the ranks have been found (rank.c): whether one of the special forms serves. The second choice is repeated if a
- * parameter gives a joint armature, and if few equations lose digits (delassus_accuracy.c). Thresholds are measured:
+ * parameter gives a joint armature, and if few equations lose digits (delassus_accuracy.c). The costs are measured:
  * bench/run forms.
  */
 #include "compile/compile.h"
@@ -13,15 +13,30 @@
 
 #include <float.h>
 
-/* Below this ratio of operations fronts take less time than dense matrices, in the plane and in space. Fronts in
- * registers (reduction/front4.h) are always faster. Measured times in microseconds:
- *
- * | windows | registers | dense |
- * | 3       | 0.69      | 0.83  |
- * | 10      | 2.1       | 6.4   |
+/* What an elimination costs in units of a nanosecond on a processor of 2023: an operation, a link, a loop, and an entry
+ * of the mass matrix. An operation of the fronts of few links is dear, since their matrices are small. The numbers are
+ * fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages with 8 to 123 coordinates, within
+ * 30 %. Ladders of 30 to 60 rungs, for example, take half to a fifth of the time by fronts.
  */
-#define WORTH_PLANAR 0.25
-#define WORTH_SPATIAL 0.125
+typedef struct form_price {
+    double operation, link, loop, entry;
+} form_price;
+
+static const form_price front_price[] = {[false] = {0.077, 650.0, 0.0, 0.0}, [true] = {0.17, 220.0, 320.0, 0.0}};
+static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [true] = {0.037, 37.0, 93.0, 11.8}};
+
+/* In batches, lanes compute dense groups of fewer coordinates than KT_LARGE and no fronts. Below that number, fronts must
+ * therefore take so much less time than dense matrices. */
+#define WORTH_LANES 0.5
+
+/* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. Microseconds
+ * of an evaluation: 3 windows 1.1, and 1.2 by dense matrices; 10 windows 2.9 and 6.1. */
+enum { KT_FRONT4_LINKS = 10 };
+
+static double form_cost(const form_price *of, double operations, const kt_group *group) {
+    const double m = group->v_count;
+    return of->operation * operations + of->link * group->link_count + of->loop * group->loop_count + of->entry * m * m;
+}
 
 static bool may_be(const kt_model *model, kt_group_form form) { return !(model->excluded_forms & 1u << form); }
 
@@ -72,12 +87,16 @@ void kt_form_begin(const kt_model *model, kt_group *group) {
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
     if (group->reason == KT_FORM_REASON_FORMULA)
         return false;
-    const double worth = kt_group_is_planar(model, group) ? WORTH_PLANAR : WORTH_SPATIAL;
+    const bool planar = kt_group_is_planar(model, group);
+    const double front = form_cost(&front_price[planar], of->front_flops, group);
+    const double dense = form_cost(&dense_price[planar], of->dense_flops, group);
+    const double worth = group->v_count < KT_LARGE ? WORTH_LANES : 1.0;
+    const bool registers = of->is_front4 && group->link_count >= KT_FRONT4_LINKS && may_be(model, KT_FORM_FRONT4);
     const bool delassus = of->fits_delassus && may_be(model, KT_FORM_DELASSUS);
     if (model->structure == KT_STRUCTURE_FRONTS)
         set(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
-    else if (of->front_flops < worth * of->dense_flops || delassus || (of->is_front4 && may_be(model, KT_FORM_FRONT4)))
-        set(group, KT_FORM_FRONT, KT_FORM_REASON_OPERATIONS);
+    else if (front < worth * dense || delassus || registers)
+        set(group, KT_FORM_FRONT, KT_FORM_REASON_TIME);
     return kt_group_has_fronts(group);
 }
 

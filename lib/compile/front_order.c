@@ -24,8 +24,10 @@
  * | 10, in a plane  | 1.0     | 1.9   |
  * | 10, in space    | 1.5     | 2.5   |
  * | 10, spherical   | 1.9     | 19    |
- * | 5, in a plane   | 0.8     | 0.8   | */
-#define DELASSUS_COORDINATES 10
+ * | 7, in a plane   | 0.95    | 1.2   |
+ * | 7, in space     | 1.6     | 1.6   |
+ * | 3, spherical    | 1.3     | 2.0   | */
+#define DELASSUS_COORDINATES 7
 
 typedef struct planner {
     kt_attach *a;

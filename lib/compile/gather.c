@@ -19,8 +19,8 @@ static int32_t set_of(kt_attach *a, int32_t i) {
 
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j) { a->above[set_of(a, i)] = set_of(a, j); }
 
-/* Groups of fewer links are never reduced by fronts of their own accord. */
-enum { KT_FRONT_LINKS = 10 };
+/* Groups of fewer coordinates in all are never reduced by fronts of their own accord. */
+enum { KT_FRONT_LEAST = 7 };
 
 void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
     for (size_t i = 0; i < n->link; i++)
@@ -40,7 +40,7 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
             n->group_link++;
             n->group_v += (size_t)kt_link_dofs(&a->tree->link[i]);
         }
-    const bool large = n->group_link >= KT_FRONT_LINKS || a->tree->structure == KT_STRUCTURE_FRONTS;
+    const bool large = n->group_v >= KT_FRONT_LEAST || a->tree->structure == KT_STRUCTURE_FRONTS;
     const bool allowed = KT_HAS_LOOPS && a->tree->reduction->fronts && a->tree->structure != KT_STRUCTURE_DENSE;
     n->front = large && allowed ? n->group_link : 0;
 }

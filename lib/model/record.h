@@ -179,7 +179,7 @@ enum { KT_GROUP_MATRICES = 22 };
     X(KT_FORM_REASON_FORMULA, "an equation is a formula, which dense matrices alone have")                             \
     X(KT_FORM_REASON_PIN, "one pin closes three coordinates in a plane")                                               \
     X(KT_FORM_REASON_ARMATURE, "one pin closes three coordinates, but a joint has armature")                           \
-    X(KT_FORM_REASON_OPERATIONS, "link by link it takes fewer operations than dense matrices")                         \
+    X(KT_FORM_REASON_TIME, "link by link it takes less time than dense matrices")                                      \
     X(KT_FORM_REASON_REGISTERS, "four parameters or fewer pass from link to link in a plane")                          \
     X(KT_FORM_REASON_FEW, "one to four equations hold many links on the ground")                                       \
     X(KT_FORM_REASON_INEXACT, "its few equations alone would lose digits where heavy links hang on light ones")
