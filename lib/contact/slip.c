@@ -256,16 +256,14 @@ static void begin_slow_slip(size_t n, kt_slip_problem *p) {
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
 }
 
-/* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
- * set. */
-static double time_ahead(const kt_data *data, size_t k) {
+double kt_slip_time_ahead(const kt_data *data, size_t k, double *grows) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     const double part = 1.0 - kt_hypot(s[0], s[1]) / slow;
+    *grows = (2.0 - part) / part;
     return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? ahead * part * part : 0.0;
 }
 
-/* Slip velocities of all contacts. */
-static void find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
+void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
     kt_link_kinematics *links = kt_links_scratch(data);
     kt_links_sweep(model, data, q, v, links);
     for (size_t k = 0; k < model->n.slip; k++)
@@ -277,7 +275,7 @@ static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_st
     for (size_t i = 0; i < model->n.v; i++)
         step[i] = ahead * at->v[i];
     kt_position_add(model, at->q, step, data->moved_q);
-    find_rates(model, data, data->moved_q, at->v, drift);
+    kt_slip_find_rates(model, data, data->moved_q, at->v, drift);
     for (size_t i = 0; i < 2 * model->n.slip; i++)
         drift[i] = (drift[i] - data->slip_velocity[i]) / ahead;
 }
@@ -287,7 +285,7 @@ static void find_rates_of(const kt_model *model, kt_data *data, const kt_dynamic
                           double *rates) {
     const kt_slip_problem *p = kt_slip_problem_of(data);
     if (!p->responds)
-        find_rates(model, data, at->q, a, rates);
+        kt_slip_find_rates(model, data, at->q, a, rates);
     for (size_t k = 0; p->responds && k < 2 * model->n.slip; k++)
         rates[k] = kt_dense_dot(p->unit_force + k * model->n.v, a, (int)model->n.v);
 }
@@ -310,7 +308,7 @@ static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_
     const kt_status status = evaluate(model, data, at, a, N, error);
     if (status != KT_OK)
         return status;
-    find_rates(model, data, at->q, a, rate);
+    kt_slip_find_rates(model, data, at->q, a, rate);
     for (size_t k = 0; k < n; k++)
         N[k] = (N[k] - p->N0[k]) / p->unit;
     for (size_t k = 0; k < 2 * n; k++)
@@ -369,7 +367,9 @@ static void set_items(const kt_model *model, const kt_data *data, kt_slip_proble
 static double limited_time_ahead(const kt_data *data, kt_slip_problem *p, int k) {
     kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
-    const double *s = data->slip_velocity + 2 * k, most = time_ahead(data, (size_t)k);
+    const double *s = data->slip_velocity + 2 * k;
+    double grows;
+    const double most = kt_slip_time_ahead(data, (size_t)k, &grows);
     const double response = 0.5 * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     if (!(most > 0.0))
         return 0.0;
@@ -426,7 +426,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         return status;
     set_items(model, data, p);
     predict_directions(data, p);
-    const bool found = find_ahead(p->c, p->to);
+    const bool found = p->found = find_ahead(p->c, p->to);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;
@@ -445,7 +445,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
 
 bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v) {
     bool any = false;
-    find_rates(model, data, q, v, data->slip_velocity);
+    kt_slip_find_rates(model, data, q, v, data->slip_velocity);
     for (size_t k = 0; k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]);
         double *d = data->slip + 2 * k;
@@ -464,11 +464,12 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
 static bool find_directions(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step) {
     kt_link_kinematics *links = kt_links_scratch(data);
     bool is_slow = false;
+    double grows;
     kt_links_sweep(model, data, at->q, at->v, links);
     for (size_t k = 0; k < model->n.slip; k++) {
         find_slip(model, links, k, data->slip_velocity + 2 * k, &data->slip_frame[k]);
         direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
-        is_slow = is_slow || time_ahead(data, k) > 0.0;
+        is_slow = kt_slip_time_ahead(data, k, &grows) > 0.0 || is_slow;
     }
     if (is_slow)
         find_drift(model, data, at, step, kt_slip_problem_of(data)->drift);

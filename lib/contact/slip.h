@@ -24,12 +24,15 @@
     X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
     X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
     X(double, tau, n, "of each contact, s")                                                                            \
+    X(double, by_slip, 6 * n * n, "derivatives of the forces by slip velocities")                                      \
+    X(int, pivot, 3 * n, "scratch: of these")                                                                          \
     X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
     X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
 
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */
+    bool found;    /* directions of slow slip are found */
     size_t wedged; /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;    /* of each contact one, along e, or two, along both axes */
     kt_coulomb *c;
@@ -49,6 +52,15 @@ void kt_slip_add(kt_model *model);
 /* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
  * turned. */
 bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
+/* Adds the derivative of the directions of friction by velocities to a matrix of damping, Z'C (slip_damping.c). Z has
+ * `free` columns of nv numbers; NULL: Z = 1. a: scratch (nv). */
+KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                         const double *basis, size_t free, double *a, double *damping, kt_error *error);
+/* Slip velocities of all contacts in the state q, v. */
+void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
+/* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
+ * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip.c). */
+double kt_slip_time_ahead(const kt_data *data, size_t k, double *grows);
 
 #if KT_HAS_LOOPS
 /* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in

@@ -39,6 +39,7 @@
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
+#include "contact/slip.h"
 #include "derivative/loop_response.h"
 #include "derivative/stiffness.h"
 #include "integrator/complex.h"
@@ -328,7 +329,10 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
                                       .stiffness = s->stiffness,
                                       .damping = s->damping,
                                       .states = &states};
-    return kt_stiffness_evaluate_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, &at, a, &to, error);
+    status = kt_stiffness_evaluate_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, &at, a, &to, error);
+    return status == KT_OK && KT_HAS_SWITCHES && s->model->n.slip > 0
+               ? kt_slip_add_damping(s->model, s->data, &at, to.basis, s->size.free, s->vectors, s->damping, error)
+               : status;
 }
 
 static int jacobian(double t, const double *y, const double *dydt, void *user) {

@@ -1,0 +1,169 @@
+/* The derivative of friction by velocities, for implicit methods. It has the part in which the direction of friction
+ * follows slip, whose rate is large while slip is slow. Let F be the joint forces of units of force at the contacts, so
+ * that their slip velocities change by F' dv:
+ *
+ *     Z'C = -Z' F (dT/ds) F'
+ *
+ * If no slip is slow, dT/ds = -mu N (1 - e e') / |s| of each contact. The change of N by friction is left out.
+ *
+ * If some slip is slow, T follows from u = W p + b (slip.c), of which only b = (|s| / tau) e + ... depends on s here.
+ * The changes of p = (N, T) obey
+ *
+ *     (W dp)_N = 0
+ *     (W dp + db)_T = 0                                              slip that comes to rest within tau
+ *     sigma (dT + mu e dN) + mu N (1 - e e') (W dp + db)_T = 0       slip that does not, sigma = u_T . e
+ *     dT + mu e dN = dT at fixed N                                   other slip
+ *
+ * T of several feet is not unique. Then W is singular along changes that have no joint force; a small number on its
+ * diagonal makes it regular.
+ */
+#include "algebra/finite.h"
+#include "algebra/lu.h"
+#include "contact/slip.h"
+#include "dynamics/dynamics.h"
+#include "kinetree/algebra.h"
+#include "linear/cholesky.h"
+#include "mechanism/evaluate.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The number on the diagonal, relative to the largest one of W. */
+static const double regular = 1e-9;
+
+/* out = factor (1 - e e') + along e e' */
+static void project_pair(const double *e, double factor, double along, double out[2][2]) {
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++)
+            out[i][k] = (i == k ? factor : 0.0) + (along - factor) * e[i] * e[k];
+}
+
+/* The sign of s along e, and *size = |s|. */
+static double side_of_slip(const double *s, const double *e, double *size) {
+    *size = kt_hypot(s[0], s[1]);
+    return s[0] * e[0] + s[1] * e[1] < 0.0 ? -1.0 : 1.0;
+}
+
+/* dT/ds of a contact at a fixed normal force. */
+static void differentiate_direction(const kt_model *model, const kt_data *data, size_t k, double normal,
+                                    double out[2][2]) {
+    double size;
+    const double *e = data->slip_direction + 2 * k;
+    const double side = side_of_slip(data->slip_velocity + 2 * k, e, &size);
+    project_pair(e, size > 0.0 ? -side * kt_slip_friction(model, k) * normal / size : 0.0, 0.0, out);
+}
+
+/* db/ds of slow slip. */
+static void differentiate_ahead(const kt_data *data, const kt_slip_problem *p, size_t k, double out[2][2]) {
+    double grows, size, e[2];
+    const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
+    const double most = kt_slip_time_ahead(data, k, &grows), side = side_of_slip(s, d, &size);
+    for (int i = 0; i < 2; i++)
+        e[i] = size > 0.0 ? side * s[i] / size : d[i];
+    project_pair(e, side / p->tau[k], p->tau[k] < most ? 0.0 : side * grows / p->tau[k], out);
+}
+
+/* Turns the tangential rows of contact k into the equations of dp, and writes their right-hand sides. */
+static void pose_changes(const kt_model *model, const kt_data *data, kt_slip_problem *p, size_t k) {
+    const size_t n = model->n.slip, m = 3 * n, row = 3 * k + 1;
+    const double *e = p->to->e[k], mu = kt_slip_friction(model, k), N = p->to->p[row - 1];
+    const bool ahead = p->c->item[k].type == KT_COULOMB_CONE && p->found;
+    const bool rests = ahead && p->to->mode[k] == KT_COULOMB_STICK;
+    const double sigma = ahead ? p->to->u[row] * e[0] + p->to->u[row + 1] * e[1] : 1.0;
+    double across[2][2], right[2][2];
+    project_pair(e, rests ? 1.0 : ahead ? mu * N : 0.0, rests ? 1.0 : 0.0, across);
+    if (ahead)
+        differentiate_ahead(data, p, k, right);
+    else
+        differentiate_direction(model, data, k, -N, right);
+    for (size_t j = 0; j < m; j++) {
+        double *x = &p->W[row * m + j], *y = &p->W[(row + 1) * m + j];
+        const double u[2] = {*x, *y};
+        *x = across[0][0] * u[0] + across[0][1] * u[1];
+        *y = across[1][0] * u[0] + across[1][1] * u[1];
+    }
+    for (size_t i = 0; i < 2 && !rests; i++) {
+        p->W[(row + i) * m + row + i] += sigma;
+        p->W[(row + i) * m + row - 1] += sigma * mu * e[i];
+    }
+    for (size_t i = 0; i < 2; i++)
+        for (size_t j = 0; j < 2; j++)
+            p->by_slip[(2 * k + j) * m + row + i] =
+                -(ahead ? across[i][0] * right[0][j] + across[i][1] * right[1][j] : right[i][j]);
+}
+
+/* dp/ds, if some slip is slow. */
+static bool differentiate_slow(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    const size_t n = model->n.slip, m = 3 * n;
+    double most = 0.0;
+    for (size_t i = 0; i < m; i++)
+        most = i % 3 == 0 ? most : fmax(most, p->W[i * m + i]);
+    for (size_t i = 0; i < m; i++)
+        p->W[i * m + i] += i % 3 == 0 ? 0.0 : regular * most;
+    for (size_t k = 0; k < n; k++)
+        pose_changes(model, data, p, k);
+    if (!kt_lu_factor(p->W, m, p->pivot)) /* the rows of W are the columns of its transpose */
+        return false;
+    for (size_t j = 0; j < 2 * n; j++)
+        kt_lu_solve_transposed(p->W, m, p->pivot, p->by_slip + j * m);
+    return kt_all_finite(p->by_slip, 2 * n * m);
+}
+
+static void differentiate_fast(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    for (size_t k = 0; k < model->n.slip; k++) {
+        double by[2][2];
+        differentiate_direction(model, data, k, data->slip_normal[k], by);
+        for (size_t i = 0; i < 4; i++)
+            p->by_slip[(2 * k + i / 2) * 3 * model->n.slip + 3 * k + 1 + i % 2] = by[i % 2][i / 2];
+    }
+}
+
+/* F, from slip velocities that units of velocity make. unit: scratch (nv). */
+static void find_unit_forces(const kt_model *model, kt_data *data, const double *q, double *unit, kt_slip_problem *p) {
+    const size_t nv = model->n.v;
+    memset(unit, 0, nv * sizeof *unit);
+    for (size_t i = 0; i < nv; i++) {
+        unit[i] = 1.0;
+        kt_slip_find_rates(model, data, q, unit, p->rate);
+        unit[i] = 0.0;
+        for (size_t k = 0; k < 2 * model->n.slip; k++)
+            p->unit_force[k * nv + i] = p->rate[k];
+    }
+}
+
+/* Adds -Z' F by F' of the forces' derivatives, by one column of F' after the other. */
+static void add_products(const kt_model *model, kt_slip_problem *p, double unit, const double *basis, size_t free,
+                         double *force, double *damping) {
+    const size_t n = model->n.slip, nv = model->n.v;
+    for (size_t j = 0; j < 2 * n; j++) {
+        memset(force, 0, nv * sizeof *force);
+        for (size_t k = 0; k < 2 * n; k++)
+            for (size_t i = 0; i < nv; i++)
+                force[i] += unit * p->by_slip[j * 3 * n + 3 * (k / 2) + 1 + k % 2] * p->unit_force[k * nv + i];
+        for (size_t i = 0; i < free; i++) {
+            const double along = basis ? kt_dense_dot(basis + i * nv, force, (int)nv) : force[i];
+            for (size_t c = 0; c < nv; c++)
+                damping[c * free + i] -= along * p->unit_force[j * nv + c];
+        }
+    }
+}
+
+kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *basis,
+                              size_t free, double *a, double *damping, kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
+    double grows;
+    bool is_slow = false;
+    if (status != KT_OK)
+        return status;
+    for (size_t k = 0; k < model->n.slip; k++)
+        is_slow = kt_slip_time_ahead(data, k, &grows) > 0.0 || is_slow;
+    memset(p->by_slip, 0, 6 * model->n.slip * model->n.slip * sizeof *p->by_slip);
+    find_unit_forces(model, data, at->q, a, p);
+    if (!is_slow)
+        differentiate_fast(model, data, p);
+    else if (!differentiate_slow(model, data, p))
+        return KT_OK;
+    add_products(model, p, is_slow ? p->unit : 1.0, basis, free, a, damping);
+    return KT_OK;
+}
