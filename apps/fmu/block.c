@@ -2,7 +2,7 @@
  * process may continue from it.
  *
  *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the
- *     present, torques, y, events; then the checkpoint of the simulation
+ *     present, torques, y, events, signals; then the checkpoint of the simulation
  */
 #include "instance.h"
 
@@ -20,11 +20,11 @@ typedef struct kt_fmu_header {
     uint64_t sum; /* of all other bytes: a damaged block is rejected */
 } kt_fmu_header;
 
-static const char mark[8] = "ktFMU03";
+static const char mark[8] = "ktFMU04";
 
 static size_t number_count(const kt_fmu *fmu) {
     return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
-           (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count;
+           (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count + kt_fmu_signal_numbers(fmu);
 }
 
 static size_t block_size(const kt_fmu *fmu) {
@@ -68,7 +68,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
         *to++ = fmu->events[k].value;
         *to++ = fmu->events[k].count;
     }
-    kt_simulation_save(fmu->simulation, to);
+    kt_simulation_save(fmu->simulation, kt_fmu_save_signals(fmu, to));
     header->sum = sum_of_block(block, header->size);
 }
 
@@ -110,9 +110,11 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     kt_fmu_copy_tunables(fmu, tuned, fmu->tunables.wanted);
     if (status == KT_OK)
         status = kt_fmu_tune(fmu, false, error);
-    const double *events = torque + fmu->nv + kt_fmu_size(fmu);
+    const double *events = torque + fmu->nv + kt_fmu_size(fmu), *signals = events + 3 * fmu->event_count;
     if (status == KT_OK)
-        status = kt_simulation_restore(fmu->simulation, events + 3 * fmu->event_count, error);
+        status = kt_fmu_restore_signals(fmu, signals, error);
+    if (status == KT_OK)
+        status = kt_simulation_restore(fmu->simulation, signals + kt_fmu_signal_numbers(fmu), error);
     if (status != KT_OK)
         return status;
     memcpy(fmu->torque, torque, (size_t)fmu->nv * sizeof *torque);

@@ -1,4 +1,5 @@
-/* Derivatives of the rates and columns of an instance along a direction (dy, du), with y = (q, v, x), u = torque.
+/* Derivatives of the rates and columns of an instance along a direction (dy, du, dw), with y = (q, v, x), u = torque,
+ * and w the numbers of signals (signal.h).
  *
  * A change dq of positions turns each quaternion p of any norm by d = 2 Im (p^-1 dp) in body axes, since the rotation
  * depends on p / |p| alone. With d for all joints (nv numbers), and E the map of kt_position_rate,
@@ -8,6 +9,15 @@
  *     x' = f(t, q, v, x):     dx' = f_q d + f_v dv + f_x dx
  *
  * The matrices are exact (kt_acceleration_derivatives). They are computed once in a state, for all directions.
+ *
+ * A signal (f, f') of a servo in a joint has the force F(f - q, f' - v), so that F_f = -F_q and F_f' = -F_v. The force of
+ * a spring does not depend on f'.
+ *
+ *     dv' += a_u (-F_q df - F_v df')
+ *
+ * Accelerations are affine in all other signals: in components of forces, and in f'' of motions. Their difference over
+ * any distance is the derivative. A third evaluation checks this; friction that depends on loads is rejected. They do
+ * not depend on f and f' of motions, whose equations are those of accelerations.
  *
  * Positions, velocities, accelerations and auxiliary states among the columns follow from these numbers. In model
  * exchange columns are those of the state that is projected onto the loops. With loops, and for all other columns,
@@ -20,6 +30,7 @@
 #include "derivative/difference.h"
 #include "derivative/effect_derivatives.h"
 #include "derivative/stiffness.h"
+#include "effect/effect.h"
 
 #include "kinetree/joint.h"
 #include "kinetree/mechanism.h"
@@ -29,7 +40,7 @@
 #include <string.h>
 
 typedef struct kt_fmu_sizes {
-    size_t work, q, v, x, y, columns;
+    size_t work, q, v, x, y, w, columns, run;
 } kt_fmu_sizes;
 
 #define KT_FMU_LINEAR_FIELDS(X)                                                                                        \
@@ -43,6 +54,10 @@ typedef struct kt_fmu_sizes {
     X(double, f_x, s->x * s->x, "by auxiliary states, negative")                                                       \
     X(double, dy, s->y, "the direction")                                                                               \
     X(double, du, s->v, "likewise")                                                                                    \
+    X(double, dw, s->w, "likewise")                                                                                    \
+    X(double, affine, s->w, "its part in which accelerations are affine")                                              \
+    X(double, before, s->y, "rates at one end of a difference")                                                        \
+    X(double, behind, s->y, "and at the other")                                                                        \
     X(double, turn, s->v, "d")                                                                                         \
     X(double, moved, s->q, "E(q) d: dq without changes of norms")                                                      \
     X(double, still, s->q, "zeros")                                                                                    \
@@ -54,7 +69,8 @@ typedef struct kt_fmu_sizes {
     X(double, six, s->columns, "and of order six")                                                                     \
     X(double, size, s->columns, "the largest value of a column")                                                       \
     X(double, bound, s->columns, "the error of a result")                                                              \
-    X(double, columns, s->columns, "result")
+    X(double, columns, s->columns, "result")                                                                           \
+    X(double, run, s->run, "the run of co-simulation before differences")
 
 struct kt_fmu_linear {
     void *owned;
@@ -78,7 +94,9 @@ kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *
                                 (size_t)fmu->nv,
                                 (size_t)fmu->nx,
                                 (size_t)kt_fmu_size(fmu),
-                                fmu->columns.count};
+                                (size_t)(KT_FMU_SIGNAL_MOST * fmu->signals.count),
+                                fmu->columns.count,
+                                fmu->is_exchange ? 0 : kt_simulation_state_size(fmu->simulation) / sizeof(double) + 1};
     if (fmu->linear == NULL || fmu->linear->work_size < sizes.work) {
         kt_fmu_linear_free(fmu->linear);
         fmu->has_jacobian = false;
@@ -92,7 +110,8 @@ kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *
     }
     memset(fmu->linear->dy, 0, sizes.y * sizeof(double));
     memset(fmu->linear->du, 0, sizes.v * sizeof(double));
-    *along = (kt_fmu_direction){fmu->linear->dy, fmu->linear->du};
+    memset(fmu->linear->dw, 0, sizes.w * sizeof(double));
+    *along = (kt_fmu_direction){fmu->linear->dy, fmu->linear->du, fmu->linear->dw};
     return KT_OK;
 }
 
@@ -142,12 +161,121 @@ static void add_columns(const double *matrix, int rows, int columns, double fact
             y[i] += factor * x[k] * matrix[(size_t)k * (size_t)rows + (size_t)i];
 }
 
+/* ---- signals ----------------------------------------------------------------------------------------------------- */
+
+/* Returns the effect of a signal in the present model; NULL: it is no servo, spring or motor in a joint. *is_on: it is
+ * not switched off. */
+static const kt_effect_record *joint_effect_of(const kt_fmu *fmu, const kt_parameter *parameter, bool *is_on) {
+    const kt_model *model = present_model(fmu);
+    *is_on = true;
+    if (parameter->kind != KT_PARAMETER_EFFECT_CURVE)
+        return NULL;
+    const kt_effect_record *own = &fmu->model->effect[parameter->item];
+    if (own->ends > 0 || own->relative.type != 0)
+        return NULL;
+    for (size_t i = 0; i < model->n.effect; i++)
+        if (model->effect[i].source == own->source)
+            return &model->effect[i];
+    *is_on = false;
+    return own;
+}
+
+/* Adds the accelerations by a change of a signal of such an effect. */
+static void add_joint_signal(const kt_fmu *fmu, const kt_effect_record *effect, const double *dw, double *a) {
+    const kt_link *link = &present_model(fmu)->link[effect->link[0]];
+    const double *q = kt_fmu_state(fmu), *v = q + fmu->nq;
+    const size_t nv = (size_t)fmu->nv;
+    double force[2] = {0.0, 0.0}, change = dw[0];
+    if (effect->type != KT_EFFECT_MOTOR) {
+        kt_effect_kind_of(effect->type)
+            ->joint_derivatives(effect, present_model(fmu)->number, q[link->q], v[link->v], fmu->time, force);
+        change = -force[0] * dw[0] - (effect->type == KT_EFFECT_SERVO ? force[1] * dw[1] : 0.0);
+    }
+    add_columns(fmu->linear->a_u + (size_t)link->v * nv, fmu->nv, 1, 1.0, &change, a);
+}
+
+/* Computes the rates with signals at a distance along the affine part of the direction. */
+static kt_status derive_shifted(kt_fmu *fmu, double distance, double *rates, kt_error *error) {
+    kt_status status = kt_fmu_shift_signals(fmu, distance, fmu->linear->affine, error);
+    fmu->has_rates = false;
+    if (status == KT_OK)
+        status = kt_fmu_derive(fmu, error);
+    memcpy(rates, fmu->rates, (size_t)kt_fmu_size(fmu) * sizeof *rates);
+    return status;
+}
+
+/* Differences evaluate the run of co-simulation with other inputs. It then goes on as if there were none. */
+static void save_run(kt_fmu *fmu) {
+    if (!fmu->is_exchange)
+        kt_simulation_save(fmu->simulation, fmu->linear->run);
+}
+
+static kt_status return_to_run(kt_fmu *fmu, kt_error *error) {
+    kt_status status = kt_fmu_shift_signals(fmu, 0.0, NULL, error);
+    if (!fmu->is_exchange && status == KT_OK)
+        status = kt_simulation_restore(fmu->simulation, fmu->linear->run, error);
+    if (!fmu->is_exchange && status == KT_OK && fmu->watch != NULL)
+        status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
+    return status;
+}
+
+/* Adds the rates along the affine part of the direction, of `length`. */
+static kt_status add_affine(kt_fmu *fmu, double length, double *a, kt_error *error) {
+    static const double enough = 1e-10;
+    kt_fmu_linear *l = fmu->linear;
+    const double distance = 1.0 / length;
+    const int first = fmu->nq, count = fmu->nv + fmu->nx;
+    double size = 1.0, curved = 0.0;
+    save_run(fmu);
+    kt_status status = derive_shifted(fmu, -distance, l->before, error);
+    if (status == KT_OK)
+        status = derive_shifted(fmu, distance, l->behind, error);
+    if (status == KT_OK)
+        status = derive_shifted(fmu, 0.0, l->y0, error);
+    const kt_status back = return_to_run(fmu, error);
+    status = status == KT_OK ? back : status;
+    for (int i = first; i < first + count && status == KT_OK; i++) {
+        const double sum = l->behind[i] - l->y0[i] + (l->before[i] - l->y0[i]);
+        size = fmax(size, fmax(fabs(l->before[i]), fabs(l->behind[i])));
+        curved = isnan(sum) ? (double)INFINITY : fmax(curved, fabs(sum));
+        a[i - first] += (l->behind[i] - l->before[i]) * (0.5 * length);
+    }
+    if (status == KT_OK && curved > enough * size)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
+                            "accelerations are not in proportion to an input in the place of a function of time, as "
+                            "friction depends on loads; there are no exact derivatives by it");
+    return status;
+}
+
+/* Adds the rates along the signals of the direction. */
+static kt_status add_signals(kt_fmu *fmu, double *a, kt_error *error) {
+    kt_fmu_linear *l = fmu->linear;
+    double length = 0.0;
+    for (int k = 0; k < fmu->signals.count; k++) {
+        const kt_fmu_signal *signal = &fmu->signals.signal[k];
+        bool is_on;
+        const kt_effect_record *effect = joint_effect_of(fmu, &signal->parameter, &is_on);
+        if (effect != NULL && is_on)
+            add_joint_signal(fmu, effect, l->dw + k * KT_FMU_SIGNAL_MOST, a);
+        for (int i = k * KT_FMU_SIGNAL_MOST; i < (k + 1) * KT_FMU_SIGNAL_MOST; i++) {
+            const bool is_affine = effect == NULL && !kt_fmu_signal_moves(fmu, i);
+            l->affine[i] = is_affine ? l->dw[i] : 0.0;
+            length = fmax(length, fabs(l->affine[i]));
+        }
+    }
+    return length > 0.0 ? add_affine(fmu, length, a, error) : KT_OK;
+}
+
+/* ---- the rates --------------------------------------------------------------------------------------------------- */
+
 kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error) {
     kt_fmu_linear *l = fmu->linear;
     const int nq = fmu->nq, nv = fmu->nv, nx = fmu->nx;
     const double *q = kt_fmu_state(fmu), *v = q + nq, *dv = l->dy + nq, *dx = dv + nv;
     double *a = l->rates + nq, *f = a + nv;
-    const kt_status status = linearize_rates(fmu, error);
+    kt_status status = kt_fmu_show_signals(fmu, error);
+    if (status == KT_OK)
+        status = linearize_rates(fmu, error);
     if (status != KT_OK)
         return status;
     write_turns(fmu, q, l->dy, l->turn);
@@ -168,7 +296,7 @@ kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error)
     add_columns(l->f_v, nx, nv, -1.0, dv, f);
     add_columns(l->f_x, nx, nx, -1.0, dx, f);
     *rates = l->rates;
-    return KT_OK;
+    return add_signals(fmu, a, error);
 }
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
@@ -189,7 +317,7 @@ static bool write_coordinate(const kt_fmu *fmu, size_t column, double *value) {
     return c->source == KT_COLUMN_TIME || (from != NULL && kt_loop_count(fmu->model) == 0);
 }
 
-/* Evaluates the columns at (y, u) + distance (dy, du). */
+/* Evaluates the columns at (y, u, w) + distance (dy, du, dw). */
 static kt_status evaluate_columns_at(kt_fmu *fmu, double distance, kt_error *error) {
     const kt_fmu_linear *l = fmu->linear;
     for (int i = 0; i < kt_fmu_size(fmu) && fmu->is_exchange; i++)
@@ -197,7 +325,9 @@ static kt_status evaluate_columns_at(kt_fmu *fmu, double distance, kt_error *err
     for (int i = 0; i < fmu->nv; i++)
         fmu->torque[i] = l->u0[i] + distance * l->du[i];
     kt_fmu_change(fmu);
-    return kt_fmu_evaluate(fmu, error);
+    const kt_status status = kt_fmu_shift_signals(fmu, distance, l->dw, error);
+    fmu->signals.are_set = true; /* those that were shifted */
+    return status == KT_OK ? kt_fmu_evaluate(fmu, error) : status;
 }
 
 /* Takes over the differences of a step whose errors are less than those of the steps before. Returns the largest of
@@ -266,6 +396,8 @@ kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *er
     length = by_state;
     for (size_t i = 0; i < u_size; i++)
         length = fmax(length, fabs(l->du[i]));
+    for (int i = 0; i < KT_FMU_SIGNAL_MOST * fmu->signals.count; i++)
+        length = fmax(length, fabs(l->dw[i]));
     for (size_t i = 0; i < count; i++)
         others += !write_coordinate(fmu, i, &l->columns[i]);
     if (others == 0 || length == 0.0)
@@ -275,10 +407,15 @@ kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *er
                             "in co-simulation only coordinates have derivatives by states; use model exchange");
     memcpy(l->y0, fmu->y, y_size * sizeof *l->y0);
     memcpy(l->u0, fmu->torque, u_size * sizeof *l->u0);
-    const kt_status status = difference_along(fmu, length, error);
+    const bool are_set = fmu->signals.are_set;
+    save_run(fmu);
+    kt_status status = difference_along(fmu, length, error);
+    const kt_status back = return_to_run(fmu, error);
+    status = status == KT_OK ? back : status;
     memcpy(fmu->y, l->y0, y_size * sizeof *l->y0);
     memcpy(fmu->torque, l->u0, u_size * sizeof *l->u0);
     kt_fmu_change(fmu);
+    fmu->signals.are_set = are_set;
     fmu->has_jacobian = true;
     for (size_t i = 0; i < count; i++)
         (void)write_coordinate(fmu, i, &l->columns[i]);

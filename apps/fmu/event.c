@@ -41,7 +41,9 @@ kt_status kt_fmu_indicate(kt_fmu *fmu, int k, double *value, kt_error *error) {
     *value = 1.0;
     if (fmu->is_exchange && !is_armed(fmu, k))
         return KT_OK;
-    const kt_status status = kt_simulation_set_torque(simulation, fmu->torque, error);
+    kt_status status = kt_fmu_show_signals(fmu, error);
+    if (status == KT_OK)
+        status = kt_simulation_set_torque(simulation, fmu->torque, error);
     return status == KT_OK ? simulation->watch->value(simulation, (size_t)k, t, kt_fmu_state(fmu), value, error)
                            : status;
 }

@@ -177,6 +177,7 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
         fmu->is_given[i] = false;
     kt_fmu_copy_tunables(fmu, fmu->tunables.standard, fmu->tunables.wanted);
     memset(fmu->torque, 0, (size_t)fmu->nv * sizeof *fmu->torque);
+    kt_fmu_reset_signals(fmu);
     fmu->phase = KT_FMU_INSTANTIATED;
     fmu->start = 0.0;
     return kt_fmu_report_status(fmu, kt_fmu_compile(fmu, &error), &error);
@@ -187,6 +188,12 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
 /* Returns the index of a reference of a kind with `count` members; -1: it is of another kind. */
 static int index_of(kt_fmi_reference reference, kt_fmi_reference first, int count) {
     return reference >= first && reference - first < (kt_fmi_reference)count ? (int)(reference - first) : -1;
+}
+
+/* Returns a number of a signal; NULL: the reference is another one. */
+static double *signal_of(const kt_fmu *fmu, kt_fmi_reference reference) {
+    const int i = index_of(reference, KT_FMU_SIGNAL, KT_FMU_SIGNAL_MOST * fmu->signals.count);
+    return i >= 0 ? kt_fmu_signal_at(fmu, i) : NULL;
 }
 
 static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *value) {
@@ -201,6 +208,8 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
             *value = fmu->values[i];
     } else if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
         *value = fmu->torque[i];
+    } else if (signal_of(fmu, reference) != NULL) {
+        *value = *signal_of(fmu, reference);
     } else if ((i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count)) >= 0) {
         *value = fmu->scene.parameters[i].value;
     } else if ((i = index_of(reference, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0) {
@@ -228,6 +237,14 @@ KT_FMI(kt_fmi_status fmi3GetFloat64(void *instance, const kt_fmi_reference *refe
 }
 
 static bool is_before_run(const kt_fmu *fmu) { return is_in(fmu, KT_FMU_INSTANTIATED, KT_FMU_INITIALIZATION); }
+
+/* Before the run, the scene begins with the value. Later the value acts at the next evaluation or step. */
+static void set_signal(kt_fmu *fmu, double *signal, double value) {
+    fmu->is_stale |= is_before_run(fmu) && *signal != value;
+    *signal = value;
+    fmu->signals.are_set = false;
+    kt_fmu_change(fmu);
+}
 
 /* Parameters that are set to their present values stay as they are, and follow others. */
 static kt_fmi_status set_parameter(kt_fmu *fmu, int i, double value) {
@@ -261,6 +278,10 @@ static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double v
         if (fmu->torque[i] != value)
             kt_fmu_change(fmu);
         fmu->torque[i] = value;
+        return KT_FMI_OK;
+    }
+    if (signal_of(fmu, reference) != NULL) {
+        set_signal(fmu, signal_of(fmu, reference), value);
         return KT_FMI_OK;
     }
     i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count);
@@ -401,7 +422,9 @@ static kt_fmi_status update_simulation(kt_fmu *fmu, bool *terminate, bool *value
     kt_error error = {0};
     const size_t size = (size_t)kt_fmu_size(fmu) * sizeof *fmu->moved;
     memcpy(fmu->moved, kt_fmu_state(fmu), size);
-    const kt_status status = kt_fmu_fire(fmu, &error);
+    kt_status status = kt_fmu_fire(fmu, &error);
+    if (status == KT_OK)
+        status = kt_fmu_take_signals(fmu, &error);
     *values_changed = memcmp(fmu->moved, kt_fmu_state(fmu), size) != 0;
     *terminate = fmu->is_over;
     return kt_fmu_report_status(fmu, status, &error);
@@ -440,6 +463,15 @@ KT_FMI(kt_fmi_status fmi3EvaluateDiscreteStates(void *instance)) {
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
+static kt_fmi_status add_signal_seed(kt_fmu *fmu, int i, double seed, const kt_fmu_direction *along) {
+    KT_FMU_REQUIRE(fmu->is_exchange || !kt_fmu_signal_moves(fmu, i),
+                   "in co-simulation the input %u moves the state at once, as loops close again, and there are no "
+                   "derivatives by it; use model exchange",
+                   (unsigned)(KT_FMU_SIGNAL + i));
+    along->w[i] += seed;
+    return KT_FMI_OK;
+}
+
 /* Adds a seed in a known variable to a direction. */
 static kt_fmi_status add_seed(kt_fmu *fmu, kt_fmi_reference known, double seed, const kt_fmu_direction *along) {
     int i;
@@ -448,6 +480,8 @@ static kt_fmi_status add_seed(kt_fmu *fmu, kt_fmi_reference known, double seed, 
         along->y[i] += seed;
     else if ((i = index_of(known, KT_FMU_INPUT, fmu->nv)) >= 0)
         along->u[i] += seed;
+    else if (signal_of(fmu, known) != NULL)
+        return add_signal_seed(fmu, (int)(known - KT_FMU_SIGNAL), seed, along);
     else
         return kt_fmu_report(fmu, "there are derivatives by states and inputs, not by the variable %u",
                              (unsigned)known);

@@ -104,8 +104,10 @@ static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
     kt_model_options options = kt_model_options_default();
     options.metric = fmu->scene.run.metric;
     options.plan = fmu->scene.run.plan;
-    options.settable = kt_scene_sets(&fmu->scene) || fmu->tunables.count > 0;
+    options.settable = kt_scene_sets(&fmu->scene) || fmu->tunables.count > 0 || fmu->signals.count > 0;
     kt_status status = kt_model_compile(&fmu->scene.description, &options, &fmu->model, error);
+    if (status == KT_OK)
+        status = kt_fmu_bind_signals(fmu, 0.0, error);
     if (status == KT_OK)
         status = kt_data_create(fmu->model, &fmu->data, error);
     if (status == KT_OK)
@@ -122,7 +124,9 @@ static kt_status shift_start(kt_fmu *fmu, kt_error *error) {
     if (fmu->start == kt_simulation_time(fmu->simulation))
         return KT_OK;
     memcpy(fmu->y, kt_simulation_positions(fmu->simulation), (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
-    kt_status status = kt_simulation_set_state(fmu->simulation, fmu->start, fmu->y, fmu->y + fmu->nq, error);
+    kt_status status = kt_fmu_bind_signals(fmu, fmu->start, error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(fmu->simulation, fmu->start, fmu->y, fmu->y + fmu->nq, error);
     if (status == KT_OK && fmu->watch != NULL)
         status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
     return status;
@@ -187,7 +191,8 @@ static kt_status list_parameters(kt_fmu *fmu, kt_error *error) {
             (int)sizeof fmu->given_text[i] - 32)
             return kt_error_set(error, KT_ERROR_SCENE, NULL, "the name of a parameter has more than 158 characters");
     fmu->parameter_count = fmu->scene.parameter_count;
-    return kt_fmu_find_tunables(fmu, error);
+    status = kt_fmu_list_signals(fmu, error);
+    return status == KT_OK ? kt_fmu_find_tunables(fmu, error) : status;
 }
 
 kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
@@ -213,6 +218,7 @@ void kt_fmu_close(kt_fmu *fmu) {
     free(fmu->is_given);
     free(fmu->roles);
     kt_fmu_free_tunables(fmu);
+    kt_fmu_free_signals(fmu);
     free(fmu->torque);
     free(fmu->y);
     free(fmu->rates);
@@ -248,7 +254,9 @@ kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error) {
     if (fmu->has_rates)
         return KT_OK;
     const double *y = kt_fmu_state(fmu), *v = y + fmu->nq;
-    const kt_status status = fmu->is_exchange ? derive_exchanged(fmu, y, v, error) : derive_simulated(fmu, error);
+    kt_status status = kt_fmu_show_signals(fmu, error);
+    if (status == KT_OK)
+        status = fmu->is_exchange ? derive_exchanged(fmu, y, v, error) : derive_simulated(fmu, error);
     if (status != KT_OK)
         return status;
     kt_position_rate(fmu->model, y, v, fmu->rates);
@@ -258,7 +266,9 @@ kt_status kt_fmu_derive(kt_fmu *fmu, kt_error *error) {
 
 kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error) {
     const double *y = fmu->y;
-    kt_status status = kt_simulation_set_state(fmu->simulation, fmu->time, y, y + fmu->nq, error);
+    kt_status status = kt_fmu_take_signals(fmu, error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(fmu->simulation, fmu->time, y, y + fmu->nq, error);
     if (status == KT_OK && fmu->nx > 0)
         status = kt_simulation_set_own_states(fmu->simulation, y + fmu->nq + fmu->nv, error);
     return status;
@@ -268,7 +278,7 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error) {
     kt_record record;
     if (fmu->values != NULL)
         return KT_OK;
-    kt_status status = fmu->is_exchange ? kt_fmu_take_over(fmu, error) : KT_OK;
+    kt_status status = fmu->is_exchange ? kt_fmu_take_over(fmu, error) : kt_fmu_show_signals(fmu, error);
     if (status == KT_OK)
         status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
     if (status == KT_OK)
@@ -285,8 +295,9 @@ kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error) {
     static const double least = 1e-10;
     const int size = kt_fmu_size(fmu);
     memcpy(fmu->moved, fmu->y, (size_t)size * sizeof *fmu->moved);
-    const kt_status status =
-        kt_state_project(fmu->model, fmu->data, fmu->time, fmu->moved, fmu->moved + fmu->nq, NULL, error);
+    kt_status status = kt_fmu_take_signals(fmu, error);
+    if (status == KT_OK)
+        status = kt_state_project(fmu->model, fmu->data, fmu->time, fmu->moved, fmu->moved + fmu->nq, NULL, error);
     fmu->is_moved = false;
     for (int i = 0; i < size && status == KT_OK; i++)
         fmu->is_moved |= fabs(fmu->moved[i] - fmu->y[i]) > least * fmax(1.0, fabs(fmu->y[i]));

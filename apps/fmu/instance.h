@@ -9,6 +9,7 @@
 #include "fmi3.h"
 #include "reference.h"
 #include "roles.h"
+#include "signal.h"
 
 #include "records/columns.h"
 
@@ -45,6 +46,22 @@ typedef struct kt_fmu_event {
     bool is_due;
 } kt_fmu_event;
 
+/* An input in the place of a function of time (signal.h). */
+typedef struct kt_fmu_signal {
+    kt_parameter parameter;
+    int size;                                                    /* numbers that are variables */
+    double start[KT_FMU_SIGNAL_MOST], value[KT_FMU_SIGNAL_MOST]; /* of the variables */
+    double set[KT_FMU_SIGNAL_MOST + 1];                          /* of the model */
+    bool jumps;                                                  /* at the step that begins */
+} kt_fmu_signal;
+
+typedef struct kt_fmu_signals {
+    int count;
+    kt_fmu_signal *signal;
+    kt_parameter_change *changes; /* [count] */
+    bool are_set;                 /* the model has the present values */
+} kt_fmu_signals;
+
 typedef struct kt_fmu_linear kt_fmu_linear; /* derivatives.c */
 
 typedef struct kt_fmu {
@@ -56,6 +73,7 @@ typedef struct kt_fmu {
     char (*given_text)[KT_FMU_SETTING];
     kt_fmu_role *roles; /* [parameter_count] */
     kt_fmu_tunables tunables;
+    kt_fmu_signals signals;
 
     /* The compiled scene. */
     kt_scene scene;
@@ -116,6 +134,8 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error);
 static inline void kt_fmu_change(kt_fmu *fmu) {
     fmu->values = NULL;
     fmu->has_rates = fmu->has_jacobian = false;
+    if (fmu->is_exchange)
+        fmu->signals.are_set = false;
 }
 
 /* Lets the simulation take over the state of the importer. */
@@ -147,21 +167,22 @@ double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t);
  * changes by more than 1e-10 of its size or of unity. */
 kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error);
 
-/* A direction in (y, u) for derivatives, for the caller to fill: y = (q, v, x), u = torque. It is zero at first. The
- * first call of kt_fmu_direction_make allocates the memory of derivatives.
+/* A direction in (y, u, w) for derivatives, for the caller to fill: y = (q, v, x), u = torque, and w the numbers of the
+ * signals. It is zero at first. The first call of kt_fmu_direction_make allocates the memory of derivatives.
  * Errors: KT_ERROR_MEMORY. */
 typedef struct kt_fmu_direction {
-    double *y, *u;
+    double *y, *u, *w;
 } kt_fmu_direction;
 
 kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *error);
 
 /* Computes the derivatives of all rates along the direction that was filled last: kt_fmu_size numbers.
- * Errors: those of kt_acceleration_derivatives. */
+ * Errors: those of kt_acceleration_derivatives. KT_ERROR_UNSUPPORTED for signals that accelerations do not follow in
+ * proportion. */
 kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error);
 
 /* Likewise of all columns, after kt_fmu_rates_along. Columns of coordinates are exact in mechanisms without loops.
- * Others are differences of order eight of the columns themselves. In co-simulation only their derivatives by u exist.
+ * Others are differences of order eight of the columns themselves. In co-simulation only those by u and w exist.
  * Errors: those of kt_fmu_evaluate. KT_ERROR_UNSUPPORTED for a direction in y in co-simulation. */
 kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *error);
 
@@ -181,6 +202,38 @@ void kt_fmu_copy_tunables(const kt_fmu *fmu, const double *from, double *to);
  * set. In model exchange the state is then projected onto the loops (kt_fmu_project).
  * Errors: those of kt_tuning_set; nothing is changed then. */
 kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error);
+
+/* Counts the signals of the resource and allocates their memory. Errors: KT_ERROR_MEMORY. */
+kt_status kt_fmu_list_signals(kt_fmu *fmu, kt_error *error);
+void kt_fmu_free_signals(kt_fmu *fmu);
+
+/* Binds the signals to a model that was compiled just now, which has their values from the time t on. The first call
+ * takes the values of the start from the scene. Errors: those of kt_parameter_find and kt_parameter_set. */
+kt_status kt_fmu_bind_signals(kt_fmu *fmu, double t, kt_error *error);
+
+/* Gives all signals their values of the start. */
+void kt_fmu_reset_signals(kt_fmu *fmu);
+
+/* Gives the model the values of the signals at the present time, unless it has them (signals.are_set). In co-simulation
+ * signals that jump change the state, too. kt_fmu_show_signals does so before outputs are read; in event mode of
+ * co-simulation the events that are due come first. Errors: those of kt_simulation_change. */
+kt_status kt_fmu_take_signals(kt_fmu *fmu, kt_error *error);
+kt_status kt_fmu_show_signals(kt_fmu *fmu, kt_error *error);
+
+/* Returns the i-th number of all signals, KT_FMU_SIGNAL_MOST for each; NULL: it is no variable. */
+double *kt_fmu_signal_at(const kt_fmu *fmu, int i);
+
+/* Whether this number moves the state of co-simulation, since loops close again. */
+bool kt_fmu_signal_moves(const kt_fmu *fmu, int i);
+
+/* Moves the signals in the model by a distance along a direction, without a change of state or variables. A distance of
+ * 0 takes this back. */
+kt_status kt_fmu_shift_signals(kt_fmu *fmu, double distance, const double *along, kt_error *error);
+
+/* The signals in a block (block.c): how many numbers they take; writing them, which returns the end; reading them. */
+size_t kt_fmu_signal_numbers(const kt_fmu *fmu);
+double *kt_fmu_save_signals(const kt_fmu *fmu, double *to);
+kt_status kt_fmu_restore_signals(kt_fmu *fmu, const double *from, kt_error *error);
 
 /* Sends a message to the importer. Both return a status of FMI. */
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);

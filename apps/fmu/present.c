@@ -25,6 +25,11 @@ kt_status kt_fmu_own_rates(kt_simulation *simulation, double *rates, kt_error *e
                               kt_simulation_positions(simulation), kt_simulation_velocities(simulation), rates, error);
 }
 
+void kt_fmu_forget_present(kt_simulation *simulation) {
+    simulation->memory.pending = simulation->memory.changed = true;
+    simulation->cached = KT_CACHED_NOTHING;
+}
+
 /* Returns the first jump of a function after t, or `least` if that is less. Passes over breakpoints without a jump. */
 static double next_jump_of(const kt_model *model, const kt_curve *curve, double t, int64_t *left, double least) {
     enum { ORDERS = 2, MOST = 64 };

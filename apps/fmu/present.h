@@ -11,6 +11,9 @@ kt_data *kt_fmu_present_data(kt_simulation *simulation);
 /* Computes x' (kt_own_state_count numbers). Errors: as kt_own_state_rates. */
 kt_status kt_fmu_own_rates(kt_simulation *simulation, double *rates, kt_error *error);
 
+/* Lets the simulation compute all anew that depends on the parameters of its model, as kt_simulation_set_parameter. */
+void kt_fmu_forget_present(kt_simulation *simulation);
+
 /* Returns the first time after t at which a function of time, or its first or second derivative, jumps; HUGE_VAL: none.
  * The functions are those of drives, effects, masses and formulas. */
 double kt_fmu_next_jump(const kt_model *model, double t);

@@ -14,6 +14,7 @@ enum {
     KT_FMU_STATE = 3 << 20,      /* + index in (q, v, x) */
     KT_FMU_DERIVATIVE = 4 << 20, /* likewise */
     KT_FMU_INDICATOR = 5 << 20,  /* + index in the events of the scene: the value whose sign is watched */
+    KT_FMU_SIGNAL = 6 << 20,     /* + KT_FMU_SIGNAL_MOST times index in the signals + number (signal.h) */
 };
 
 /* The resource of an FMU: the scene in flow style (kt_scene_write_flow), with the settings of the export. */

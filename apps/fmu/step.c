@@ -38,6 +38,9 @@ kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, bool *earl
     double end = goal;
     simulation->memory.stopped = 0;
     kt_status status = kt_fmu_fire(fmu, error);
+    fmu->signals.are_set = false;
+    if (status == KT_OK && !fmu->is_over)
+        status = kt_fmu_take_signals(fmu, error);
     while (status == KT_OK && !*needs_event && !fmu->is_over && fmu->time < end) {
         status = kt_simulation_take_step(simulation, end, error);
         fmu->time = kt_simulation_time(simulation);

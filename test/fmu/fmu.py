@@ -21,7 +21,8 @@ from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS,
 from claims import claim, finish, note
 from complaints import check_complaints
 from events import check_events
-from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_library, check_schema
+from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_fmusim_inputs, check_library, check_schema
+from signals import check_signals
 from steps import check_steps
 from tunable import check_tunables
 from uses import check_uses
@@ -29,8 +30,9 @@ from uses import check_uses
 EXCHANGED = {"double-pendulum": 1e-12, "four-bar": 1e-12, "arm7": 1e-12}  # rounding; measured: 0, 4e-15, 0
 # Trees, quaternions, loops, own states, masses that change, drives, contacts; with inputs. Bounds: relative to the
 # largest derivative; those of outputs, and of loops, are of both differences.
-SLOPES = {"arm7": "shoulder_yaw,elbow", "four-bar": "crank", "dc-motor": "rotor", "bricard": None, "stewart": None,
-          "quarter-car": None, "rocket": None, "spinning-top": None, "torus-marble": None, "three-body": None}
+SLOPES = {"arm7": "shoulder_yaw,elbow", "four-bar": "crank", "servo-arm": "base_yaw_drive,elbow_drive.target,elbow",
+          "mathieu": "shaker", "swashplate": "drive", "dc-motor": "rotor", "bricard": None, "stewart": None,
+          "quarter-car": "ramp,wash", "rocket": None, "spinning-top": None, "torus-marble": None, "three-body": None}
 # Names of the structured convention: parts are identifiers, or have quotes, and may have indices.
 PART = r"(?:[A-Za-z_][A-Za-z0-9_]*|'[A-Za-z0-9_-]+')(?:\[\d+\])?"
 STRUCTURED = re.compile(rf"{PART}(?:\.{PART})*|der\({PART}(?:\.{PART})*\)", re.A)
@@ -406,6 +408,7 @@ def main():
         check_values(folder)
         check_times(folder)
         check_tunables(folder)
+        check_signals(folder)
         check_events(folder)
         check_steps(folder)
         check_complaints(folder)
@@ -418,6 +421,7 @@ def main():
         check_schema(folder)
         check_fmusim(folder)
         check_fmusim_early(folder)
+        check_fmusim_inputs(folder)
         check_fmpy(folder)
         check_library(folder)
     finish()

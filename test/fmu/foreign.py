@@ -102,6 +102,47 @@ def check_fmusim(folder):
     claim("fmusim_runs_every_bundled_scene_and_agrees", problems + ([] if count >= 200 else [f"only {count} runs"]))
 
 
+# Motions of bundled scenes as inputs, with f, f' and f'', and the largest f'''. Within a step of co-simulation of h seconds f''
+# is held, so that the velocity has an error of at most f''' h^2 / 2 at its end. fmusim interpolates rows of the file in time.
+WASH = 3 * math.pi
+DRIVEN = {("mathieu", "shaker.position"): (lambda t: (0.5 * math.cos(2 * t), -math.sin(2 * t), -2 * math.cos(2 * t)), 4),
+          ("quarter-car", "wash.position"): (lambda t: (0.02 * math.sin(WASH * t), 0.02 * WASH * math.cos(WASH * t),
+                                                        -0.02 * WASH ** 2 * math.sin(WASH * t)), 0.02 * WASH ** 3),
+          ("swashplate", "drive.position"): (lambda t: (40 * t, 40, 0), 0)}
+
+
+def check_fmusim_inputs(folder):
+    """fmusim drives motions of bundled scenes from a file: the numbers of the run with the functions of the scene."""
+    fmusim = os.environ.get("KT_FMUSIM")
+    if not fmusim:
+        skip("fmusim_drives_motions", "KT_FMUSIM names no program")
+        return
+    problems, stop, table = [], 0.97, folder / "inputs.csv"
+    for (stem, name), (f, third) in DRIVEN.items():
+        scene = SCENES / f"{stem}.yaml"
+        times = [0.0001 * k for k in range(9701)]
+        table.write_text(",".join(["time"] + [f"input.{name}{ending}" for ending in ("", ".rate", ".acceleration")]) + "\n" +
+                         "".join(",".join(map(repr, (t, *f(t)))) + "\n" for t in times))
+        given = [word for ending, x in zip(("", ".rate", ".acceleration"), f(0.0))
+                 for word in ("--start-value", f"input.{name}{ending}", repr(x))]
+        _, text, _ = run(COMMAND, "run", scene, "--duration", repr(stop), "--interval", repr(stop / INTERVALS), "--quiet",
+                         "--out", "-")
+        theirs = {round(row[0], 9): row for row in rows(text)}
+        works = [k for k, column in enumerate(text.partition("\n")[0].split(",")) if column in WORKS]
+        for version, mode in ((3, "cs"), (2, "cs"), (3, "me"), (2, "me")):
+            fmu = Fmu(scene, folder, "--fmi", version, "--input", name)
+            words = ["--interface-type", mode, "--input-file", table] + (["--solver", "cvode"] if mode == "me" else [])
+            ours, complaint = play_foreign(fmusim, words + given, stop, fmu.archive, folder / "driven.csv")
+            found = largest_relative(ours, theirs, works if mode == "me" else [])
+            bound = FMUSIM_BOUND + (third * (stop / INTERVALS) ** 2 / 2 if mode == "cs" else 0)
+            still, _ = play_foreign(fmusim, words[:2] + words[4:], stop, fmu.archive, folder / "driven.csv")
+            moved = largest_relative(still, theirs, works if mode == "me" else [])
+            note(f"{stem}, FMI {version}, {mode}: relative difference {found:.1e}, bound {bound:.1e}; without inputs "
+                 f"{moved:.1e}, bound >= 0.01")
+            problems += [] if found <= bound and moved >= 0.01 and not complaint else [f"{stem}: {found:g} {complaint}"]
+    claim("fmusim_drives_motions", problems)
+
+
 # Scenes with events of their own, impacts, a stop, and friction that sticks.
 EARLY = ("parachute", "rocking-block", "bouncing-ball", "clutch", "trebuchet")
 

@@ -26,7 +26,8 @@ static const kt_option options[] = {
     {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
     {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU, for other simulation tools", NULL},
     {"fmi", KT_OPTION_CHOICE, AT(version), "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"},
-    {"input", KT_OPTION_TEXT, AT(inputs), "LIST", "take forces and torques of these joints as inputs of an FMU", NULL},
+    {"input", KT_OPTION_TEXT, AT(inputs), "LIST", "take forces in joints and functions of time as inputs of an FMU",
+     NULL},
     {"sources", KT_OPTION_FLAG, AT(sources), NULL, "add the source of the binary to an FMU", NULL},
     {"functions", KT_OPTION_TEXT, AT(functions), "LIST",
      "write these functions of C; default: forward,inverse,bias,mass", NULL},
@@ -64,6 +65,7 @@ const kt_usage kt_usage_export = {
              "An FMU of FMI 3.0 or 2.0 is for model exchange and co-simulation in other tools, on systems like this "
              "one.\n"
              "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
+             "--input takes joints, and functions of time of effects and loops: hold, hold.target.\n"
              "With --sources gcc and clang compile its binary for other systems.\n"
              "Scenes with hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",

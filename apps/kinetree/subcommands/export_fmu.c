@@ -121,6 +121,7 @@ typedef struct kt_fmu_parts {
     const char *name, *platform; /* the name of the binary, and of its folder */
     kt_content description, binary, scene;
     kt_content build, source; /* text is NULL: the archive has no sources */
+    const kt_fmu_inputs *inputs;
 } kt_fmu_parts;
 
 static bool write_entries(const char *path, const kt_fmu_parts *parts) {
@@ -173,25 +174,16 @@ static const char *reason_against(const kt_scene *scene) {
     return NULL;
 }
 
-/* Marks the velocities of the joints in a list. Returns false after printing an error. */
-static bool find_inputs(const kt_model *model, const char *list, bool *is_input) {
-    for (const char *at = list; at != NULL; at = strchr(at, ',') != NULL ? strchr(at, ',') + 1 : NULL) {
-        char word[KT_FMU_TEXT * 4];
-        (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
-        kt_nearest nearest = kt_nearest_make(word, NULL);
-        int body = 1;
-        while (body < kt_model_body_count(model) && strcmp(kt_joint_name(model, body), word) != 0)
-            (void)kt_nearest_try(&nearest, kt_joint_name(model, body++));
-        if (body == kt_model_body_count(model)) {
-            kt_say("export: --input names the joint '%s', which the scene does not have%s", kt_show(word).text,
-                   kt_ask(&nearest, "").text);
-            return false;
+/* Marks the velocities of the joints whose forces are inputs. */
+static void mark_inputs(const kt_model *model, const kt_fmu_inputs *inputs, bool *is_input) {
+    for (int k = 0; k < inputs->count; k++)
+        for (int body = 1; body < kt_model_body_count(model); body++) {
+            const kt_coordinates c = kt_body_coordinates(model, body);
+            const bool is_it =
+                inputs->items[k].key == NULL && strcmp(kt_joint_name(model, body), inputs->items[k].of) == 0;
+            for (int i = 0; i < c.nv && is_it; i++)
+                is_input[c.v + i] = true;
         }
-        const kt_coordinates c = kt_body_coordinates(model, body);
-        for (int k = 0; k < c.nv; k++)
-            is_input[c.v + k] = true;
-    }
-    return true;
 }
 
 /* ---- the export -------------------------------------------------------------------------------------------------- */
@@ -260,9 +252,8 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     } else if (kt_columns_add_own(&columns, scene, &record, &error) != KT_OK) {
         kt_say_error(&error);
         code = KT_EXIT_SCENE;
-    } else if (!find_inputs(model, fmu->inputs, is_input)) {
-        code = KT_EXIT_USAGE;
     } else {
+        mark_inputs(model, parts->inputs, is_input);
         const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
         kt_fmu_find_roles(parts->scene.text, parts->scene.size, scene, roles);
         find_uses(&parts->scene, scene, uses);
@@ -272,6 +263,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
                                         .model = model,
                                         .columns = &columns,
                                         .is_input = is_input,
+                                        .inputs = parts->inputs,
                                         .roles = roles,
                                         .uses = uses,
                                         .has_exchange = reason == NULL,
@@ -312,53 +304,103 @@ static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     return code;
 }
 
-/* Reads the file of the scene and writes its text in flow style, with the settings. Returns an exit code. */
-static int read_flow(const kt_export_fmu *fmu, kt_content *flow) {
-    kt_content content;
+/* Writes the text of a scene in flow style, with settings and the line of inputs. Returns an exit code. */
+static int write_flow(const char *path, const kt_content *content, const kt_settings *settings,
+                      const kt_fmu_inputs *inputs, kt_content *flow) {
     kt_error error = {0};
     kt_scene_options options = kt_scene_options_default();
-    options.settings = fmu->settings->text;
-    options.setting_count = fmu->settings->count;
-    int code = read_content(fmu->scene, &content);
-    if (code != KT_EXIT_DONE)
-        return code;
+    options.settings = settings->text;
+    options.setting_count = settings->count;
     FILE *stream = open_memstream(&flow->text, &flow->size);
-    if (content.text[strspn(content.text, " \t\r\n")] == '<') {
-        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
-        code = KT_EXIT_SCENE;
-    } else if (stream == NULL) {
+    int code = KT_EXIT_DONE;
+    if (stream == NULL) {
         kt_say("there is not enough memory");
-        code = KT_EXIT_INTEGRATION;
-    } else if (kt_scene_write_flow(fmu->scene, content.text, content.size, &options, stream, &error) != KT_OK) {
+        return KT_EXIT_INTEGRATION;
+    }
+    kt_fmu_write_inputs(inputs, stream);
+    if (kt_scene_write_flow(path, content->text, content->size, &options, stream, &error) != KT_OK) {
         kt_say_error(&error);
         code = KT_EXIT_SCENE;
     }
-    if (stream != NULL && fclose(stream) != 0)
+    if (fclose(stream) != 0 && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     if (code != KT_EXIT_DONE)
         free(flow->text);
+    return code;
+}
+
+/* Likewise, with the last setting for each function that is an input. A motor in a sliding joint may have either name of
+ * its key in the file. */
+static int write_flow_with(const char *path, const kt_content *content, const kt_settings *settings,
+                           const kt_fmu_inputs *inputs, kt_content *flow) {
+    kt_settings all = *settings;
+    char(*texts)[KT_FMU_PATH] = calloc((size_t)inputs->count + 1, sizeof *texts);
+    int code = texts != NULL ? write_flow(path, content, &all, inputs, flow) : KT_EXIT_INTEGRATION;
+    for (int k = 0; k < inputs->count && code == KT_EXIT_DONE; k++) {
+        const kt_fmu_input *input = &inputs->items[k];
+        if (input->key == NULL)
+            continue;
+        if (all.count == KT_SETTINGS_MAX) {
+            kt_say("export: --set and functions of --input are more than %d", KT_SETTINGS_MAX);
+            code = KT_EXIT_USAGE;
+            break;
+        }
+        all.text[all.count++] = texts[k];
+        for (int other = 0; other < 2 && code == KT_EXIT_DONE; other++) {
+            kt_scene scene;
+            kt_error error = {0};
+            free(flow->text);
+            kt_fmu_set_input(input, other == 1, texts[k], sizeof *texts);
+            code = write_flow(path, content, &all, inputs, flow);
+            if (code != KT_EXIT_DONE || input->key->also == NULL)
+                break;
+            if (parse_alone(flow, NULL, &scene, &error) == KT_OK) {
+                kt_scene_free(&scene);
+                break;
+            }
+        }
+    }
+    free(texts);
+    return code;
+}
+
+/* Reads the file of the scene and writes its text in flow style, with settings and inputs. Returns an exit code. */
+static int read_flow(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs, kt_content *flow) {
+    kt_content content;
+    int code = read_content(fmu->scene, &content);
+    if (code != KT_EXIT_DONE)
+        return code;
+    if (content.text[strspn(content.text, " \t\r\n")] == '<') {
+        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
+        code = KT_EXIT_SCENE;
+    } else {
+        code = write_flow_with(fmu->scene, &content, fmu->settings, inputs, flow);
+    }
     free(content.text);
     return code;
 }
 
 int kt_export_fmu_write(const kt_export_fmu *fmu) {
     kt_scene scene;
-    kt_fmu_parts parts = {.name = NULL};
+    kt_fmu_inputs inputs = {.items = NULL};
+    kt_fmu_parts parts = {.inputs = &inputs};
     char name[KT_FMU_TEXT];
     int code = kt_read_scene(fmu->scene, fmu->settings, &scene); /* prints all faults with their places in the file */
     if (code == KT_EXIT_DONE && kt_refuse_fmus("export", &scene) >= 0)
         code = KT_EXIT_SCENE;
+    if (code == KT_EXIT_DONE)
+        code = kt_fmu_find_inputs(&scene, fmu->inputs, &inputs);
     kt_scene_free(&scene);
-    if (code != KT_EXIT_DONE)
-        return code;
-    code = read_flow(fmu, &parts.scene);
-    if (code != KT_EXIT_DONE)
-        return code;
-    name_of_fmu(fmu->out, name);
-    parts.name = name;
-    parts.platform = fmu->version == KT_FMU_THIRD ? KT_FMU_PLATFORM : sizeof(void *) == 8 ? "linux64" : "linux32";
-    code = write_scene(fmu, &parts);
-    free(parts.scene.text);
+    if (code == KT_EXIT_DONE)
+        code = read_flow(fmu, &inputs, &parts.scene);
+    if (code == KT_EXIT_DONE) {
+        name_of_fmu(fmu->out, name);
+        parts.name = name;
+        parts.platform = fmu->version == KT_FMU_THIRD ? KT_FMU_PLATFORM : sizeof(void *) == 8 ? "linux64" : "linux32";
+        code = write_scene(fmu, &parts);
+        free(parts.scene.text);
+    }
+    kt_fmu_free_inputs(&inputs);
     return code;
 }
 

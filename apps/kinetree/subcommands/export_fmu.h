@@ -6,11 +6,13 @@
 #include "text/arguments.h"
 
 #include "../fmu/roles.h"
+#include "../fmu/signal.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 
 typedef struct kt_export_fmu {
-    const char *scene, *inputs, *out; /* inputs: joints, apart by commas; NULL: none */
+    const char *scene, *inputs, *out; /* inputs: names, apart by commas; NULL: none */
     const kt_settings *settings;
     int version;      /* KT_FMU_SECOND, KT_FMU_THIRD */
     bool has_sources; /* the archive has the source of the binary, too */
@@ -22,11 +24,45 @@ int kt_export_fmu_check(const kt_export_fmu *fmu);
 /* Reads the scene and writes the archive. Returns an exit code. */
 int kt_export_fmu_write(const kt_export_fmu *fmu);
 
+/* ---- inputs ------------------------------------------------------------------------------------------------------ */
+
+/* An input: the force or torque in a joint, or a function of time of an effect or a loop. */
+typedef struct kt_fmu_input {
+    char of[KT_FMU_SIGNAL_NAME];       /* the joint, effect or loop */
+    char name[2 * KT_FMU_SIGNAL_NAME]; /* of a function: "drive.position" */
+    const kt_key *key;                 /* of a function; NULL: in a joint */
+    bool is_loop, slides;              /* slides: its joint does; it has the second of two units */
+    int size;                          /* kt_fmu_signal_size */
+    double start[KT_FMU_SIGNAL_MOST];
+} kt_fmu_input;
+
+typedef struct kt_fmu_inputs {
+    int count;
+    kt_fmu_input *items;
+} kt_fmu_inputs;
+
+/* Finds the inputs of a list. Returns an exit code after printing an error. Ownership: kt_fmu_free_inputs. */
+int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *inputs);
+void kt_fmu_free_inputs(kt_fmu_inputs *inputs);
+
+/* Writes the setting that replaces a function by its value, with either name of its key. */
+void kt_fmu_set_input(const kt_fmu_input *input, bool has_other_name, char *setting, size_t size);
+
+/* Writes the first line of the resource, if functions are inputs. */
+void kt_fmu_write_inputs(const kt_fmu_inputs *inputs, FILE *to);
+
+/* Whether a joint, or the coordinate of a loop, slides. */
+bool kt_fmu_joint_slides(const kt_description *d, const char *joint);
+
 /* ---- the description --------------------------------------------------------------------------------------------- */
 
 enum { KT_FMU_SECOND, KT_FMU_THIRD }; /* versions of the standard, in the order of the choices of --fmi */
 
 enum { KT_FMU_UNIT = 32 };
+
+/* Copies the unit of the k-th number of a key: "A|B" are those of turning and sliding joints, "A, B" those along and
+ * about axes. */
+void kt_fmu_copy_unit(const char *unit, bool slides, int k, char to[KT_FMU_UNIT]);
 
 /* The number of a scene that a parameter is: "mass of arm", and its unit. Empty: not available. */
 typedef struct kt_fmu_use {
@@ -42,7 +78,8 @@ typedef struct kt_fmu_model {
     const kt_scene *scene;
     const kt_model *model;
     const kt_columns *columns;
-    const bool *is_input;     /* [nv]: joint forces that are inputs */
+    const bool *is_input; /* [nv]: joint forces that are inputs */
+    const kt_fmu_inputs *inputs;
     const kt_fmu_role *roles; /* [parameter_count] */
     const kt_fmu_use *uses;   /* likewise */
     bool has_exchange;        /* model exchange is offered */

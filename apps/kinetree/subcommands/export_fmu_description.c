@@ -2,7 +2,8 @@
  * order of the schema of the standard.
  *
  *     outputs: the columns of the scene           states: q, v, auxiliary states      derivatives of all states
- *     inputs: forces and torques of joints        parameters of the scene, fixed or tunable (roles.h)
+ *     inputs: forces and torques of joints, functions of time (signal.h)
+ *     parameters of the scene, fixed or tunable (roles.h)
  */
 #include "subcommands/export_fmu.h"
 
@@ -181,6 +182,8 @@ static int input_count(const kt_fmu_model *fmu) {
     int count = 0;
     for (int i = 0; i < kt_model_nv(fmu->model); i++)
         count += fmu->is_input[i];
+    for (int k = 0; k < fmu->inputs->count; k++)
+        count += fmu->inputs->items[k].size;
     return count;
 }
 
@@ -259,6 +262,50 @@ static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
     }
 }
 
+/* Returns the unit of the rate of a quantity; NULL: it has none. */
+static const char *rate_unit(const char *unit) {
+    const kt_fmu_unit *u = find_unit(unit);
+    for (int i = 0; u != NULL && i < KT_FMU_UNITS; i++)
+        if (units[i].kg == u->kg && units[i].m == u->m && units[i].s == u->s - 1 && units[i].rad == u->rad)
+            return units[i].unit;
+    return NULL;
+}
+
+/* Writes a function that is an input: its components, or its value and derivatives. */
+static void write_signal(const kt_fmu_model *fmu, const kt_fmu_input *input, int signal, FILE *to) {
+    static const char *const endings[] = {"", ".rate", ".acceleration"};
+    static const char *const orders[] = {"", ", its first derivative", ", its second derivative"};
+    const char *key = strrchr(input->name, '.') + 1;
+    const bool is_vector = input->key->kind == KT_KEY_FUNCTIONS;
+    char name[sizeof input->name + 32], description[2 * sizeof input->name], first[KT_FMU_UNIT];
+    kt_fmu_copy_unit(input->key->unit, input->slides, 0, first);
+    const char *unit = first;
+    for (int i = 0; i < input->size; i++) {
+        if (is_vector)
+            (void)snprintf(name, sizeof name, "input.%s[%d]", input->name, i);
+        else
+            (void)snprintf(name, sizeof name, "input.%s%s", input->name, endings[i]);
+        (void)snprintf(description, sizeof description, "%s of %s%s", key, input->of, is_vector ? "" : orders[i]);
+        write_variable(fmu,
+                       &(kt_fmu_variable){.name = name,
+                                          .description = description,
+                                          .causality = "input",
+                                          .variability = "continuous",
+                                          .unit = unit,
+                                          .start = &input->start[i],
+                                          .reference = KT_FMU_SIGNAL + KT_FMU_SIGNAL_MOST * signal + i},
+                       to);
+        unit = is_vector ? unit : rate_unit(unit);
+    }
+}
+
+static void write_signals(const kt_fmu_model *fmu, FILE *to) {
+    int signal = 0;
+    for (int k = 0; k < fmu->inputs->count; k++)
+        if (fmu->inputs->items[k].key != NULL)
+            write_signal(fmu, &fmu->inputs->items[k], signal++, to);
+}
+
 static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
     for (int i = 0; i < fmu->scene->parameter_count; i++) {
         const bool follows = kt_fmu_role_follows(fmu->roles[i]);
@@ -329,6 +376,7 @@ static void write_variables(const kt_fmu_model *fmu, FILE *to) {
     write_variable(fmu, &time, to);
     write_outputs(fmu, to);
     write_inputs(fmu, to);
+    write_signals(fmu, to);
     write_parameters(fmu, to);
     for (int order = 0; order < 2; order++)
         for (int i = 0; i < state_count(fmu->model); i++)

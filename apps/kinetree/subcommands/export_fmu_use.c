@@ -17,9 +17,7 @@ typedef struct kt_fmu_search {
     kt_fmu_use *use;
 } kt_fmu_search;
 
-/* Copies the unit of the k-th number of a key: "A|B" are those of turning and sliding joints, "A, B" those along and
- * about axes. */
-static void copy_unit(const char *unit, bool slides, int k, char to[KT_FMU_UNIT]) {
+void kt_fmu_copy_unit(const char *unit, bool slides, int k, char to[KT_FMU_UNIT]) {
     const char *bar = strchr(unit, '|'), *comma = strchr(unit, ',');
     const char *from = bar != NULL && slides ? bar + 1 : comma != NULL && k >= 3 ? comma + 2 : unit;
     (void)snprintf(to, KT_FMU_UNIT, "%.*s", (int)strcspn(from, "|,"), from);
@@ -32,7 +30,7 @@ static void compare(kt_fmu_search *s, const double *a, const double *b, int coun
         char own[KT_FMU_UNIT];
         if (!(fabs(a[k]) == fabs(s->before) && fabs(b[k]) == fabs(s->after)))
             continue;
-        copy_unit(unit, s->slides, k, own);
+        kt_fmu_copy_unit(unit, s->slides, k, own);
         if (s->use->text[0] == '\0') {
             (void)snprintf(s->use->text, sizeof s->use->text, "%s of %s", what, s->of);
             (void)snprintf(s->use->unit, sizeof s->use->unit, "%s", own);
@@ -93,12 +91,16 @@ static void compare_body(kt_fmu_search *s, const kt_body *a, const kt_body *b) {
         compare_keys(s, kt_shape_descriptor(a->shape.type), &a->shape, &b->shape);
 }
 
-static bool joint_slides(const kt_description *d, const char *joint) {
+/* A loop of the type `prismatic` has a coordinate, too. */
+bool kt_fmu_joint_slides(const kt_description *d, const char *joint) {
     for (int i = 0; i < d->body_count; i++) {
         const char *own = d->bodies[i].joint.name != NULL ? d->bodies[i].joint.name : d->bodies[i].name;
         if (joint != NULL && strcmp(own, joint) == 0)
             return d->bodies[i].joint.type == KT_JOINT_PRISMATIC;
     }
+    for (int i = 0; i < d->loop_count; i++)
+        if (joint != NULL && strcmp(d->loops[i].name, joint) == 0)
+            return d->loops[i].type == KT_LOOP_PRISMATIC;
     return false;
 }
 
@@ -121,13 +123,13 @@ void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter
     for (int i = 0; i < a->loop_count; i++) {
         const kt_loop *loop = &a->loops[i];
         const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        s = (kt_fmu_search){s.before, s.after, name_of(loop->name, type), joint_slides(a, loop->joint), use};
+        s = (kt_fmu_search){s.before, s.after, name_of(loop->name, type), kt_fmu_joint_slides(a, loop->joint), use};
         compare_keys(&s, type, loop, &b->loops[i]);
     }
     for (int i = 0; i < a->effect_count; i++) {
         const kt_effect *effect = &a->effects[i];
         const kt_descriptor *type = kt_effect_descriptor(effect->type);
-        s = (kt_fmu_search){s.before, s.after, name_of(effect->name, type), joint_slides(a, effect->joint), use};
+        s = (kt_fmu_search){s.before, s.after, name_of(effect->name, type), kt_fmu_joint_slides(a, effect->joint), use};
         compare_keys(&s, type, effect, &b->effects[i]);
     }
 }
