@@ -10,8 +10,8 @@
  *
  * The matrices are exact (kt_acceleration_derivatives). They are computed once in a state, for all directions.
  *
- * A signal (f, f') of a servo in a joint has the force F(f - q, f' - v), so that F_f = -F_q and F_f' = -F_v. The force of
- * a spring does not depend on f'.
+ * A signal (f, f') of a servo in a joint has the force F(f - q, f' - v), so that F_f = -F_q and F_f' = -F_v. The force
+ * of a spring does not depend on f'.
  *
  *     dv' += a_u (-F_q df - F_v df')
  *

@@ -147,8 +147,8 @@ kt_status kt_fmu_take_signals(kt_fmu *fmu, kt_error *error) {
 }
 
 kt_status kt_fmu_show_signals(kt_fmu *fmu, kt_error *error) {
-    const bool waits = !fmu->is_exchange && fmu->phase == KT_FMU_EVENT;
-    return waits ? KT_OK : kt_fmu_take_signals(fmu, error);
+    const bool is_pending = !fmu->is_exchange && fmu->phase == KT_FMU_EVENT;
+    return is_pending ? KT_OK : kt_fmu_take_signals(fmu, error);
 }
 
 bool kt_fmu_signal_moves(const kt_fmu *fmu, int i) {

@@ -329,8 +329,8 @@ static int write_flow(const char *path, const kt_content *content, const kt_sett
     return code;
 }
 
-/* Likewise, with the last setting for each function that is an input. A motor in a sliding joint may have either name of
- * its key in the file. */
+/* Likewise, with the last setting for each function that is an input. A motor in a sliding joint may have either name
+ * of its key in the file. */
 static int write_flow_with(const char *path, const kt_content *content, const kt_settings *settings,
                            const kt_fmu_inputs *inputs, kt_content *flow) {
     kt_settings all = *settings;
