@@ -1,4 +1,4 @@
-/* Generated C: the dynamics of one tree as straight-line C99. Part of libkinetree-scene.
+/* Generated C: the dynamics of one mechanism as straight-line C99. Part of libkinetree-scene.
  *
  *     FILE *source = fopen("arm.c", "w"), *header = fopen("arm.h", "w");
  *     status = kt_codegen_write(model, "arm", KT_CODEGEN_FORWARD | KT_CODEGEN_MASS, false, source, header, &error);
@@ -33,6 +33,8 @@ extern "C" {
     X(KT_CODEGEN_INVERSE_DERIVATIVES, inverse_derivatives, "by q and v, as kt_dynamics_inverse_derivatives")           \
     X(KT_CODEGEN_FORWARD_DERIVATIVES, forward_derivatives, "by q, v and tau, as kt_dynamics_forward_derivatives")      \
     X(KT_CODEGEN_EFFECT_DERIVATIVES, effect_derivatives, "derivatives of the forces of effects by q and v")            \
+    X(KT_CODEGEN_LOOPS, loops, "equations of the loops: residuals, A, and the right-hand side of accelerations")       \
+    X(KT_CODEGEN_PROJECT, project, "positions and velocities projected onto the loops, as kt_state_project")           \
     X(KT_CODEGEN_HEUN, heun, "a step of Heun's method, as kt_step_evaluate with heun")                                 \
     X(KT_CODEGEN_RK4, rk4, "a step of the classical Runge-Kutta method, as kt_step_evaluate with rk4")                 \
     X(KT_CODEGEN_SEMI_IMPLICIT, semi_implicit, "a semi-implicit Euler step, as kt_batch_step_semi_implicit")           \
@@ -54,6 +56,8 @@ enum {
     KT_CODEGEN_INVERSE_DERIVATIVES_INDEX,       /* derivatives of inverse dynamics */
     KT_CODEGEN_FORWARD_DERIVATIVES_INDEX,       /* derivatives of forward dynamics */
     KT_CODEGEN_EFFECT_DERIVATIVES_INDEX,        /* derivatives of forces of effects */
+    KT_CODEGEN_LOOPS_INDEX,                     /* equations of loops */
+    KT_CODEGEN_PROJECT_INDEX,                   /* projection onto the loops */
     KT_CODEGEN_HEUN_INDEX,                      /* a step of Heun's method */
     KT_CODEGEN_RK4_INDEX,                       /* a step of the classical Runge-Kutta method */
     KT_CODEGEN_SEMI_IMPLICIT_INDEX,             /* a semi-implicit Euler step */
@@ -79,9 +83,9 @@ KT_API const char *kt_codegen_name(int k);
 /* Returns the meaning of a function in a few words; NULL for other numbers. */
 KT_API const char *kt_codegen_meaning(int k);
 
-/* Returns a hash of all that a generated file folds: types of joints, axes, rotations, zeros, the order of bodies. The
- * header of a generated file has this number as NAME_STRUCTURE. The file fits a model if both are equal. Returns 0 for
- * NULL.
+/* Returns a hash of all that a generated file folds: types of joints, axes, rotations, zeros, the order of bodies, and
+ * loops. The header of a generated file has this number as NAME_STRUCTURE. The file fits a model if both are equal.
+ * Returns 0 for NULL.
  * Cost: O(bodies). */
 KT_API uint64_t kt_codegen_structure(const kt_model *model);
 
@@ -91,7 +95,13 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * functions: a sum of KT_CODEGEN_ bits.
  * constant: whether the file also has all numbers as constants. It then has no parameters.
  *
- * The functions are those of the tree, like those of dynamics.h. Forces of effects are in NAME_effects and in the
+ * Without loops the functions are those of dynamics.h. With loops, NAME_forward returns the accelerations of the closed
+ * mechanism, as kt_acceleration_evaluate, but without effects. Steps are projected onto the loops, as
+ * kt_step_evaluate. NAME_inverse, NAME_bias and NAME_mass stay those of the tree: tau = M a + h is the sum of the joint
+ * forces and of the forces A' lambda of the loops. These have no power in a closed motion. NAME_loops has one row for
+ * each independent equation (NAME_NR), with axes of its own.
+ *
+ * Forces of effects are in NAME_effects and in the
  * steps alone; add them to the tau of NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on
  * time, effects and steps have the time as an argument before q. If there are auxiliary states, effects and steps have
  * them as an argument x behind v, and a step writes the next x behind the next v. Effects call functions of the C
@@ -103,11 +113,14 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs.
  * Each function returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no
- * inertia, or whose quaternion has no norm; they then write nothing.
+ * inertia, or whose quaternion has no norm. NAME_forward, NAME_project and the steps return minus the number of a loop,
+ * counted from 1, if its equations depend on others in this position, or if it cannot be closed. They then write
+ * nothing.
  *
- * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops,
- * bodies of variable mass, coordinates that move no mass, hard contacts, forces along paths, and effects and
- * auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
+ * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
+ * but pins in a plane, coinciding points, constant distances and couplings; redundant equations of loops; derivatives
+ * with loops; bodies of variable mass, coordinates that move no mass, hard contacts, forces along paths, and effects
+ * and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 

@@ -6,12 +6,12 @@
 #include "kinetree/codegen.h"
 
 #include "base/require.h"
+#include "codegen/check.h"
+#include "codegen/loops.h"
 #include "codegen/print.h"
 #include "document/number.h"
-#include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,8 +22,12 @@ typedef struct code_kind {
     const char *input[3]; /* NULL: no more */
     const char *output[3];
     bool is_step;
+    bool is_text;  /* it is no graph: it calls other functions */
     bool is_apart; /* no output is an input */
 } code_kind;
+
+/* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
+enum { CODE_CLOSE = KT_CODEGEN_COUNT, CODE_SETTLE, CODE_COUNT };
 
 static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
     [KT_CODEGEN_FORWARD_INDEX] = {.equation = "M a = tau - h", .input = {"q", "v", "tau"}, .output = {"a"}},
@@ -56,32 +60,63 @@ static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
                                              .input = {"q", "v"},
                                              .output = {"tau_q", "tau_v"},
                                              .is_apart = true},
+    [KT_CODEGEN_LOOPS_INDEX] = {.equation = "NR residuals phi, A of A a = right (NR x NV, column-major), and right; "
+                                            "not in the memory of inputs",
+                                .input = {"q", "v"},
+                                .output = {"phi", "A", "right"},
+                                .is_apart = true},
+    [KT_CODEGEN_PROJECT_INDEX] = {.equation = "phi = 0 and A v = 0; outputs may be the inputs",
+                                  .input = {"q", "v"},
+                                  .output = {"next_q", "next_v"},
+                                  .is_text = true},
     [KT_CODEGEN_HEUN_INDEX] = {.equation = "from q and v over h seconds, with constant tau; outputs may be the inputs",
                                .input = {"q", "v", "tau"},
                                .output = {"next_q", "next_v"},
-                               .is_step = true},
+                               .is_step = true,
+                               .is_text = true},
     [KT_CODEGEN_RK4_INDEX] = {.equation = "likewise",
                               .input = {"q", "v", "tau"},
                               .output = {"next_q", "next_v"},
-                              .is_step = true},
+                              .is_step = true,
+                              .is_text = true},
     [KT_CODEGEN_SEMI_IMPLICIT_INDEX] = {.equation = "likewise; v += h a, then q moves by h v",
                                         .input = {"q", "v", "tau"},
                                         .output = {"next_q", "next_v"},
-                                        .is_step = true},
+                                        .is_step = true,
+                                        .is_text = true},
 };
 
 static const code_kind changes_of_step = {
     .equation = "next (dq, dv) = A (dq, dv) + B dtau; 2 NV x 2 NV and 2 NV x NV, column-major, not in memory of inputs",
     .input = {"q", "v", "tau"},
     .output = {"A", "B"},
-    .is_step = true};
+    .is_step = true,
+    .is_text = true};
+
+static const code_kind inner_kinds[CODE_COUNT - KT_CODEGEN_COUNT] = {
+    {.name = "close_positions",
+     .meaning = "the step of positions towards closed loops",
+     .equation = "the least step with A step = - phi; gap: phi over its scales",
+     .input = {"q"},
+     .output = {"step", "gap"}},
+    {.name = "settle_velocities",
+     .meaning = "velocities after the impulse of the loops",
+     .equation = "M (next_v - v) = A' lambda, A next_v = 0; gap: phi over its scales",
+     .input = {"q", "v"},
+     .output = {"next_v", "gap"}},
+};
 
 static const char *const names[] = {
 #define KT_CODEGEN_NAME(id, name, meaning) #name,
     KT_CODEGEN_LIST(KT_CODEGEN_NAME)
 #undef KT_CODEGEN_NAME
 };
-static const code_kind *kind_of(int k) { return k >= KT_CODEGEN_HEUN_DERIVATIVES_INDEX ? &changes_of_step : &kinds[k]; }
+static const code_kind *kind_of(int k) {
+    return k >= KT_CODEGEN_COUNT                    ? &inner_kinds[k - KT_CODEGEN_COUNT]
+           : k >= KT_CODEGEN_HEUN_DERIVATIVES_INDEX ? &changes_of_step
+                                                    : &kinds[k];
+}
+static const char *name_of(int k) { return k >= KT_CODEGEN_COUNT ? kind_of(k)->name : names[k]; }
 
 static const char *const meanings[] = {
 #define KT_CODEGEN_MEANING(id, name, meaning) meaning,
@@ -91,56 +126,6 @@ static const char *const meanings[] = {
 
 const char *kt_codegen_name(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) ? names[k] : NULL; }
 const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) ? meanings[k] : NULL; }
-
-/* ---- structure --------------------------------------------------------------------------------------------------- */
-
-static void hash_bytes(uint64_t *h, const void *bytes, size_t count) {
-    const unsigned char *at = bytes;
-    for (size_t i = 0; i < count; i++)
-        *h = (*h ^ at[i]) * 0x100000001b3u;
-}
-
-static void hash_int(uint64_t *h, int x) {
-    const int32_t fixed = x;
-    hash_bytes(h, &fixed, sizeof fixed);
-}
-
-/* Which of some numbers are zero. */
-static void hash_zeros(uint64_t *h, const double *x, int count) {
-    for (int i = 0; i < count; i++)
-        hash_int(h, x[i] == 0.0);
-}
-
-uint64_t kt_codegen_structure(const kt_model *model) {
-    uint64_t h = 0xcbf29ce484222325u;
-    if (model == NULL)
-        return 0;
-    const kt_vec3 g = kt_model_gravity(model);
-    hash_zeros(&h, (const double[]){g.x, g.y, g.z}, 3);
-    for (size_t b = 1; b < model->n.body; b++) {
-        const kt_body_record *r = &model->body[b];
-        const kt_vec3 c = r->com, p = r->joint.position;
-        const kt_sym3 j = r->inertia;
-        hash_int(&h, r->type);
-        hash_int(&h, r->parent);
-        hash_zeros(&h, (const double[]){r->mass, c.x, c.y, c.z, p.x, p.y, p.z}, 7);
-        hash_zeros(&h, (const double[]){j.xx, j.yy, j.zz, j.xy, j.xz, j.yz}, 6);
-        hash_bytes(&h, &r->in_link.rotation, sizeof r->in_link.rotation);
-    }
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *l = &model->link[i];
-        const double pitch = kt_link_pitch(l);
-        hash_int(&h, l->motion);
-        hash_int(&h, l->axis);
-        hash_int(&h, l->parent);
-        hash_zeros(&h, &pitch, 1);
-        hash_zeros(&h, model->armature + l->v, kt_link_dofs(l));
-        if (l->rest_is_rotated)
-            hash_bytes(&h, &kt_link_rest_of(l)->axes, sizeof(kt_mat3));
-    }
-    kt_code_hash_effects(model, hash_bytes, &h);
-    return h;
-}
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
@@ -156,7 +141,10 @@ static bool has_states(const kt_model *model, int k) { return has_effects(k) && 
 /* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
 static void print_signature(FILE *file, const kt_code_tree *tree, const char *name, int k, bool declares) {
     const code_kind *kind = kind_of(k);
-    fprintf(file, "int %s_%s(", name, names[k]);
+    if (k >= KT_CODEGEN_COUNT)
+        fprintf(file, "static int %s(", name_of(k));
+    else
+        fprintf(file, "int %s_%s(", name, names[k]);
     if (!tree->constant)
         fprintf(file, "const %s_model *model, ", name);
     if (has_time(tree->model, k))
@@ -197,24 +185,36 @@ static void print_bodies(FILE *file, const kt_model *model) {
         for (int k = 0; k < kt_marker_count(model, b); k++, index++)
             fprintf(file, "%s * %4d  marker %s of %s\n", index == 0 ? " *\n" : "", index, kt_marker_name(model, b, k),
                     kt_body_name(model, b));
+    for (int i = 0; i < (int)model->n.loop; i++)
+        fprintf(file, "%s * %4d  loop %s\n", i == 0 ? " *\n" : "", i + 1, kt_loop_name(model, i));
 }
 
 static void print_header(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions, int prepared) {
     const kt_model *model = tree->model;
+    const bool has_loops = model->n.loop > 0;
+    char count[KT_CODE_NAME] = "";
+    const char *const about_loops =
+        has_loops
+            ? " * Minus the number of a loop: its equations depend on others in this position, or a step opened it.\n"
+              " * inverse, bias and mass are those of the tree without loops.\n"
+            : "";
+    if (has_loops)
+        (void)snprintf(count, sizeof count, ", %s_NR = %d", name, kt_code_count_loop_rows(model));
     fprintf(file, "/* %s.h: a mechanism as C, generated by Kinetree %s. Do not edit.\n", name, kt_version());
     print_bodies(file, model);
     fprintf(file,
             " *\n * Units: SI and radians. Forces of effects are in %s_effects and in steps alone, if these are here.\n"
-            " * A function returns 0, or the number of the body whose joint has no inertia; it then writes nothing.\n"
+            " * A function returns 0, or the number of the body whose joint has no inertia; it then writes nothing.\n%s"
             " * Equal bits on all processors need -ffp-contract=off or -std=c99.\n */\n"
             "#ifndef %s_GENERATED_H\n#define %s_GENERATED_H\n\n"
             "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
             "#ifdef %s_FLOAT /* define it for all files: single precision */\ntypedef float %s_real;\n#else\n"
             "typedef double %s_real;\n#endif\n\n"
-            "enum { %s_NQ = %d, %s_NV = %d, %s_NX = %d }; /* positions, velocities, auxiliary states */\n\n"
+            "enum { %s_NQ = %d, %s_NV = %d, %s_NX = %d%s }; /* positions, velocities, auxiliary states%s */\n\n"
             "/* kt_codegen_structure of the model */\n#define %s_STRUCTURE 0x%016llxu\n\n",
-            name, name, name, name, name, name, name, kt_model_nq(model), name, kt_model_nv(model), name,
-            (int)model->n.x, name, (unsigned long long)kt_codegen_structure(model));
+            name, about_loops, name, name, name, name, name, name, kt_model_nq(model), name, kt_model_nv(model), name,
+            (int)model->n.x, count, has_loops ? ", equations of loops" : "", name,
+            (unsigned long long)kt_codegen_structure(model));
     if (!tree->constant) {
         fprintf(file, "/* Numbers that may change. Zeros are folded. */\ntypedef struct %s_parameters {\n", name);
         for (int i = 0; i < tree->parameter_count; i++)
@@ -255,9 +255,9 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
                                    .output = {kind->output[0], kind->output[1], kind->output[2]}};
     const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
     const kt_op_counts n = kt_graph_count(p->graph, f->out, f->out_count);
-    kt_code_print_parts(p, f, &arrays, names[k]);
-    fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions", meanings[k], kind->equation,
-            n.multiply, n.add, n.divide);
+    kt_code_print_parts(p, f, &arrays, name_of(k));
+    fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions",
+            k < KT_CODEGEN_COUNT ? meanings[k] : kind->meaning, kind->equation, n.multiply, n.add, n.divide);
     if (n.call + n.choose > 0)
         fprintf(p->file, ", %d functions of the C library, %d choices", n.call, n.choose);
     fputs(". */\n", p->file);
@@ -277,7 +277,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
         fputs("    (void)x;\n", p->file);
     if (!p->tree->constant)
         fputs("    (void)k;\n", p->file);
-    kt_code_print_function(p, f, &arrays, names[k]);
+    kt_code_print_function(p, f, &arrays, name_of(k));
     fputs("    return 0;\n}\n\n", p->file);
 }
 
@@ -304,6 +304,10 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
         fputs("}\n\n", file);
     }
     fputs("/* ---- functions ---- */\n\n", file);
+    if (tree->model->n.loop > 0)
+        fputs("/* Equations of loops whose squared sine is below this depend on others. */\n"
+              "#define SINGULAR (real)(sizeof(real) < sizeof(double) ? 1e-5 : 1e-12)\n\n",
+              file);
     if (p->has_parts)
         fputs("#ifdef __GNUC__ /* a part has registers of its own */\n#define PART __attribute__((noinline))\n"
               "#else\n#define PART\n#endif\n\n",
@@ -361,10 +365,32 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
 /* Makes the nodes of a function. Returns false if memory is insufficient. */
 static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
+    const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
     f->out_count = f->output[0] = (int)nv;
     switch (k) {
     case KT_CODEGEN_FORWARD_INDEX:
-        return make_forward(tree, work, f);
+        if (rows == 0)
+            return make_forward(tree, work, f);
+        kt_code_forward_loops(tree, work, f->out, f->guard);
+        f->guard_count = (int)(nv + rows);
+        break;
+    case CODE_CLOSE:
+        f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
+        f->output[1] = (int)rows;
+        f->out_count = (int)(nv + rows);
+        break;
+    case CODE_SETTLE:
+        kt_code_settle_velocities(tree, work, f->out, f->guard);
+        f->guard_count = (int)(nv + rows);
+        f->output[1] = (int)rows;
+        f->out_count = (int)(nv + rows);
+        break;
+    case KT_CODEGEN_LOOPS_INDEX:
+        kt_code_loop_equations(tree, f->out);
+        f->output[0] = f->output[2] = (int)rows;
+        f->output[1] = (int)(rows * nv);
+        f->out_count = (int)(rows * (nv + 2));
+        break;
     case KT_CODEGEN_INVERSE_INDEX:
     case KT_CODEGEN_BIAS_INDEX:
         kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
@@ -416,9 +442,10 @@ static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_functi
 /* Makes the graph of a function. Returns false if memory is insufficient. */
 static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     const size_t nv = tree->model->n.v;
-    const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + 2;
-    f->out = calloc(count + 2 * nv, sizeof *f->out);
-    f->guard = calloc(nv, sizeof *f->guard);
+    const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
+    const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + rows * (nv + 2) + 2;
+    f->out = calloc(count + 2 * (nv + rows), sizeof *f->out);
+    f->guard = calloc(nv + rows, sizeof *f->guard);
     f->writes_at_once = kind_of(k)->is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
     tree->graph->scope++;
@@ -435,7 +462,7 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
         size_t length = 0;
         FILE *memory = open_memstream(&signature[i], &length);
         if (memory != NULL)
-            print_signature(memory, tree, name, KT_CODEGEN_HEUN_INDEX + i, false);
+            print_signature(memory, tree, name, KT_CODEGEN_PROJECT_INDEX + i, false);
         fine &= memory != NULL && fclose(memory) == 0;
     }
     (void)snprintf(take, sizeof take, "const %s_model *model, ", name);
@@ -459,8 +486,8 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
     bool fine = kt_code_printer_init(&p, tree, memory) && memory != NULL,
          has_angles = kt_code_steps_read_sines(tree->model, functions),
          has_math = kt_code_steps_read_roots(tree->model, functions);
-    for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
-        if (functions & 1u << k && !kind_of(k)->is_step) {
+    for (int k = 0; fine && k < CODE_COUNT; k++)
+        if (functions & 1u << k && !kind_of(k)->is_text) {
             has_angles |= kt_code_reads(&p, &f[k], KT_OP_SINE) || kt_code_reads(&p, &f[k], KT_OP_COSINE);
             has_math |= kt_code_calls(&p, &f[k]);
             print_body(&p, name, k, &f[k]);
@@ -481,73 +508,13 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
     return KT_OK;
 }
 
-/* ---- checks ------------------------------------------------------------------------------------------------------ */
-
-static bool is_identifier(const char *name) {
-    if (!isalpha((unsigned char)name[0]) || strlen(name) > KT_CODE_BODY_NAME)
-        return false;
-    for (const char *at = name; *at != '\0'; at++)
-        if (!isalnum((unsigned char)*at) && *at != '_')
-            return false;
-    return true;
-}
-
-static const char *name_of_effect(const kt_model *model, const kt_effect_record *effect) {
-    const kt_descriptor *descriptor = kt_effect_descriptor((kt_effect_type)effect->type);
-    return effect->name > 0 ? model->text + effect->name : descriptor != NULL ? descriptor->name : "effect";
-}
-
-/* Reports what this version cannot generate. */
-static kt_status check_generated(const kt_model *model, unsigned functions, kt_error *error) {
-    const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES;
-    static const char *const remedy = "generate the code of a tree, or use the library for this mechanism";
-    if (model->n.loop > 0)
-        return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
-                            "code for loops cannot be generated; %s (a contact counts as a loop)", remedy);
-#if KT_HAS_VARIABLE_MASS
-    if (model->n.varying > 0)
-        return kt_error_set(error, KT_ERROR_MODEL, kt_body_name(model, model->varying[0].body),
-                            "code for a mass that changes with time cannot be generated; %s", remedy);
-#endif
-    for (size_t i = 0; i < model->n.effect && (functions & forces); i++) {
-        const kt_effect_record *effect = &model->effect[i];
-        const char *fault = kt_code_effect_fault(model, effect);
-        if (fault != NULL)
-            return kt_error_set(error, KT_ERROR_MODEL, name_of_effect(model, effect),
-                                functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)
-                                    ? "code for this effect cannot be generated (%s), and steps need it; leave out "
-                                      "effects and steps, and add the force to the tau of forward"
-                                    : "code for this effect cannot be generated (%s); leave out the function effects, "
-                                      "and add the force to tau",
-                                fault);
-    }
-    if ((functions & KT_CODEGEN_STEP_DERIVATIVES) && (model->n.x > 0 || model->n.q > model->n.v))
-        return kt_error_set(error, KT_ERROR_MODEL, model->n.x > 0 ? "auxiliary states" : "quaternions",
-                            "A and B of steps cannot be generated with these; use kt_step_derivatives of the library");
-    if ((functions & KT_CODEGEN_STATES) && model->n.x == 0)
-        return kt_error_set(error, KT_ERROR_MODEL, "states", "there are no auxiliary states; leave out states");
-    for (size_t i = 0; i < model->n.x && (functions & KT_CODEGEN_STATES); i++)
-        if (model->state[i].law != NULL)
-            return kt_error_set(error, KT_ERROR_MODEL, model->text + model->state[i].name,
-                                "its rate is a function in C; leave out states and steps, or give a formula");
-    if (model->n.v == 0)
-        return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
-    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES)) && model->n.massless > 0)
-        return kt_error_set(error, KT_ERROR_MODEL, "forward",
-                            "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
-                            "leave out forward and its derivatives",
-                            (int)model->n.massless);
-    if ((functions & (KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS)) && model->n.marker == 0)
-        return kt_error_set(error, KT_ERROR_MODEL, "markers",
-                            "there are no markers; name one, or leave out markers and jacobians");
-    return KT_OK;
-}
+/* ---- both files ------------------------------------------------------------------------------------------------- */
 
 kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant, FILE *source,
                            FILE *header, kt_error *error) {
     if (KT_IS_MISSING(error, model, name, source, header))
         return KT_ERROR_ARGUMENT;
-    if (!is_identifier(name))
+    if (!kt_code_is_identifier(name))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "name",
                             "'%s' is not a name for C; begin with a letter, go on with letters, digits and _", name);
     if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
@@ -558,18 +525,20 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)) /* they call these */
         functions |= KT_CODEGEN_FORWARD | (model->n.effect > 0 ? KT_CODEGEN_EFFECTS : 0u) |
                      (model->n.x > 0 ? KT_CODEGEN_STATES : 0u);
-    kt_status status = check_generated(model, functions, error);
+    kt_status status = kt_code_check(model, functions, error);
     if (status != KT_OK)
         return status;
+    if (model->n.loop > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
+        functions |= 1u << CODE_CLOSE | 1u << CODE_SETTLE;
     kt_graph graph;
     kt_code_tree tree;
-    kt_code_function f[KT_CODEGEN_COUNT] = {{0}};
+    kt_code_function f[CODE_COUNT] = {{0}};
     kt_graph_init(&graph);
     bool fine = kt_code_tree_read(&tree, model, &graph, constant);
     if (fine)
         kt_code_tree_regroup(&tree);
-    for (int k = 0; fine && k < KT_CODEGEN_COUNT; k++)
-        if (functions & 1u << k && !kind_of(k)->is_step) {
+    for (int k = 0; fine && k < CODE_COUNT; k++)
+        if (functions & 1u << k && !kind_of(k)->is_text) {
             fine = make_function(&tree, k, &f[k]);
             if (fine)
                 factor_function(&graph, &f[k]);
@@ -578,7 +547,7 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
         status = kt_error_set(error, KT_ERROR_MEMORY, name, "there is not enough memory to generate the files");
     else
         status = print_files(&tree, name, functions, f, source, header, error);
-    for (int k = 0; k < KT_CODEGEN_COUNT; k++) {
+    for (int k = 0; k < CODE_COUNT; k++) {
         free(f[k].out);
         free(f[k].guard);
     }

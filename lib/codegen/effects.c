@@ -121,13 +121,7 @@ static kt_op3 place_of_end(const code_effect *e, int k) {
     const kt_effect_record *r = e->record;
     const int body = r->body[k];
     const kt_vec3 at = kt_mat3_apply_transposed(e->tree->model->body[body].in_link.rotation, r->arm[k]);
-    const int marker = kt_vec3_norm(at) > 0.0 ? kt_code_find_marker(e->tree, body, at) : -1;
-    if (marker >= 0)
-        return kt_code_marker(e->tree, body, marker);
-    const double value[3] = {at.x, at.y, at.z};
-    const kt_op3 own = kt_code_numbers(e->tree, e->name, k == 0 ? "at" : "at2", "body frame, m", value);
-    return kt_op3_add(e->tree->graph, e->tree->body_position[body],
-                      kt_op33_apply(e->tree->graph, &e->tree->body_rotation[body], own));
+    return kt_code_place_in_link(e->tree, body, at, e->name, k);
 }
 
 static void move_end(code_effect *e, int k) {

@@ -10,8 +10,7 @@
 
 /* ---- forward dynamics -------------------------------------------------------------------------------------------- */
 
-/* Factors M in place: L below the diagonal. inverse: 1 / D. */
-static void factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_guard *guard) {
+void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
     const kt_op one = kt_op_number(g, 1.0), least = kt_op_number(g, KT_NO_INERTIA);
@@ -40,18 +39,28 @@ static void factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_gu
     }
 }
 
-/* x := M^-1 x, for a column of which entries may be zero. */
-static void solve_mass(kt_code_tree *tree, const kt_op *m, const kt_op *inverse, kt_op *x) {
+void kt_code_solve_transposed(kt_code_tree *tree, const kt_op *m, kt_op *x) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
     for (int k = nv - 1; k >= 0; k--)
         for (int i = tree->before[k]; i >= 0; i = tree->before[i])
             x[i] = kt_op_subtract(g, x[i], kt_op_multiply(g, m[(size_t)k * (size_t)nv + (size_t)i], x[k]));
+}
+
+void kt_code_solve_lower(kt_code_tree *tree, const kt_op *m, const kt_op *inverse, kt_op *x) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
     for (int k = 0; k < nv; k++) {
         x[k] = kt_op_multiply(g, x[k], inverse[k]);
         for (int i = tree->before[k]; i >= 0; i = tree->before[i])
             x[k] = kt_op_subtract(g, x[k], kt_op_multiply(g, m[(size_t)k * (size_t)nv + (size_t)i], x[i]));
     }
+}
+
+/* x := M^-1 x, for a column of which entries may be zero. */
+static void solve_mass(kt_code_tree *tree, const kt_op *m, const kt_op *inverse, kt_op *x) {
+    kt_code_solve_transposed(tree, m, x);
+    kt_code_solve_lower(tree, m, inverse, x);
 }
 
 void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *mass_inverse, kt_code_guard *guard) {
@@ -66,7 +75,7 @@ void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *mass
     kt_code_mass(tree, work);
     for (int k = 0; k < nv; k++)
         guard[k].limit = work[(size_t)k * (size_t)(nv + 1)];
-    factor_mass(tree, work, inverse, guard);
+    kt_code_factor_mass(tree, work, inverse, guard);
     kt_graph_section(g, "accelerations: L'D L a = tau - h");
     for (int k = 0; k < nv; k++)
         a[k] = kt_op_subtract(g, kt_op_input(g, KT_OP_GIVEN, k), a[k]);

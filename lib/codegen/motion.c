@@ -81,8 +81,7 @@ void kt_code_energy(kt_code_tree *tree, kt_op energy[2]) {
 
 /* ---- markers ----------------------------------------------------------------------------------------------------- */
 
-/* The rotation from a link's axes to those of its parent. */
-static kt_op33 turn_of_frame(kt_graph *g, const kt_code_frame *f) {
+kt_op33 kt_code_turn_of_frame(kt_graph *g, const kt_code_frame *f) {
     kt_op33 out;
     for (int k = 0; k < 3; k++) {
         kt_op3 unit = kt_op3_zero(g);
@@ -109,7 +108,7 @@ kt_code_places kt_code_place_links(kt_code_tree *tree) {
         if (i == 0)
             continue;
         const kt_code_frame frame = kt_code_frame_of(tree, i);
-        const kt_op33 own = turn_of_frame(g, &frame);
+        const kt_op33 own = kt_code_turn_of_frame(g, &frame);
         to.turn[i] = kt_op33_multiply(g, &to.turn[up], &own);
         to.position[i] = kt_op3_add(g, to.position[up], kt_op33_apply(g, &to.turn[up], frame.offset));
         kt_op3_name(g, to.position[i], "p", i);
@@ -162,8 +161,7 @@ static kt_op3 world_axis(kt_graph *g, const kt_op33 *turn, const kt_code_link *a
     return kt_op33_apply(g, turn, unit);
 }
 
-/* The columns of a joint: rotations about axes of the link, translations along its axes at rest. */
-static void fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, kt_op3 point, kt_op *jacobian) {
+void kt_code_fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, kt_op3 point, kt_op *jacobian) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const kt_op33 *own = &at->turn[i], *parent = &at->turn[l->parent];
@@ -207,7 +205,7 @@ void kt_code_jacobians(kt_code_tree *tree, kt_op *out) {
             const kt_op3 arm = kt_op33_apply(g, &at.turn[link], kt_code_marker(tree, b, k));
             const kt_op3 point = kt_op3_add(g, at.position[link], arm);
             for (int i = link; i > 0; i = tree->link[i].parent)
-                fill_jacobian(tree, &at, i, point, out + size * (size_t)(model->body[b].marker + k));
+                kt_code_fill_jacobian(tree, &at, i, point, out + size * (size_t)(model->body[b].marker + k));
         }
     free(at.turn);
     free(at.position);

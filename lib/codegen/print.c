@@ -9,6 +9,7 @@
  */
 #include "codegen/print.h"
 #include "document/number.h"
+#include "kinetree/loop.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -337,9 +338,11 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
             continue;
         fputs("    if (!(", p->file);
         print_operand(p, guard->pivot, CODE_SUM);
-        fputs(" > ", p->file);
-        print_operand(p, guard->limit, CODE_SUM);
-        fprintf(p->file, "))\n        return %d; /* %s */\n", guard->body, kt_joint_name(p->tree->model, guard->body));
+        fputs(guard->loop > 0 ? " > SINGULAR * " : " > ", p->file);
+        print_operand(p, guard->limit, guard->loop > 0 ? CODE_PRODUCT_RIGHT : CODE_SUM);
+        fprintf(p->file, "))\n        return %d; /* %s */\n", guard->loop > 0 ? -guard->loop : guard->body,
+                guard->loop > 0 ? kt_loop_name(p->tree->model, guard->loop - 1)
+                                : kt_joint_name(p->tree->model, guard->body));
     }
 }
 

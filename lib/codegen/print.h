@@ -76,8 +76,8 @@ typedef struct kt_code_names {
     bool has_time; /* forces of effects have the time as an argument */
 } kt_code_names;
 
-/* The heads of heun, rk4 and semi_implicit, and of A and B of these. */
-enum { KT_CODE_STEPS = 6 };
+/* The heads of project, heun, rk4 and semi_implicit, and of A and B of the steps. */
+enum { KT_CODE_STEPS = 7 };
 
 /* Prints the steps among the functions. */
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
@@ -92,6 +92,10 @@ void kt_code_print_method_changes(FILE *file, const kt_code_names *names, const 
                                   const char *tables);
 void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *names, const kt_model *model,
                                          const char *signature);
+
+/* Prints the projection of a state onto the loops, and project if it is among the functions. */
+void kt_code_print_projection(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
+                              const char *signature);
 
 /* Whether the steps among the functions need sines, or sqrt of math.h. */
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions);

@@ -25,15 +25,22 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
 /* The mass matrix, nv x nv, column by column, both triangles. */
 void kt_code_mass(kt_code_tree *tree, kt_op *mass);
 
-/* A condition without which a function returns the number of a body: pivot > limit. */
+/* A condition without which a function returns the number of a body: pivot > limit. For an equation of a loop it is
+ * pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from 1. */
 typedef struct kt_code_guard {
     kt_op pivot, limit;
-    int body;
+    int body, loop; /* loop: 0 if the guard is that of a body */
 } kt_code_guard;
 
 /* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. inverse: M^-1, column by
  * column, or NULL. One guard for each coordinate. */
 void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *inverse, kt_code_guard *guard);
+
+/* M = L'DL in place, L below the diagonal; inverse: 1 / D. guard[k].limit holds M_kk. Then x := L'^-1 x, and
+ * x := (D L)^-1 x. */
+void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_guard *guard);
+void kt_code_solve_transposed(kt_code_tree *tree, const kt_op *m, kt_op *x);
+void kt_code_solve_lower(kt_code_tree *tree, const kt_op *m, const kt_op *inverse, kt_op *x);
 
 /* The same by articulated bodies. */
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
@@ -62,6 +69,13 @@ typedef struct kt_code_places {
 } kt_code_places;
 
 kt_code_places kt_code_place_links(kt_code_tree *tree);
+
+/* The rotation from a link's axes to those of its parent. */
+kt_op33 kt_code_turn_of_frame(kt_graph *g, const kt_code_frame *f);
+
+/* The columns of a joint in the Jacobian (6 x nv) of a point that it carries: rotations about axes of the link,
+ * translations along its axes at rest. Places are those of the link and of its parent, in any common axes. */
+void kt_code_fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, kt_op3 point, kt_op *jacobian);
 
 /* Why the force of an effect cannot be generated; NULL: it can. */
 const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *effect);

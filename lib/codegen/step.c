@@ -5,7 +5,8 @@
  *
  * The joint forces are constant during a step; those of effects follow the stages, at t + h sum_j a_ij. A quaternion p
  * has the rate p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/joint/position.c. It has unit norm after the step.
- * The tables and the arithmetic are those of the library, so that both agree to rounding.
+ * With loops, the state is projected after the step
+ * (step_loops.c). The tables and the arithmetic are those of the library, so that both agree to rounding.
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */
@@ -25,12 +26,18 @@ static int count_quaternions(const kt_model *model) {
     return count;
 }
 
+/* Whether the functions need step_move. */
+static bool moves_positions(const kt_model *model, unsigned functions) {
+    return (functions & (KT_CODEGEN_SEMI_IMPLICIT | KT_CODEGEN_PROJECT)) ||
+           (model->n.loop > 0 && (functions & KT_CODEGEN_STEPS));
+}
+
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions) {
-    return (functions & KT_CODEGEN_SEMI_IMPLICIT) && count_quaternions(model) > 0;
+    return moves_positions(model, functions) && count_quaternions(model) > 0;
 }
 
 bool kt_code_steps_read_roots(const kt_model *model, unsigned functions) {
-    return (functions & KT_CODEGEN_STEPS) && count_quaternions(model) > 0;
+    return (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)) && count_quaternions(model) > 0;
 }
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */
@@ -162,6 +169,12 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
     fprintf(file, "tau, slope[i] + %d);\n        if (code != 0)\n            return code;\n    }\n", nq);
 }
 
+/* Projects the state after a step. */
+static void print_projected(FILE *file, const kt_code_names *n, const kt_model *model, const char *q, const char *v) {
+    if (model->n.loop > 0)
+        fprintf(file, "    code = step_project(%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass, q, v);
+}
+
 static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     print_step_rate(file, model);
@@ -174,6 +187,9 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
     print_stages(file, n, model);
     if (count_quaternions(model) > 0)
         fputs("    code = step_units(y);\n    if (code != 0)\n        return code;\n", file);
+    char v[32];
+    (void)snprintf(v, sizeof v, "y + %d", nq);
+    print_projected(file, n, model, "y", v);
     print_outputs_of_step(file, "y", nq, "y", nq, nv, nx);
 }
 
@@ -186,24 +202,34 @@ static void print_method(FILE *file, const kt_code_names *n, const kt_model *mod
             signature, tables, n->pass, stages, pass_time(n), pass_states(model), model->n.x > 0 ? ", next_x" : "");
 }
 
-static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x, count = count_quaternions(model);
+/* q (+) d */
+static void print_move(FILE *file, const kt_model *model) {
     fprintf(file,
-            "%s {\n    real p[%d], u[%d];\n    int code = step_forward(%s%sq, v, %stau, u);\n    if (code != 0)\n"
-            "        return code;\n    for (int i = 0; i < %d; i++)\n        u[i] = v[i] + h * u[i];\n",
-            signature, nq, nv + nx, n->pass, pass_time(n), pass_states(model), nv);
-    if (nx > 0)
-        fprintf(file, "    for (int i = 0; i < %d; i++)\n        u[%d + i] = x[i] + h * u[%d + i];\n", nx, nv, nv);
-    print_walk(file, model, "p[i] = q[i] + h * u[j];\n",
-               "        const real d[3] = {h * u[j], h * u[j + 1], h * u[j + 2]};\n"
+            "/* next = q (+) d; next may be q. Returns 0, or the number of a body whose quaternion has no norm. */\n"
+            "static int step_move(const real *q, const real *d, real *next) {\n");
+    print_walk(file, model, "next[i] = q[i] + d[j];\n",
+               "        const real *e = d + j, p[4] = {q[i], q[i + 1], q[i + 2], q[i + 3]};\n"
                "        real half[SINES_ROOM(1)] = {0}, s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
-               "        half[0] = (real)sqrt((double)(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])) / 2;\n"
+               "        half[0] = (real)sqrt((double)(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])) / 2;\n"
                "        sines(SINES_ROOM(1), half, s, c);\n"
                "        const real scale = (half[0] > 0 ? s[0] / half[0] : 1) / 2;\n"
-               "        const real turn[4] = {c[0], scale * d[0], scale * d[1], scale * d[2]};\n"
-               "        step_multiply(q + i, turn, p + i);\n");
-    if (count > 0)
-        fputs("    code = step_units(p);\n    if (code != 0)\n        return code;\n", file);
+               "        const real turn[4] = {c[0], scale * e[0], scale * e[1], scale * e[2]};\n"
+               "        step_multiply(p, turn, next + i);\n");
+    fputs(count_quaternions(model) > 0 ? "    return step_units(next);\n}\n\n" : "    return 0;\n}\n\n", file);
+}
+
+static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
+    fprintf(
+        file,
+        "%s {\n    real p[%d], u[%d], d[%d];\n    int code = step_forward(%s%sq, v, %stau, u);\n    if (code != 0)\n"
+        "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
+        "        d[i] = h * u[i];\n    }\n",
+        signature, nq, nv + nx, nv, n->pass, pass_time(n), pass_states(model), nv);
+    if (nx > 0)
+        fprintf(file, "    for (int i = 0; i < %d; i++)\n        u[%d + i] = x[i] + h * u[%d + i];\n", nx, nv, nv);
+    fputs("    code = step_move(q, d, p);\n    if (code != 0)\n        return code;\n", file);
+    print_projected(file, n, model, "p", "u");
     print_outputs_of_step(file, "p", nq, "u", 0, nv, nx);
 }
 
@@ -226,10 +252,10 @@ static void print_changes(FILE *file, const kt_code_names *names, const kt_model
         kt_code_print_explicit_changes(file, names, model);
     for (int k = 0; k < 2; k++)
         if (functions & (k == 0 ? KT_CODEGEN_HEUN_DERIVATIVES : KT_CODEGEN_RK4_DERIVATIVES))
-            kt_code_print_method_changes(file, names, signature[3 + k], explicit_methods[k].stages,
+            kt_code_print_method_changes(file, names, signature[4 + k], explicit_methods[k].stages,
                                          explicit_methods[k].tables);
     if (functions & KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES)
-        kt_code_print_semi_implicit_changes(file, names, model, signature[5]);
+        kt_code_print_semi_implicit_changes(file, names, model, signature[6]);
 }
 
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
@@ -237,7 +263,7 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
     const int count = count_quaternions(model);
     const unsigned with_forward =
         (unsigned)KT_CODEGEN_STEPS | (unsigned)KT_CODEGEN_HEUN_DERIVATIVES | (unsigned)KT_CODEGEN_RK4_DERIVATIVES;
-    if (!(functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)))
+    if (!(functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_PROJECT)))
         return;
     fputs("/* ---- steps ---- */\n\n", file);
     if (count > 0) {
@@ -245,15 +271,19 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
         fputs(turn_product, file);
         print_units(file, count);
     }
+    if (moves_positions(model, functions))
+        print_move(file, model);
+    if (model->n.loop > 0)
+        kt_code_print_projection(file, names, model, functions, signature[0]);
     if (functions & with_forward)
         print_rates(file, names, model);
     if (functions & (KT_CODEGEN_HEUN | KT_CODEGEN_RK4))
         print_explicit(file, names, model);
     for (int k = 0; k < 2; k++)
         if (functions & (k == 0 ? KT_CODEGEN_HEUN : KT_CODEGEN_RK4))
-            print_method(file, names, model, signature[k], explicit_methods[k].stages, explicit_methods[k].tables);
+            print_method(file, names, model, signature[1 + k], explicit_methods[k].stages, explicit_methods[k].tables);
     if (functions & KT_CODEGEN_SEMI_IMPLICIT)
-        print_semi_implicit(file, names, model, signature[2]);
+        print_semi_implicit(file, names, model, signature[3]);
     if (functions & KT_CODEGEN_STEP_DERIVATIVES)
         print_changes(file, names, model, functions, signature);
 }

@@ -195,6 +195,16 @@ int kt_code_find_marker(const kt_code_tree *tree, int body, kt_vec3 at) {
     return -1;
 }
 
+kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const char *name, int end) {
+    kt_graph *g = tree->graph;
+    const int marker = kt_vec3_norm(at) > 0.0 ? kt_code_find_marker(tree, body, at) : -1;
+    if (marker >= 0)
+        return kt_code_marker(tree, body, marker);
+    const double value[3] = {at.x, at.y, at.z};
+    const kt_op3 own = kt_code_numbers(tree, name, end == 0 ? "at" : "at2", "body frame, m", value);
+    return kt_op3_add(g, tree->body_position[body], kt_op33_apply(g, &tree->body_rotation[body], own));
+}
+
 /* The order of magnitude of the inertia that a link carries, as compile/build.c; a sum replaces the largest shift. */
 static void size_code_links(kt_code_tree *tree) {
     kt_graph *g = tree->graph;
@@ -283,6 +293,8 @@ void kt_code_tree_free(kt_code_tree *tree) {
     free(tree->before);
     free(tree->marker);
     free(tree->force);
+    free(tree->loop);
+    free(tree->coefficient);
 }
 
 /* ---- base parameters --------------------------------------------------------------------------------------------- */

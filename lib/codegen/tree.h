@@ -35,6 +35,13 @@ typedef struct kt_code_link {
     kt_op6 inertia;
 } kt_code_link;
 
+/* The numbers of a loop. */
+typedef struct kt_code_loop {
+    char name[KT_CODE_BODY_NAME]; /* with which its parameters begin */
+    kt_op3 at[2];                 /* ends, in their links */
+    kt_op value;                  /* length or offset */
+} kt_code_loop;
+
 typedef struct kt_code_tree {
     const kt_model *model;
     kt_graph *graph;
@@ -53,6 +60,9 @@ typedef struct kt_code_tree {
     const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
     bool is_at_rest;                 /* rates are zero */
     kt_op *force;                    /* joint forces of effects, once they are made; before, NULL */
+    kt_code_loop *loop;              /* all loops, once their equations are made; before, NULL */
+    kt_op *coefficient;              /* likewise, of their terms */
+    kt_op loop_length;               /* what residuals in m are relative to */
 } kt_code_tree;
 
 /* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
@@ -103,6 +113,9 @@ kt_op3 kt_code_numbers(kt_code_tree *tree, const char *prefix, const char *suffi
 kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker);
 /* The marker of a body at a position in the body's frame; -1: there is none. */
 int kt_code_find_marker(const kt_code_tree *tree, int body, kt_vec3 at);
+/* The place of an end of an effect or a loop in its link: that of a marker there, or parameters NAME_at or NAME_at2.
+ * at: in the axes of the body, about its origin. */
+kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const char *name, int end);
 /* A rotation, without its rounding errors near 0 and 1. */
 kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated);
 

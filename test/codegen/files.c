@@ -98,7 +98,6 @@ static int push_joint(void *user, double t, double q, double v, double *force, k
 
 KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     small_tree t;
-    const kt_end ground = {.at = {0.5, 0.0, 0.0}};
     if (!small_tree_make(&t, 3))
         return;
     check_refused("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
@@ -113,26 +112,6 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
         check_refused("no state", t.model, "arm", KT_CODEGEN_STATES, KT_ERROR_MODEL, "no auxiliary states");
     if (t.model != NULL)
         check_refused("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
-    kt_model_free(t.model);
-
-    small_tree_describe(&t, 3);
-    kt_loop loop = kt_loop_default();
-    loop.name = "rod";
-    loop.type = KT_LOOP_DISTANCE;
-    loop.between[0] = (kt_end){.body = names[2]};
-    loop.between[1] = ground;
-    loop.function = kt_function_constant(1.0);
-    t.description.loops = &loop;
-    t.description.loop_count = 1;
-    if (small_tree_compile(&t)) {
-        kt_error error = {0};
-        char *source = NULL, *header = NULL;
-        check_refused("a loop", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "loops");
-        (void)generate_text(t.model, "arm", KT_CODEGEN_MASS, false, &source, &header, &error);
-        kt_check_text("the loop is named", error.where, "rod");
-        free(source);
-        free(header);
-    }
     kt_model_free(t.model);
 
     small_tree_describe(&t, 3);

@@ -132,6 +132,8 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
                   {"rk4", &g->rk4},
                   {"semi_implicit", &g->semi_implicit},
                   {"jacobians", &g->jacobians},
+                  {"project", &g->project},
+                  {"loops", &g->loops},
                   {"inverse_derivatives", &g->inverse_derivatives},
                   {"forward_derivatives", &g->forward_derivatives}};
     for (size_t i = 0; i < sizeof symbol / sizeof *symbol; i++) {

@@ -9,7 +9,9 @@
 /* All functions but those that some models cannot have, or that have tests of their own. */
 enum {
     KT_GENERATED_USUAL =
-        KT_CODEGEN_ALL & ~(KT_CODEGEN_STATES | KT_CODEGEN_EFFECT_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES)
+        KT_CODEGEN_ALL & ~(KT_CODEGEN_STATES | KT_CODEGEN_EFFECT_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES |
+                       KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT),
+    KT_GENERATED_WITH_LOOPS = KT_CODEGEN_FORWARD | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS
 };
 
 enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
@@ -22,6 +24,8 @@ typedef int kt_generated_pair(const void *model, const double *q, const double *
                               double *by_v);
 typedef int kt_generated_three(const void *model, const double *q, const double *v, const double *x, double *by_q,
                                double *by_v, double *by_x);
+typedef int kt_generated_loops(const void *model, const double *q, const double *v, double *phi, double *a,
+                               double *right);
 typedef int kt_generated_step(const void *model, const double *q, const double *v, const double *tau, double h,
                               double *next_q, double *next_v);
 typedef int kt_generated_timed(const void *model, double t, const double *q, const double *v, double *out);
@@ -44,7 +48,8 @@ typedef struct kt_generated {
     kt_generated_mass *mass, *jacobians;
     kt_generated_pair *inverse_derivatives;
     kt_generated_three *forward_derivatives;
-    kt_generated_markers *markers;
+    kt_generated_markers *markers, *project;
+    kt_generated_loops *loops;
     kt_generated_step *heun, *rk4, *semi_implicit;
     /* If forces depend on time, the functions of these addresses have it as an argument. */
     kt_generated_timed *effects_at;

@@ -1,0 +1,88 @@
+/* What a call of kt_codegen_write cannot generate. */
+#include "codegen/check.h"
+
+#include "codegen/loops.h"
+#include "kinetree/codegen.h"
+#include "kinetree/descriptor.h"
+#include "kinetree/loop.h"
+
+#include <ctype.h>
+#include <string.h>
+
+bool kt_code_is_identifier(const char *name) {
+    if (!isalpha((unsigned char)name[0]) || strlen(name) > KT_CODE_BODY_NAME)
+        return false;
+    for (const char *at = name; *at != '\0'; at++)
+        if (!isalnum((unsigned char)*at) && *at != '_')
+            return false;
+    return true;
+}
+
+static const char *name_of_effect(const kt_model *model, const kt_effect_record *effect) {
+    const kt_descriptor *descriptor = kt_effect_descriptor((kt_effect_type)effect->type);
+    return effect->name > 0 ? model->text + effect->name : descriptor != NULL ? descriptor->name : "effect";
+}
+
+static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
+    const unsigned derivatives = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES;
+    for (int i = 0; i < (int)model->n.loop; i++) {
+        const char *fault = kt_code_loop_fault(model, i);
+        if (fault != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
+                                "code for this loop cannot be generated (%s); cut the loop and generate the tree, or "
+                                "use the library for this mechanism",
+                                fault);
+    }
+    if (model->n.loop > 0 && (functions & derivatives))
+        return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
+                            "derivatives of accelerations and steps cannot be generated with loops; leave them out, "
+                            "and use kt_acceleration_derivatives or kt_step_derivatives of the library");
+    if (model->n.loop == 0 && (functions & (KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT)))
+        return kt_error_set(error, KT_ERROR_MODEL, "loops", "there are no loops; leave out loops and project");
+    return KT_OK;
+}
+
+kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error) {
+    const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES;
+    const kt_status status = check_loops(model, functions, error);
+    if (status != KT_OK)
+        return status;
+#if KT_HAS_VARIABLE_MASS
+    if (model->n.varying > 0)
+        return kt_error_set(
+            error, KT_ERROR_MODEL, kt_body_name(model, model->varying[0].body),
+            "code for a mass that changes with time cannot be generated; use the library for this mechanism");
+#endif
+    for (size_t i = 0; i < model->n.effect && (functions & forces); i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        const char *fault = kt_code_effect_fault(model, effect);
+        if (fault != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL, name_of_effect(model, effect),
+                                functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)
+                                    ? "code for this effect cannot be generated (%s), and steps need it; leave out "
+                                      "effects and steps, and add the force to the tau of forward"
+                                    : "code for this effect cannot be generated (%s); leave out the function effects, "
+                                      "and add the force to tau",
+                                fault);
+    }
+    if ((functions & KT_CODEGEN_STEP_DERIVATIVES) && (model->n.x > 0 || model->n.q > model->n.v))
+        return kt_error_set(error, KT_ERROR_MODEL, model->n.x > 0 ? "auxiliary states" : "quaternions",
+                            "A and B of steps cannot be generated with these; use kt_step_derivatives of the library");
+    if ((functions & KT_CODEGEN_STATES) && model->n.x == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "states", "there are no auxiliary states; leave out states");
+    for (size_t i = 0; i < model->n.x && (functions & KT_CODEGEN_STATES); i++)
+        if (model->state[i].law != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL, model->text + model->state[i].name,
+                                "its rate is a function in C; leave out states and steps, or give a formula");
+    if (model->n.v == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
+    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES)) && model->n.massless > 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "forward",
+                            "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
+                            "leave out forward and its derivatives",
+                            (int)model->n.massless);
+    if ((functions & (KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS)) && model->n.marker == 0)
+        return kt_error_set(error, KT_ERROR_MODEL, "markers",
+                            "there are no markers; name one, or leave out markers and jacobians");
+    return KT_OK;
+}

@@ -1,0 +1,445 @@
+/* The equations of loops as nodes: phi = 0, A v = 0, A a = right.
+ *
+ * A loop joins two frames. The links of its two paths are followed from their nearest common ancestor, whose origin
+ * counts as at rest. All vectors are in the axes of the ancestor. Let P be the point of the second end, and v_i(P),
+ * a_i(P) the velocity and the bias acceleration that P has as a point of the body of end i. d leads from the first
+ * point to P, and
+ *
+ *   u = v_2(P) - v_1(P),   d'' seen from the first end = a_2(P) - a_1(P) - 2 w_1 x u =: g
+ *
+ * These are u and the sum of all accelerations in lib/loop/relative.h: a_1(P) contains alpha_1 x d and
+ * w_1 x (w_1 x d). So neither A nor the right-hand side needs the point of the first end.
+ *
+ *   coincidence  phi = e . d,          A v = e . u,   right = -e . g         for two or three axes e
+ *   distance     phi = |d| - L,        A v = n . u,   right = -n . g - |n x u|^2 / |d|,   n = d / |d|
+ *   coupling     phi = sum of c q - f  A v = sum of c v,   right = 0
+ *
+ * The library takes the axes e of the first end. Here they are those of the ancestor, turned with the first end at
+ * this instant. Both sets are equal but for a constant rotation, and have the same solutions. In a plane two of them
+ * lie in the plane, and the third equation is void.
+ */
+#include "codegen/loops.h"
+#include "constraint/group.h"
+#include "kinetree/loop.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- which loops ------------------------------------------------------------------------------------------------- */
+
+static bool is_in_plane(const kt_model *model, const kt_loop_record *loop) {
+    return model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]);
+}
+
+/* Whether the loop closes a pin in its plane: it has no equation but those of two points in it. */
+static bool is_pin(const kt_model *model, int loop) {
+    const kt_planar_loop *flat = &model->planar_loop[loop];
+    for (int i = 0; i < flat->count; i++)
+        if (flat->row[i].kind != KT_PLANAR_ROW_ALONG || flat->row[i].constant != 0.0)
+            return false;
+    return true;
+}
+
+int kt_code_rows_of_loop(const kt_model *model, int loop) {
+    const kt_loop_record *r = &model->loop[loop];
+    const bool flat = is_in_plane(model, r);
+    switch (r->type) {
+    case KT_LOOP_SPHERICAL:
+        return !flat ? 3 : is_pin(model, loop) ? 2 : 0;
+    case KT_LOOP_REVOLUTE:
+        return flat && is_pin(model, loop) ? 2 : 0;
+    case KT_LOOP_DISTANCE:
+    case KT_LOOP_COUPLING:
+        return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form) ? 1 : 0;
+    default:
+        return 0;
+    }
+}
+
+static bool is_one_sided(const kt_loop_record *r) {
+#if KT_HAS_SWITCHES
+    return r->side != KT_SIDE_NONE || r->friction > 0 || r->rubs > 0;
+#else
+    (void)r;
+    return false;
+#endif
+}
+
+const char *kt_code_loop_fault(const kt_model *model, int loop) {
+    const kt_loop_record *r = &model->loop[loop];
+    if (is_one_sided(r))
+        return "it acts on one side only, as a contact or a stop";
+    if (r->group < 0 || model->family != NULL)
+        return "parts of the mechanism are switched on and off";
+    if (kt_code_rows_of_loop(model, loop) == 0)
+        return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING
+                   ? "its function depends on time or on a formula"
+                   : "only pins in a plane, spherical loops, constant distances and couplings are";
+    const kt_group *group = &model->group[r->group];
+    int count = 0;
+    for (int i = 0; i < group->loop_count; i++)
+        count += kt_code_rows_of_loop(model, model->group_loop[group->loop + i]);
+    return count != group->rank[KT_ROWS_ALL] ? "its equations repeat those of other loops, and the choice among them "
+                                               "depends on the position"
+                                             : NULL;
+}
+
+int kt_code_count_loop_rows(const kt_model *model) {
+    int count = 0;
+    for (int i = 0; i < (int)model->n.loop; i++)
+        count += kt_code_rows_of_loop(model, i);
+    return count;
+}
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+/* The place of an end in its body. */
+static kt_vec3 place_of_loop_end(const kt_model *model, const kt_loop_record *r, int k) {
+    const kt_pose *in = &model->body[r->body[k]].in_link;
+    return kt_mat3_apply_transposed(in->rotation, kt_vec3_sub(r->frame[k].position, in->position));
+}
+
+static void read_loop(kt_code_tree *tree, int index) {
+    const kt_model *model = tree->model;
+    const kt_loop_record *r = &model->loop[index];
+    kt_code_loop *l = &tree->loop[index];
+    (void)snprintf(l->name, sizeof l->name, "%s", kt_loop_name(model, index));
+    for (char *at = l->name; *at != '\0'; at++)
+        *at = *at == '-' ? '_' : *at;
+    l->value = kt_op_number(tree->graph, 0.0);
+    if (r->type == KT_LOOP_DISTANCE)
+        l->value = kt_code_curve(tree, &r->curve, l->name, "length", "of the loop, m");
+    if (r->type == KT_LOOP_COUPLING)
+        l->value = kt_code_curve(tree, &r->curve, l->name, "offset", "of the loop, rad or m");
+    for (int k = 0; k < r->term_count; k++) {
+        const kt_term_record *term = &model->term[r->term + k];
+        const char *joint = tree->body_name[model->link[term->link].body];
+        tree->coefficient[r->term + k] = kt_code_number(tree, l->name, joint, "coefficient", term->coefficient);
+    }
+    for (int k = 0; k < 2 && r->term_count == 0; k++)
+        l->at[k] = kt_code_place_in_link(tree, r->body[k], place_of_loop_end(model, r, k), l->name, k);
+}
+
+/* Reads all loops once, since their parameters exist once. Returns false if memory is insufficient. */
+static bool know_loops(kt_code_tree *tree) {
+    const kt_model *model = tree->model;
+    if (tree->loop != NULL || tree->graph->failed)
+        return !tree->graph->failed;
+    tree->loop = calloc(model->n.loop + 1, sizeof *tree->loop);
+    tree->coefficient = calloc(model->n.term + 1, sizeof *tree->coefficient);
+    tree->graph->failed |= tree->loop == NULL || tree->coefficient == NULL;
+    kt_graph_section(tree->graph, "numbers of loops");
+    tree->loop_length =
+        kt_code_number(tree, NULL, "loop_length", "what residuals of loops are relative to, m", model->length);
+    for (int i = 0; i < (int)model->n.loop && !tree->graph->failed; i++)
+        read_loop(tree, i);
+    return !tree->graph->failed;
+}
+
+void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) {
+    for (int i = 0; i < (int)model->n.loop; i++) {
+        const kt_loop_record *r = &model->loop[i];
+        const int32_t fixed[5] = {r->type, r->body[0], r->body[1], r->term_count, r->group};
+        hash(h, fixed, sizeof fixed);
+        for (int k = 0; k < r->term_count; k++)
+            hash(h, &model->term[r->term + k].link, sizeof model->term->link);
+        for (int k = 0; k < 2 && r->term_count == 0; k++) {
+            const kt_vec3 at = place_of_loop_end(model, r, k);
+            const int32_t zero[3] = {at.x == 0.0, at.y == 0.0, at.z == 0.0};
+            hash(h, zero, sizeof zero);
+        }
+        kt_code_hash_curve(model, &r->curve, hash, h);
+    }
+}
+
+/* ---- ends -------------------------------------------------------------------------------------------------------- */
+
+/* A loop whose equations are being made; an end's link in motion relative to the ancestor. */
+typedef struct code_loop {
+    kt_code_tree *tree;
+    const kt_loop_record *record;
+    const kt_code_loop *number;
+    const kt_code_places *place; /* of the links on both paths, in the ancestor's axes */
+    bool moves;
+    kt_op3 point[2];
+    kt_op3 omega[2], velocity[2], alpha[2], linear[2]; /* of the ends' links, at their origins */
+} code_loop;
+
+/* The motion of a link from that of its parent. */
+static void move_loop_link(code_loop *c, int k, int i, const kt_code_frame *frame, kt_op3 offset) {
+    kt_code_tree *tree = c->tree;
+    kt_graph *g = tree->graph;
+    const kt_op33 *own = &c->place->turn[i], *parent = &c->place->turn[tree->link[i].parent];
+    kt_op3 spin, shift;
+    kt_code_rates(tree, i, KT_OP_RATE, &spin, &shift);
+    const kt_op3 w = c->omega[k], turning = kt_op33_apply(g, own, spin);
+    const kt_op3 along = kt_op33_apply(g, parent, kt_code_rest_up(g, frame, shift));
+    const kt_op3 carried = kt_op3_cross(g, w, offset), twice = kt_op3_scale(g, kt_op_number(g, 2.0), along);
+    const kt_op3 bias =
+        kt_op3_add(g, kt_op3_cross(g, c->alpha[k], offset), kt_op3_cross(g, w, kt_op3_add(g, carried, twice)));
+    c->velocity[k] = kt_op3_add(g, c->velocity[k], kt_op3_add(g, carried, along));
+    c->linear[k] = kt_op3_add(g, c->linear[k], bias);
+    c->alpha[k] = kt_op3_add(g, c->alpha[k], kt_op3_cross(g, w, turning));
+    c->omega[k] = kt_op3_add(g, w, turning);
+}
+
+/* Follows the path to an end. */
+static void follow_loop_path(code_loop *c, int k) {
+    kt_code_tree *tree = c->tree;
+    kt_graph *g = tree->graph;
+    const kt_loop_record *r = c->record;
+    const kt_code_places *at = c->place;
+    for (int n = 0; n < r->length[k]; n++) {
+        const int i = tree->model->path[r->path[k] + n], up = tree->link[i].parent;
+        kt_graph_section(g, "%s: link %d on the way to end %d of %s, in the axes of link %d", tree->link[i].name, i,
+                         k + 1, c->number->name, r->ancestor);
+        const kt_code_frame frame = kt_code_frame_of(tree, i);
+        const kt_op33 own = kt_code_turn_of_frame(g, &frame);
+        const kt_op3 offset = kt_op33_apply(g, &at->turn[up], frame.offset);
+        at->turn[i] = kt_op33_multiply(g, &at->turn[up], &own);
+        at->position[i] = kt_op3_add(g, at->position[up], offset);
+        if (c->moves)
+            move_loop_link(c, k, i, &frame, offset);
+    }
+    const int link = r->link[k];
+    c->point[k] = kt_op3_add(g, at->position[link], kt_op33_apply(g, &at->turn[link], c->number->at[k]));
+    kt_op3_name(g, c->point[k], "e", 2 * (int)(r - tree->model->loop) + k);
+}
+
+/* ---- equations --------------------------------------------------------------------------------------------------- */
+
+/* An equation in the direction e: its row of A, from the columns of both paths, and its right-hand side. */
+static void add_loop_row(const code_loop *c, kt_code_loop_rows *rows, kt_op3 e, const kt_op *column, kt_op3 g_) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v;
+    const int at = rows->count++;
+    kt_op *a = rows->a + (size_t)at * nv;
+    rows->loop[at] = (int)(c->record - c->tree->model->loop);
+    for (size_t v = 0; v < nv; v++) {
+        kt_op3 u;
+        memcpy(u.x, column + 6 * v + 3, sizeof u.x);
+        a[v] = kt_op3_dot(g, e, u);
+        rows->size[(size_t)at * nv + v] = kt_op3_dot(g, u, u);
+        kt_op_name(g, a[v], "A%d_%d", at, (int)v);
+    }
+    rows->right[at] = kt_op_negate(g, kt_op3_dot(g, e, g_));
+}
+
+/* The columns of both paths for the point P, those of the first with the opposite sign; 6 x nv. */
+static kt_op *make_loop_columns(const code_loop *c) {
+    kt_code_tree *tree = c->tree;
+    kt_graph *g = tree->graph;
+    const kt_loop_record *r = c->record;
+    kt_op *column = calloc(6 * tree->model->n.v, sizeof *column);
+    g->failed |= column == NULL;
+    for (size_t i = 0; i < 6 * tree->model->n.v && !g->failed; i++)
+        column[i] = kt_op_number(g, 0.0);
+    for (int k = 0; k < 2 && !g->failed; k++)
+        for (int n = 0; n < r->length[k]; n++) {
+            const int i = tree->model->path[r->path[k] + n];
+            kt_code_fill_jacobian(tree, c->place, i, c->point[1], column);
+            for (int x = 0; x < 6 * kt_link_dofs(tree->link[i].link) && k == 0; x++) {
+                kt_op *entry = column + 6 * tree->link[i].link->v + x;
+                *entry = kt_op_negate(g, *entry);
+            }
+        }
+    return column;
+}
+
+/* v_i(P) and a_i(P) */
+static void move_point(const code_loop *c, int k, kt_op3 *velocity, kt_op3 *linear) {
+    kt_graph *g = c->tree->graph;
+    const kt_op3 arm = kt_op3_subtract(g, c->point[1], c->place->position[c->record->link[k]]);
+    const kt_op3 carried = kt_op3_cross(g, c->omega[k], arm);
+    const kt_op3 bias = kt_op3_add(g, kt_op3_cross(g, c->alpha[k], arm), kt_op3_cross(g, c->omega[k], carried));
+    *velocity = kt_op3_add(g, c->velocity[k], carried);
+    *linear = kt_op3_add(g, c->linear[k], bias);
+}
+
+/* Axes in which two points coincide, in the ancestor's axes: in a plane those that lie in it. */
+static int coincidence_axes(const code_loop *c, double e[3][3]) {
+    const kt_model *model = c->tree->model;
+    const kt_loop_record *r = c->record;
+    memset(e, 0, 9 * sizeof e[0][0]);
+    for (int k = 0; k < 3; k++)
+        e[k][k] = 1.0;
+    if (!is_in_plane(model, r))
+        return 3;
+    const int first = model->group_link[model->group[r->group].link];
+    int p = 0;
+    while (p + 1 < (int)model->n.plane && first - (int)model->n.spatial + 1 >= model->plane[p].last)
+        p++;
+    kt_vec3 n = model->plane[p].basis.z;
+    kt_mat3 turn = kt_mat3_identity();
+    for (int i = r->ancestor; i > 0; i = model->link[i].parent)
+        if (model->link[i].rest_is_rotated)
+            turn = kt_mat3_multiply(kt_link_rest_of(&model->link[i])->axes, turn);
+    n = kt_mat3_apply_transposed(turn, n);
+    const double x[3] = {n.x, n.y, n.z};
+    int most = 0;
+    for (int k = 1; k < 3; k++)
+        most = fabs(x[k]) > fabs(x[most]) ? k : most;
+    const int i = (most + 1) % 3, j = (most + 2) % 3;
+    memset(e, 0, 9 * sizeof e[0][0]);
+    e[0][i] = e[1][j] = 1.0;
+    if (fabs(fabs(x[most]) - 1.0) <= 4.0 * 2.220446049250313e-16)
+        return 2;
+    const double across = sqrt(x[most] * x[most] + x[i] * x[i]); /* e_0 = n x a_j, e_1 = n x e_0 */
+    e[0][i] = x[most] / across;
+    e[0][most] = -x[i] / across;
+    for (int k = 0; k < 3; k++)
+        e[1][k] = x[(k + 1) % 3] * e[0][(k + 2) % 3] - x[(k + 2) % 3] * e[0][(k + 1) % 3];
+    return 2;
+}
+
+static void add_coincidence(const code_loop *c, kt_code_loop_rows *rows, const kt_op *column, kt_op3 d, kt_op3 bias) {
+    kt_graph *g = c->tree->graph;
+    double axis[3][3];
+    const int count = coincidence_axes(c, axis);
+    for (int k = 0; k < count; k++) {
+        const kt_op3 e = {{kt_op_number(g, axis[k][0]), kt_op_number(g, axis[k][1]), kt_op_number(g, axis[k][2])}};
+        rows->phi[rows->count] = kt_op3_dot(g, e, d);
+        add_loop_row(c, rows, e, column, bias);
+    }
+}
+
+static void add_distance(const code_loop *c, kt_code_loop_rows *rows, const kt_op *column, kt_op3 d, kt_op3 u,
+                         kt_op3 bias) {
+    kt_graph *g = c->tree->graph;
+    const int at = rows->count;
+    const kt_op norm = kt_op3_length(g, d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
+    const kt_op3 n = kt_op3_scale(g, inverse, d), across = kt_op3_cross(g, n, u);
+    rows->phi[at] = kt_op_subtract(g, norm, c->number->value);
+    add_loop_row(c, rows, n, column, bias);
+    rows->right[at] = kt_op_subtract(g, rows->right[at], kt_op_multiply(g, kt_op3_dot(g, across, across), inverse));
+}
+
+/* The equations of a loop between two ends. */
+static void add_loop_of_ends(code_loop *c, kt_code_loop_rows *rows) {
+    kt_graph *g = c->tree->graph;
+    static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    const int first = rows->count, ancestor = c->record->ancestor;
+    kt_op3 u = kt_op3_zero(g), bias = u, velocity[2] = {u, u}, linear[2] = {u, u};
+    c->place->turn[ancestor] = kt_op33_of(g, unit);
+    c->place->position[ancestor] = kt_op3_zero(g);
+    for (int k = 0; k < 2; k++)
+        follow_loop_path(c, k);
+    kt_graph_section(g, "%s: A, from the velocities that unit rates give to the second point", c->number->name);
+    kt_op *column = make_loop_columns(c);
+    if (g->failed) {
+        free(column);
+        return;
+    }
+    kt_graph_section(g, "%s: u = v_2 - v_1,  a_2 - a_1 - 2 w_1 x u  of the second point", c->number->name);
+    for (int k = 0; k < 2 && c->moves; k++)
+        move_point(c, k, &velocity[k], &linear[k]);
+    if (c->moves) {
+        u = kt_op3_subtract(g, velocity[1], velocity[0]);
+        const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, c->omega[0], u));
+        bias = kt_op3_subtract(g, kt_op3_subtract(g, linear[1], linear[0]), twice);
+    }
+    const kt_op3 d = kt_op3_subtract(g, c->point[1], c->point[0]);
+    if (c->record->type == KT_LOOP_DISTANCE)
+        add_distance(c, rows, column, d, u, bias);
+    else
+        add_coincidence(c, rows, column, d, bias);
+    for (int at = first; at < rows->count; at++) {
+        rows->block[at] = first;
+        rows->scaled[at] = kt_op_divide(g, rows->phi[at], c->tree->loop_length);
+    }
+    free(column);
+}
+
+/* A relation of positions. */
+static void add_relation(code_loop *c, kt_code_loop_rows *rows) {
+    kt_code_tree *tree = c->tree;
+    kt_graph *g = tree->graph;
+    const kt_loop_record *r = c->record;
+    const int at = rows->count++;
+    kt_graph_section(g, "%s: sum of coefficients and positions - offset", c->number->name);
+    rows->loop[at] = (int)(r - tree->model->loop);
+    rows->block[at] = at;
+    rows->phi[at] = kt_op_negate(g, c->number->value);
+    rows->right[at] = kt_op_number(g, 0.0);
+    kt_op scale = kt_op_number(g, 0.0);
+    for (size_t v = 0; v < tree->model->n.v; v++)
+        rows->a[(size_t)at * tree->model->n.v + v] = rows->size[(size_t)at * tree->model->n.v + v] =
+            kt_op_number(g, 0.0);
+    for (int k = 0; k < r->term_count; k++) {
+        const kt_term_record *term = &tree->model->term[r->term + k];
+        const kt_link *link = tree->link[term->link].link;
+        kt_op *entry = &rows->a[(size_t)at * tree->model->n.v + (size_t)link->v];
+        const kt_op factor = tree->coefficient[r->term + k];
+        const kt_op q = kt_op_input(g, KT_OP_POSITION, link->q);
+        const kt_op unit = link->motion == KT_MOTION_PRISMATIC ? tree->loop_length : kt_op_number(g, 1.0);
+        const kt_op size = kt_op_call(g, KT_OP_ABS, kt_op_multiply(g, factor, unit), -1);
+        *entry = kt_op_add(g, *entry, factor);
+        rows->phi[at] = kt_op_add(g, rows->phi[at], kt_op_multiply(g, factor, q));
+        scale = kt_op_add(g, scale, size);
+    }
+    rows->scaled[at] = kt_op_divide(g, rows->phi[at], scale);
+}
+
+/* ---- all loops --------------------------------------------------------------------------------------------------- */
+
+void kt_code_free_loop_rows(kt_code_loop_rows *rows) {
+    free(rows->loop);
+    free(rows->a);
+    free(rows->phi);
+    free(rows->scaled);
+    free(rows->right);
+    free(rows->block);
+    free(rows->size);
+}
+
+/* The angular velocity of the ancestor, in its own axes. */
+static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
+    kt_op3 omega = kt_op3_zero(tree->graph);
+    tree->graph->is_nameless = true; /* other recursions give these names */
+    kt_code_speed *all = ancestor > 0 ? kt_code_speeds(tree) : NULL;
+    tree->graph->is_nameless = false;
+    if (all != NULL)
+        omega = all[ancestor].omega;
+    free(all);
+    return omega;
+}
+
+static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place, bool moves, kt_code_loop_rows *rows) {
+    kt_graph *g = tree->graph;
+    code_loop c = {.tree = tree,
+                   .record = &tree->model->loop[index],
+                   .number = &tree->loop[index],
+                   .place = place,
+                   .moves = moves};
+    if (c.record->term_count > 0) {
+        add_relation(&c, rows);
+        return;
+    }
+    c.omega[0] = moves ? omega_of_ancestor(tree, c.record->ancestor) : kt_op3_zero(g);
+    c.omega[1] = c.omega[0];
+    for (int k = 0; k < 2; k++)
+        c.velocity[k] = c.alpha[k] = c.linear[k] = kt_op3_zero(g);
+    add_loop_of_ends(&c, rows);
+}
+
+void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *rows) {
+    const size_t count = (size_t)kt_code_count_loop_rows(tree->model) + 1, links = (size_t)tree->link_count;
+    kt_graph *g = tree->graph;
+    *rows = (kt_code_loop_rows){.loop = calloc(count, sizeof *rows->loop),
+                                .a = calloc(count * (tree->model->n.v + 1), sizeof *rows->a),
+                                .phi = calloc(count, sizeof *rows->phi),
+                                .scaled = calloc(count, sizeof *rows->scaled),
+                                .right = calloc(count, sizeof *rows->right),
+                                .block = calloc(count, sizeof *rows->block),
+                                .size = calloc(count * (tree->model->n.v + 1), sizeof *rows->size)};
+    const kt_code_places place = {calloc(links, sizeof *place.turn), calloc(links, sizeof *place.position)};
+    g->failed |= rows->loop == NULL || rows->a == NULL || rows->phi == NULL || rows->scaled == NULL ||
+                 rows->block == NULL || rows->size == NULL || rows->right == NULL || place.turn == NULL ||
+                 place.position == NULL;
+    for (int i = 0; i < (int)tree->model->n.loop && know_loops(tree); i++)
+        add_loop(tree, i, &place, moves, rows);
+    free(place.turn);
+    free(place.position);
+}

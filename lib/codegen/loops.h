@@ -1,0 +1,49 @@
+/* The equations of loops as nodes (loops.c), and what follows from them (multiplier.c). */
+#ifndef KT_CODEGEN_LOOPS_H
+#define KT_CODEGEN_LOOPS_H
+
+#include "codegen/recursion.h"
+
+/* The independent equations of all loops at a state: A a = right. */
+typedef struct kt_code_loop_rows {
+    int count;
+    int *loop;     /* of each equation */
+    kt_op *a;      /* A, row by row, with nv entries each */
+    kt_op *phi;    /* residuals */
+    kt_op *scaled; /* residuals over their scales, a radian or the mechanism's length */
+    kt_op *right;  /* that of accelerations; of velocities it is zero */
+    int *block;    /* of each equation: the first one with which it is compared (multiplier.c) */
+    kt_op *size;   /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
+} kt_code_loop_rows;
+
+/* Why the equations of a loop cannot be generated; NULL: they can. */
+const char *kt_code_loop_fault(const kt_model *model, int loop);
+
+/* How many equations a loop has in a generated file; 0: they cannot be generated. */
+int kt_code_rows_of_loop(const kt_model *model, int loop);
+
+/* How many equations the loops of a model have in a generated file. */
+int kt_code_count_loop_rows(const kt_model *model);
+
+/* Makes all equations; the caller frees them in any case. `moves`: the right-hand sides, too. */
+void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *rows);
+void kt_code_free_loop_rows(kt_code_loop_rows *rows);
+
+/* Adds all that the equations of loops fold to a hash. */
+void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h);
+
+/* phi, then A (column by column), then the right-hand side. out: count (nv + 2). */
+void kt_code_loop_equations(kt_code_tree *tree, kt_op *out);
+
+/* The accelerations of a closed state for the forces KT_OP_GIVEN. work: nv x nv. Guards: one for each coordinate, and
+ * one for each equation. */
+void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
+
+/* The least change of q that closes the linear equations, and the scaled residuals behind it. One guard for each
+ * equation; in the metric of the mass matrix also one for each coordinate, before them. Returns how many guards. */
+int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
+
+/* v without the part that the loops forbid, and the scaled residuals behind it. Guards as of forward dynamics. */
+void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
+
+#endif

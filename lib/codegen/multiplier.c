@@ -1,0 +1,234 @@
+/* Motion that satisfies the equations of loops, as nodes.
+ *
+ * Each function has the same form. Among all x with A x = b it takes the one for which W x - y is a sum A' lambda of
+ * forces of the loops:
+ *
+ *   forward dynamics   x = a,  W = M,       y = tau - h,  b = right
+ *   velocities         x = dv, W = M,       y = 0,        b = - A v
+ *   positions          x = dq, W = 1 or M,  y = 0,        b = - phi
+ *
+ * W = L'D L is factored by kt_code_factor_mass. With Y = L'^-1 A', z = L'^-1 y and S = Y' D^-1 Y = A W^-1 A',
+ *
+ *   S lambda = b - Y' D^-1 z,    D L x = z + Y lambda
+ *
+ * S = L_s D_s L_s' is of the size of the equations. A pivot of S is the square of the part of row r that is normal to
+ * all rows before it, in this metric. It is compared with the square of the size that the row can have: the sum of the
+ * S_kk of all rows of a point, or of u . u for all columns u of a distance. A pivot that is not above SINGULAR times
+ * that size means that the equations are dependent or void in this position: the function returns the loop.
+ *
+ * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 8.3 and 8.5.
+ */
+#include "codegen/loops.h"
+#include "kinetree/loop.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Equations that are being solved. */
+typedef struct code_solve {
+    kt_code_tree *tree;
+    const kt_code_loop_rows *rows;
+    kt_op *m, *inverse;        /* L and 1 / D; NULL: the identity */
+    kt_op *y, *scaled, *s, *b; /* Y and Y' D^-1, row by row; S and then L_s below its diagonal; the right-hand side */
+} code_solve;
+
+static kt_op dot_rows(kt_graph *g, const kt_op *x, const kt_op *y, size_t count) {
+    kt_op sum = kt_op_number(g, 0.0);
+    for (size_t i = 0; i < count; i++)
+        sum = kt_op_add(g, sum, kt_op_multiply(g, x[i], y[i]));
+    return sum;
+}
+
+/* Y, Y' D^-1 and S */
+static void make_loop_matrix(code_solve *c) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count;
+    memcpy(c->y, c->rows->a, count * nv * sizeof *c->y);
+    for (size_t r = 0; r < count; r++) {
+        kt_op *y = c->y + r * nv;
+        kt_graph_section(g, "equation %d: %s", (int)r, c->m != NULL ? "Y = L'^-1 A',  S = Y' D^-1 Y" : "S = A A'");
+        if (c->m != NULL)
+            kt_code_solve_transposed(c->tree, c->m, y);
+        for (size_t i = 0; i < nv; i++)
+            c->scaled[r * nv + i] = c->m != NULL ? kt_op_multiply(g, y[i], c->inverse[i]) : y[i];
+        for (size_t k = 0; k <= r; k++)
+            c->s[r * count + k] = dot_rows(g, c->scaled + r * nv, c->y + k * nv, nv);
+    }
+}
+
+/* The square of the size that row r can have. S must not be factored yet. */
+static kt_op size_of_row(const code_solve *c, size_t r) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count, first = (size_t)c->rows->block[r];
+    size_t last = first;
+    kt_op sum = kt_op_number(g, 0.0);
+    for (; last < count && (size_t)c->rows->block[last] == first; last++)
+        sum = kt_op_add(g, sum, c->s[last * (count + 1)]);
+    if (last - first > 1)
+        return sum;
+    kt_op size = kt_op_number(g, 0.0);
+    for (size_t v = 0; v < nv; v++) {
+        const kt_op square = c->rows->size[r * nv + v];
+        size = kt_op_add(g, size, c->m != NULL ? kt_op_multiply(g, square, c->inverse[v]) : square);
+    }
+    return kt_op_is(g, size, 0.0) ? sum : size;
+}
+
+/* S = L_s D_s L_s', and b := lambda. */
+static void solve_loop_matrix(code_solve *c, kt_code_guard *guard) {
+    kt_graph *g = c->tree->graph;
+    const size_t count = (size_t)c->rows->count;
+    kt_op *s = c->s, *b = c->b;
+    for (size_t r = 0; r < count; r++)
+        guard[r] = (kt_code_guard){.limit = size_of_row(c, r), .loop = c->rows->loop[r] + 1};
+    for (size_t r = 0; r < count; r++) {
+        kt_op *pivot = &s[r * count + r];
+        kt_graph_section(g, "equation %d: S = L D L',  pivot of %s", (int)r,
+                         kt_loop_name(c->tree->model, c->rows->loop[r]));
+        for (size_t k = 0; k < r; k++) { /* row r: first D L, then L */
+            for (size_t j = 0; j < k; j++)
+                s[r * count + k] =
+                    kt_op_subtract(g, s[r * count + k], kt_op_multiply(g, s[r * count + j], s[k * count + j]));
+        }
+        for (size_t k = 0; k < r; k++) {
+            const kt_op ratio = kt_op_multiply(g, s[r * count + k], s[k * count + k]);
+            *pivot = kt_op_subtract(g, *pivot, kt_op_multiply(g, ratio, s[r * count + k]));
+            s[r * count + k] = ratio;
+            b[r] = kt_op_subtract(g, b[r], kt_op_multiply(g, ratio, b[k]));
+        }
+        guard[r].pivot = *pivot;
+        kt_op_name(g, *pivot, "P%d", (int)r);
+        *pivot = kt_op_divide(g, kt_op_number(g, 1.0), *pivot); /* from here on 1 / D */
+    }
+    kt_graph_section(g, "lambda");
+    for (size_t r = count; r-- > 0;) {
+        b[r] = kt_op_multiply(g, b[r], s[r * count + r]);
+        for (size_t k = r + 1; k < count; k++)
+            b[r] = kt_op_subtract(g, b[r], kt_op_multiply(g, s[k * count + r], b[k]));
+        kt_op_name(g, b[r], "lambda%d", (int)r);
+    }
+}
+
+/* x holds y, and becomes the solution. m: L below the diagonal and 1 / D behind, or NULL. b is overwritten. */
+static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *m, kt_op *inverse, kt_op *b,
+                                 kt_op *x, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, count = (size_t)rows->count;
+    kt_op *memory = calloc(2 * count * nv + count * count + 1, sizeof *memory);
+    g->failed |= memory == NULL;
+    if (g->failed) {
+        free(memory);
+        return;
+    }
+    code_solve c = {.tree = tree,
+                    .rows = rows,
+                    .m = m,
+                    .inverse = inverse,
+                    .y = memory,
+                    .scaled = memory + count * nv,
+                    .s = memory + 2 * count * nv,
+                    .b = b};
+    if (m != NULL)
+        kt_code_solve_transposed(tree, m, x);
+    make_loop_matrix(&c);
+    for (size_t r = 0; r < count; r++)
+        b[r] = kt_op_subtract(g, b[r], dot_rows(g, c.scaled + r * nv, x, nv));
+    solve_loop_matrix(&c, guard);
+    kt_graph_section(g, "what the forces of the loops add");
+    for (size_t i = 0; i < nv; i++)
+        for (size_t r = 0; r < count; r++)
+            x[i] = kt_op_add(g, x[i], kt_op_multiply(g, c.y[r * nv + i], b[r]));
+    if (m != NULL)
+        kt_code_solve_lower(tree, m, inverse, x);
+    free(memory);
+}
+
+/* Factors the mass matrix. Returns 1 / D, which the caller frees; NULL if memory is insufficient. */
+static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *guard) {
+    const size_t nv = tree->model->n.v;
+    kt_op *inverse = calloc(nv + 1, sizeof *inverse);
+    tree->graph->failed |= inverse == NULL;
+    if (inverse == NULL)
+        return NULL;
+    kt_code_mass(tree, work);
+    for (size_t k = 0; k < nv; k++)
+        guard[k] = (kt_code_guard){.limit = work[k * (nv + 1)]};
+    kt_code_factor_mass(tree, work, inverse, guard);
+    return inverse;
+}
+
+void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    kt_code_loop_rows rows;
+    kt_code_inverse(tree, false, a);
+    kt_op *inverse = factor_loop_mass(tree, work, guard);
+    kt_code_make_loop_rows(tree, true, &rows);
+    if (!g->failed) {
+        kt_graph_section(g, "tau - h");
+        for (int k = 0; k < nv; k++)
+            a[k] = kt_op_subtract(g, kt_op_input(g, KT_OP_GIVEN, k), a[k]);
+        solve_loop_equations(tree, &rows, work, inverse, rows.right, a, guard + nv);
+    }
+    kt_code_free_loop_rows(&rows);
+    free(inverse);
+}
+
+int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v, before = tree->model->metric == KT_METRIC_MASS ? nv : 0;
+    kt_code_loop_rows rows;
+    kt_op *inverse = before > 0 ? factor_loop_mass(tree, work, guard) : NULL;
+    kt_code_make_loop_rows(tree, false, &rows);
+    if (!g->failed) {
+        memcpy(out + nv, rows.scaled, (size_t)rows.count * sizeof *out);
+        for (int k = 0; k < nv; k++)
+            out[k] = kt_op_number(g, 0.0);
+        for (int r = 0; r < rows.count; r++)
+            rows.phi[r] = kt_op_negate(g, rows.phi[r]);
+        solve_loop_equations(tree, &rows, inverse != NULL ? work : NULL, inverse, rows.phi, out, guard + before);
+    }
+    kt_code_free_loop_rows(&rows);
+    free(inverse);
+    return before + kt_code_count_loop_rows(tree->model);
+}
+
+void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    kt_code_loop_rows rows;
+    kt_op *inverse = factor_loop_mass(tree, work, guard);
+    kt_code_make_loop_rows(tree, false, &rows);
+    if (!g->failed) {
+        memcpy(out + nv, rows.scaled, (size_t)rows.count * sizeof *out);
+        for (int k = 0; k < nv; k++)
+            out[k] = kt_op_number(g, 0.0);
+        for (int r = 0; r < rows.count; r++) {
+            kt_op sum = kt_op_number(g, 0.0);
+            for (int k = 0; k < nv; k++) {
+                const kt_op v = kt_op_input(g, KT_OP_RATE, k);
+                sum = kt_op_add(g, sum, kt_op_multiply(g, rows.a[(size_t)r * (size_t)nv + (size_t)k], v));
+            }
+            rows.right[r] = kt_op_negate(g, sum);
+        }
+        solve_loop_equations(tree, &rows, work, inverse, rows.right, out, guard + nv);
+        for (int k = 0; k < nv; k++)
+            out[k] = kt_op_add(g, kt_op_input(g, KT_OP_RATE, k), out[k]);
+    }
+    kt_code_free_loop_rows(&rows);
+    free(inverse);
+}
+
+void kt_code_loop_equations(kt_code_tree *tree, kt_op *out) {
+    const size_t nv = tree->model->n.v;
+    kt_code_loop_rows rows;
+    kt_code_make_loop_rows(tree, true, &rows);
+    const size_t count = (size_t)rows.count;
+    for (size_t r = 0; r < count && !tree->graph->failed; r++) {
+        out[r] = rows.phi[r];
+        out[count * (nv + 1) + r] = rows.right[r];
+        for (size_t k = 0; k < nv; k++)
+            out[count * (k + 1) + r] = rows.a[r * nv + k];
+    }
+    kt_code_free_loop_rows(&rows);
+}

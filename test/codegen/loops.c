@@ -1,0 +1,429 @@
+/* Generated C of mechanisms with loops against the library, which eliminates the loops in other ways. */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include "kinetree/control.h"
+#include "kinetree/joint.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/sensitivity.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+
+enum { LOOPS = 2, EQUATIONS = 3 * LOOPS, NQ = KT_TREE_NQ, NV = KT_TREE_NV };
+
+static int count_mechanisms(int usual) {
+    const char *text = getenv("KT_MECHANISMS");
+    return text != NULL ? (int)strtol(text, NULL, 10) : usual;
+}
+
+/* ---- random mechanisms ------------------------------------------------------------------------------------------- */
+
+/* A tree with loops that close in one state. */
+typedef struct closed_tree {
+    kt_tree tree;
+    kt_loop loop[LOOPS];
+    kt_term term[LOOPS][2];
+    kt_tree_state state;
+    int equations;
+} closed_tree;
+
+static const char *const loop_names[LOOPS] = {"lock", "ring-2"};
+
+/* Two joints of one coordinate follow each other. */
+static bool draw_coupling(closed_tree *c, kt_random *random, int k) {
+    kt_loop *loop = &c->loop[k];
+    int count = 0;
+    loop->type = KT_LOOP_COUPLING;
+    loop->terms = c->term[k];
+    for (int tries = 0; tries < 50 && count < 2; tries++) {
+        const int b = kt_random_int(random, 1, c->tree.count - 1);
+        const kt_coordinates at = kt_body_coordinates(c->tree.model, b);
+        const char *joint = c->tree.description.bodies[kt_body_source(c->tree.model, b)].name;
+        if (at.nv != 1 || (count == 1 && joint == c->term[k][0].joint))
+            continue;
+        c->term[k][count] = (kt_term){joint, kt_random_uniform(random, 0.5, 2.0)};
+        loop->offset += c->term[k][count++].coefficient * c->state.q[at.q];
+    }
+    loop->term_count = count;
+    return count == 2;
+}
+
+/* The marker of one body, and the point of another that is there, or at some distance. */
+static bool draw_ends(closed_tree *c, kt_random *random, int k, kt_loop_type type) {
+    const kt_model *model = c->tree.model;
+    kt_loop *loop = &c->loop[k];
+    const int a = kt_random_int(random, 1, c->tree.count - 1), b = kt_random_int(random, 0, c->tree.count - 1);
+    const kt_body *first = &c->tree.description.bodies[kt_body_source(model, a)];
+    if (a == b)
+        return false;
+    const kt_vec3 here = kt_pose_apply(kt_body_pose(model, c->tree.data, a), first->markers[0].at);
+    const kt_vec3 away = kt_vec3_add(here, kt_tree_vector(random, 0.5, 1.0));
+    const kt_vec3 at =
+        kt_pose_apply(kt_pose_invert(kt_body_pose(model, c->tree.data, b)), type == KT_LOOP_DISTANCE ? away : here);
+    loop->type = type;
+    loop->between[0] = (kt_end){.body = first->name, .at = first->markers[0].at};
+    loop->between[1] = (kt_end){.at = at};
+    if (b > 0)
+        loop->between[1].body = c->tree.description.bodies[kt_body_source(model, b)].name;
+    if (type == KT_LOOP_DISTANCE)
+        loop->function = kt_function_constant(kt_vec3_norm(kt_vec3_sub(away, here)));
+    return true;
+}
+
+static bool has_expected_rank(const closed_tree *c) {
+    const kt_mobility m = kt_model_mobility(c->tree.model);
+    return m.rank == c->equations && m.minimal > 0;
+}
+
+/* Draws loops until they are independent. Planar trees get pins; others get points that coincide. */
+static bool draw_loops(closed_tree *c, kt_random *random, bool planar, int count) {
+    kt_error error = {0};
+    kt_tree_state_draw(&c->tree, random, &c->state);
+    memset(c->state.external, 0, sizeof c->state.external);
+    for (int tries = 0; tries < 60; tries++) {
+        bool fine = kt_tree_kinematics(&c->tree, &c->state);
+        c->equations = 0;
+        for (int k = 0; k < count && fine; k++) {
+            const int kind = kt_random_int(random, 0, 3);
+            c->loop[k] = kt_loop_default();
+            c->loop[k].name = loop_names[k];
+            fine = kind == 3   ? draw_coupling(c, random, k)
+                   : kind == 2 ? draw_ends(c, random, k, KT_LOOP_DISTANCE)
+                               : draw_ends(c, random, k, KT_LOOP_SPHERICAL);
+            c->equations += kind >= 2 ? 1 : planar ? 2 : 3;
+        }
+        if (!fine)
+            continue;
+        c->tree.description.loops = c->loop;
+        c->tree.description.loop_count = count;
+        kt_model *closed = NULL;
+        if (kt_model_compile(&c->tree.description, NULL, &closed, &error) != KT_OK)
+            continue;
+        kt_data_free(c->tree.data);
+        kt_model_free(c->tree.model);
+        c->tree.data = NULL;
+        c->tree.model = closed;
+        if (!kt_tree_fine("data", kt_data_create(closed, &c->tree.data, &error), &error))
+            return false;
+        if (has_expected_rank(c))
+            return true;
+    }
+    return false;
+}
+
+static bool grow_closed(closed_tree *c, kt_random *random, int n) {
+    const bool planar = n % 2 == 0;
+    kt_tree_plan plan = planar ? kt_tree_plan_planar() : kt_tree_plan_default();
+    plan.bodies = kt_random_int(random, 4, planar ? 8 : 7);
+    plan.massless = false;
+    plan.one_plane = planar;
+    plan.floats = !planar && n % 3 == 0;
+    plan.with_armature = n % 4 < 2 ? 0.5 : 0.0;
+    memset(c, 0, sizeof *c);
+    return kt_tree_grow(&c->tree, &plan, random) && draw_loops(c, random, planar, 1 + n % LOOPS);
+}
+
+/* ---- comparisons ------------------------------------------------------------------------------------------------- */
+
+typedef struct loop_comparison {
+    kt_worst closed, open, equations, step, projected;
+} loop_comparison;
+
+static loop_comparison loop_comparison_make(void) {
+    return (loop_comparison){kt_worst_make("accelerations of closed states"),
+                             kt_worst_make("accelerations of open states"), kt_worst_make("A a = right"),
+                             kt_worst_make("steps"), kt_worst_make("projection")};
+}
+
+static void loop_comparison_check(const loop_comparison *c) {
+    kt_check_worst(&c->closed);
+    kt_check_worst(&c->open);
+    kt_check_worst(&c->equations);
+    kt_check_worst(&c->step);
+    kt_check_worst(&c->projected);
+}
+
+/* A bound of the change of accelerations for relative changes of rounding in M, A and the forces. It is the largest
+ * change that a relative change of 1e-7 of all masses and of the state makes, over 1e-7. */
+static double sensitivity_of(const kt_tree *tree, const kt_tree_state *s, const double *a, kt_random *random) {
+    double most = 1.0;
+    kt_error error = {0};
+    for (int i = 0; i < tree->nv; i++)
+        most = fmax(most, fabs(a[i]));
+    const double size = most;
+    for (int k = 0; k < 6; k++) {
+        kt_tree_state other = *s;
+        double b[NV];
+        for (int i = 0; i < tree->nv; i++) {
+            other.v[i] += 1e-7 * kt_random_uniform(random, -1.0, 1.0);
+            other.tau[i] += 1e-7 * size * kt_random_uniform(random, -1.0, 1.0);
+            b[i] = 1e-7 * kt_random_uniform(random, -1.0, 1.0);
+        }
+        kt_position_add(tree->model, s->q, b, other.q);
+        if (kt_acceleration_evaluate(tree->model, tree->data, 0.0, other.q, other.v, other.tau, NULL, b, &error) !=
+            KT_OK)
+            return (double)INFINITY;
+        for (int i = 0; i < tree->nv; i++)
+            most = fmax(most, fabs(b[i] - a[i]) / 1e-7);
+    }
+    return most;
+}
+
+/* Returns false if the state is so near to a singular one that a comparison has no meaning. */
+static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, kt_worst *worst,
+                                  loop_comparison *c, kt_random *random, int n) {
+    double a[NV], own[NV], phi[EQUATIONS], matrix[EQUATIONS * NV], right[EQUATIONS];
+    kt_error error = {0};
+    const kt_status status =
+        kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
+    if (!kt_tree_fine("accelerations", status, &error))
+        return false;
+    const double most = sensitivity_of(tree, s, a, random);
+    if (!(most < 1e7))
+        return false;
+    if (!kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, own), 0))
+        return false;
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(worst, own[i], a[i], 200.0 * EPS * most, "mechanism %d coordinate %d", n, i);
+    if (!kt_check_equal_int("loops", g->loops(g->model, s->q, s->v, phi, matrix, right), 0))
+        return false;
+    const int rows = kt_model_mobility(tree->model).rank;
+    for (int r = 0; r < rows; r++) {
+        double sum = 0.0, size = fabs(right[r]);
+        for (int i = 0; i < tree->nv; i++) {
+            sum += matrix[r + rows * i] * a[i];
+            size += fabs(matrix[r + rows * i] * a[i]);
+        }
+        kt_worst_near(&c->equations, sum, right[r], 200.0 * EPS * (size + most), "mechanism %d equation %d", n, r);
+    }
+    return true;
+}
+
+/* The library's step; for NULL v += h a, then q (+) h v, then a projection. */
+static bool take_loop_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
+                           double *next) {
+    const int nq = kt_model_nq(tree->model);
+    kt_error error = {0};
+    double a[NV];
+    if (method == NULL) {
+        kt_status status = kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
+        for (int i = 0; i < tree->nv && status == KT_OK; i++) {
+            next[nq + i] = s->v[i] + h * a[i];
+            a[i] = h * next[nq + i];
+        }
+        if (status == KT_OK) {
+            kt_position_add(tree->model, s->q, a, next);
+            status = kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error);
+        }
+        return kt_tree_fine("semi-implicit step", status, &error);
+    }
+    const kt_step step = {.method = method, .h = h, .tau = s->tau};
+    const size_t size = kt_step_work_size(tree->model, method);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    const kt_status status =
+        kt_step_evaluate(tree->model, tree->data, work, size, &step, s->q, s->v, next, next + nq, &error);
+    free(work);
+    return kt_tree_fine("step", status, &error);
+}
+
+/* The bound follows from the accelerations: velocities differ by h times their error. A projection divides the rounding
+ * of phi by the size of a direction, which accelerations contain twice. */
+static void compare_loop_steps(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double most,
+                               loop_comparison *c, int n) {
+    const kt_method *const method[3] = {kt_method_find("heun"), kt_method_find("rk4"), NULL};
+    kt_generated_step *const take[3] = {g->heun, g->rk4, g->semi_implicit};
+    const int nq = kt_model_nq(tree->model), count = nq + tree->nv;
+    for (int k = 0; k < 3; k++) {
+        double next[NQ + NV], own[NQ + NV];
+        memcpy(own, s->q, (size_t)nq * sizeof *own);
+        memcpy(own + nq, s->v, (size_t)tree->nv * sizeof *own);
+        if (!take_loop_step(tree, method[k], 1e-4, s, next) ||
+            !kt_check_equal_int("step", take[k](g->model, own, own + nq, s->tau, 1e-4, own, own + nq), 0))
+            return;
+        for (int i = 0; i < count; i++)
+            kt_worst_near(&c->step, own[i], next[i], 40.0 * EPS * most, "mechanism %d method %d number %d", n, k, i);
+    }
+}
+
+static void compare_projection(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double most,
+                               loop_comparison *c, int n) {
+    const int nq = kt_model_nq(tree->model), count = nq + tree->nv;
+    double next[NQ + NV], own[NQ + NV];
+    kt_error error = {0};
+    memcpy(next, s->q, (size_t)nq * sizeof *own);
+    memcpy(next + nq, s->v, (size_t)tree->nv * sizeof *own);
+    memcpy(own, next, (size_t)count * sizeof *own);
+    if (kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error) != KT_OK ||
+        !kt_check_equal_int("project", g->project(g->model, own, own + nq, own, own + nq), 0))
+        return;
+    for (int i = 0; i < count; i++)
+        kt_worst_near(&c->projected, own[i], next[i], 40.0 * EPS * most, "mechanism %d number %d", n, i);
+}
+
+/* A closed state some way from the first one, and the same state opened. Returns 1 if it was compared. */
+static int compare_state(kt_generated *g, const closed_tree *m, kt_random *random, loop_comparison *c, int n) {
+    const kt_tree *tree = &m->tree;
+    kt_tree_state s = m->state;
+    double by[NV];
+    kt_error error = {0};
+    for (int i = 0; i < tree->nv; i++)
+        by[i] = kt_random_uniform(random, -0.15, 0.15);
+    kt_position_add(tree->model, m->state.q, by, s.q);
+    if (kt_state_project(tree->model, tree->data, 0.0, s.q, s.v, NULL, &error) != KT_OK)
+        return 0;
+    if (!compare_accelerations(g, tree, &s, &c->closed, c, random, n))
+        return 0;
+    double a[NV];
+    if (kt_acceleration_evaluate(tree->model, tree->data, 0.0, s.q, s.v, s.tau, NULL, a, &error) != KT_OK)
+        return 0;
+    const double most = sensitivity_of(tree, &s, a, random);
+    compare_loop_steps(g, tree, &s, most, c, n);
+    for (int i = 0; i < tree->nv; i++) {
+        by[i] = kt_random_uniform(random, -1e-3, 1e-3);
+        s.v[i] += kt_random_uniform(random, -0.1, 0.1);
+    }
+    double q[NQ];
+    memcpy(q, s.q, sizeof q);
+    kt_position_add(tree->model, q, by, s.q);
+    (void)compare_accelerations(g, tree, &s, &c->open, c, random, n);
+    compare_projection(g, tree, &s, most, c, n);
+    return 1;
+}
+
+/* Pins in a plane, points that coincide in space, distances and couplings; one or two of them, on trees with every type
+ * of joint. States that are open show that the equations are those of the library, and not only their solutions. */
+KT_TEST(generated_loops_agree_with_the_library) {
+    kt_random random = kt_random_of_test();
+    loop_comparison c = loop_comparison_make();
+    static kt_generated g;
+    static closed_tree m;
+    int compared = 0;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_mechanisms(16); n++) {
+        const bool grown = grow_closed(&m, &random, n);
+        const bool fine = grown && kt_generated_make_some(&g, m.tree.model, KT_GENERATED_WITH_LOOPS, "cc -O0", false);
+        for (int k = 0; k < 4 && fine; k++)
+            compared += compare_state(&g, &m, &random, &c, n);
+        if (grown)
+            kt_generated_free(&g);
+        kt_tree_free(&m.tree);
+        if (grown && !fine)
+            return;
+    }
+    loop_comparison_check(&c);
+    kt_check_above("states that were compared", compared, 2 * count_mechanisms(16));
+}
+
+/* ---- parameters -------------------------------------------------------------------------------------------------- */
+
+/* The number of a loop that a parameter represents; NULL: it is another parameter. */
+static double *number_of_loop(closed_tree *m, const char *name) {
+    static const char *const prefix[LOOPS] = {"lock_", "ring_2_"};
+    for (int k = 0; k < m->tree.description.loop_count; k++) {
+        kt_loop *loop = &m->loop[k];
+        const size_t length = strlen(prefix[k]);
+        if (strncmp(name, prefix[k], length) != 0)
+            continue;
+        const char *const what = name + length;
+        double *const at[3] = {&loop->between[1].at.x, &loop->between[1].at.y, &loop->between[1].at.z};
+        if (strncmp(what, "at2_", 4) == 0)
+            return at[what[4] - 'x'];
+        if (strcmp(what, "length") == 0)
+            return &loop->function.value;
+        if (strcmp(what, "offset") == 0)
+            return &loop->offset;
+        for (int i = 0; i < loop->term_count; i++)
+            if (strcmp(what, m->term[k][i].joint) == 0)
+                return &m->term[k][i].coefficient;
+    }
+    return NULL;
+}
+
+/* Moves the first ends of loops to the markers where they were. */
+static void follow_markers(closed_tree *m) {
+    for (int k = 0; k < m->tree.description.loop_count; k++)
+        for (int b = 0; b < m->tree.description.body_count && m->loop[k].term_count == 0; b++)
+            if (strcmp(m->tree.body[b].name, m->loop[k].between[0].body) == 0)
+                m->loop[k].between[0].at = m->tree.body[b].markers[0].at;
+}
+
+/* Whether no pin of a planar tree leaves its plane, in which no motion can close it. */
+static bool stays_in_plane(const closed_tree *m) {
+    for (int k = 0; k < m->tree.description.loop_count; k++) {
+        kt_loop_motion motion;
+        if (m->loop[k].type != KT_LOOP_SPHERICAL || kt_vec3_norm(m->tree.normal) == 0.0)
+            continue;
+        if (!kt_tree_kinematics(&m->tree, &m->state) ||
+            !kt_loop_motion_evaluate(m->tree.model, m->tree.data, k, &motion))
+            return false;
+        const int body = kt_body_find(m->tree.model, m->loop[k].between[0].body);
+        const kt_vec3 d = kt_mat3_apply(kt_body_pose(m->tree.model, m->tree.data, body).rotation, motion.position);
+        if (fabs(kt_vec3_dot(d, m->tree.normal)) > 1e-12)
+            return false;
+    }
+    return true;
+}
+
+/* Each parameter is changed alone, in the file and in the description. The loops are then open, by some per cent. */
+KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
+    kt_random random = kt_random_of_test();
+    loop_comparison c = loop_comparison_make();
+    static kt_generated g;
+    static closed_tree m;
+    int changed = 0, of_loops = 0;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_mechanisms(6); n++) {
+        const bool grown = grow_closed(&m, &random, n);
+        bool fine = grown && kt_generated_make_some(&g, m.tree.model, KT_GENERATED_WITH_LOOPS, "cc -O0", false);
+        const uint64_t structure = kt_codegen_structure(m.tree.model);
+        for (int k = 0; k < g.count && fine; k++) {
+            double parameter[KT_GENERATED_PARAMETERS];
+            if (strcmp(g.name[k], "loop_length") == 0)
+                continue; /* it decides what counts as closed, and follows from all others in the library */
+            double *of_loop = number_of_loop(&m, g.name[k]);
+            double *number = of_loop != NULL ? of_loop : kt_generated_number(&m.tree, g.name[k]);
+            if (number == NULL)
+                break;
+            const double before = *number;
+            memcpy(parameter, g.standard, (size_t)g.count * sizeof *parameter);
+            kt_check_near(g.name[k], parameter[k], before, 8.0 * EPS * (1.0 + fabs(before)));
+            parameter[k] = *number = before * kt_random_uniform(&random, 1.01, 1.03);
+            m.tree.description.inertia_check = KT_INERTIA_ACCEPT;
+            follow_markers(&m);
+            kt_data_free(m.tree.data);
+            kt_model_free(m.tree.model);
+            m.tree.data = NULL;
+            m.tree.model = NULL;
+            fine = kt_tree_compile(&m.tree, NULL);
+            if (fine && has_expected_rank(&m) && stays_in_plane(&m)) {
+                kt_check_true("the structure is the same", kt_codegen_structure(m.tree.model) == structure);
+                g.prepare(parameter, g.model);
+                changed += compare_accelerations(&g, &m.tree, &m.state, &c.open, &c, &random, n);
+                of_loops += of_loop != NULL;
+            }
+            *number = before;
+        }
+        if (grown)
+            kt_generated_free(&g);
+        kt_tree_free(&m.tree);
+        if (grown && !fine)
+            return;
+    }
+    kt_check_worst(&c.open);
+    kt_check_worst(&c.equations);
+    kt_check_above("parameters that were changed", changed, 100);
+    kt_check_above("parameters of loops", of_loops, 10);
+}
