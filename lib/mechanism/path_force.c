@@ -49,9 +49,7 @@ int kt_path_lines(const kt_model *model, int effect, const kt_pose *poses, kt_pa
     return kt_path_trace(model->path_point + record->path_point, record->path_count, frame, each, user);
 }
 
-double kt_path_length(const kt_path_point_record *points, int count) {
-    const kt_effect_end frame = {.axes = kt_mat3_identity()};
-    kt_path_value value;
-    kt_path_evaluate(points, count, &frame, 1, &value);
-    return value.length;
+void kt_path_measure(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
+                     kt_path_value *value) {
+    kt_path_evaluate(points, count, frame, links, value);
 }

@@ -65,8 +65,9 @@ int kt_path_force_find(const kt_model *model, const kt_data *data, const kt_link
                        const kt_effect_record *effect, const kt_dynamic_state *at, kt_path_value *value, double *force,
                        kt_effect_balance *balance);
 
-/* The length of a path whose points are all fixed in one frame. */
-KT_INNER double kt_path_length(const kt_path_point_record *points, int count);
+/* Evaluates a path outside of a model (kt_path_evaluate). */
+KT_INNER void kt_path_measure(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
+                              kt_path_value *value);
 
 /* The lines of a picture of an effect's path (kt_path_trace), with the poses of all bodies, or NULL if `each` is. The
  * call returns 0 for other effects. effect: the index in the description. */

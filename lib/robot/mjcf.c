@@ -58,7 +58,7 @@ static const kt_note force_notes[] = {
             "activations of actuators, which are auxiliary states and follow the control at the start:"),
     KT_NOTE(kt_mjcf, sums, START,
             "joints in which actuators act by a formula, with the control at the start, since the sum of their "
-            "forces is bounded, or their stiffness or damping is below zero:"),
+            "forces is bounded, their stiffness or damping is below zero, or they are muscles:"),
     KT_NOTE(kt_mjcf, limits, START, "limits of position, which are data alone without --stops:"),
     KT_NOTE(kt_mjcf, lost_limits, START, "limits of ball joints that are left out:"),
     KT_NOTE(kt_mjcf, fluid, MOTION, "bodies with geoms of fluidshape=\"ellipsoid\", on which no medium acts:"),
@@ -165,6 +165,7 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     kt_mjcf_mark_incomplete(&m);
     kt_mjcf_start(&m);
     kt_mjcf_make_bodies(&m);
+    kt_mjcf_read_tendons(&m);
     kt_mjcf_find_inertias(&m);
     kt_mjcf_passive(&m);
     kt_mjcf_make_tendons(&m);

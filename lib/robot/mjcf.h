@@ -189,7 +189,8 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list wraps; /* kt_mjcf_wrap */
+    kt_list wraps;   /* kt_mjcf_wrap */
+    kt_list reaches; /* kt_mjcf_reach */
     kt_left activations;
     int ctrl_count;
 
@@ -329,7 +330,10 @@ kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
 void kt_mjcf_start(kt_mjcf *m);       /* the requested keyframe */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
-void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper` */
+void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper`; reaches of muscles */
+/* The coordinates of a joint in a model of the tree; none (nv = 0) if the model does not have it. */
+kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j);
+void kt_mjcf_read_tendons(kt_mjcf *m);
 void kt_mjcf_make_tendons(kt_mjcf *m);
 void kt_mjcf_actuators(kt_mjcf *m);
 void kt_mjcf_equalities(kt_mjcf *m);
@@ -380,13 +384,15 @@ typedef enum kt_mjcf_dynamics_type {
     KT_MJCF_STATIC,
     KT_MJCF_INTEGRATOR,
     KT_MJCF_FILTER,
-    KT_MJCF_LOST = 4 /* muscle or user: left out */
+    KT_MJCF_MUSCLE = 4,
+    KT_MJCF_LOST /* of a user: left out */
 } kt_mjcf_dynamics_type;
 
 /* The dynamics of an actuator. */
 typedef struct kt_mjcf_dynamics {
     kt_mjcf_dynamics_type type;
-    double time, count; /* constant, s; activations */
+    double numbers[3]; /* the time constant, s; of a muscle: activation, deactivation, width of the smooth transition */
+    double count;      /* activations */
 } kt_mjcf_dynamics;
 
 /* The dynamics that <general> gives, on top of those of its defaults. */
@@ -424,15 +430,61 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
 /* "2*length" of a factor times the length of a path, or of its rate. */
 void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to);
 
+/* ---- mjcf_muscle.c ----------------------------------------------------------------------------------------------- */
+
+/* The force of a muscle. With its length l and its rate v it has the scaled length offset + slope l, and the scaled
+ * rate `rate` v. */
+typedef struct kt_mjcf_muscle {
+    double offset, slope, rate;
+    double force;              /* the largest at rest, N */
+    double shortest, longest;  /* scaled lengths between which it is active */
+    double passive, stretched; /* parts of the force: passive at the length `longest`, and of fast stretching */
+} kt_mjcf_muscle;
+
+enum { KT_MJCF_MUSCLE_NUMBERS = 9 };
+
+/* The muscle of MuJoCo's nine numbers, the range of its length, and the acceleration by a unit force. */
+kt_mjcf_muscle kt_mjcf_muscle_of(const double numbers[KT_MJCF_MUSCLE_NUMBERS], const double range[2],
+                                 double acceleration);
+
+/* Write the force per activation, and the passive force. They are negative, since a muscle pulls.
+ * length, rate: texts of the scaled quantities. */
+void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const char *rate, kt_mjcf_formula *to);
+void kt_mjcf_put_passive(const kt_mjcf_muscle *muscle, const char *length, kt_mjcf_formula *to);
+
+/* Writes w', the rate of a muscle's activation w. */
+void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const char *w, kt_mjcf_formula *to);
+
+/* ---- mjcf_reach.c ------------------------------------------------------------------------------------------------ */
+
+/* Of an actuator that is a muscle: the range of its length, and |M^-1 J'| of its length's gradient J at the reference
+ * positions, the acceleration by a unit force. */
+typedef struct kt_mjcf_reach {
+    const kt_element *element;
+    double range[2], acceleration;
+    bool is_found, is_computed; /* there is a range; the file does not give it */
+} kt_mjcf_reach;
+
+/* Finds them for all muscles. `factors` is the Cholesky factor of the tree's mass matrix at the reference positions;
+ * `room` has space for 7 vectors of nv. */
+void kt_mjcf_find_reaches(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room);
+
+/* The next actuator with the force of a muscle after `last` (NULL: the first); NULL: there is none. */
+const kt_element *kt_mjcf_find_muscle(kt_mjcf *m, const kt_element *last);
+
+/* NULL: the actuator has no length, or the tree could not be computed. */
+const kt_mjcf_reach *kt_mjcf_reach_of(const kt_mjcf *m, const kt_element *e);
+
 /* ---- mjcf_gain.c ------------------------------------------------------------------------------------------------- */
 
 /* The properties of an actuator with its defaults. MuJoCo keeps one set of numbers for all kinds. */
 typedef struct kt_mjcf_actuator {
     int gain_type, bias_type;
     kt_mjcf_dynamics dynamics;
-    bool is_strange, is_of_user; /* kinds that are left out: its element; a muscle, or one of a user */
-    bool has_affine_gain;        /* the gain depends on the length and its rate */
-    double gain[3], bias[3];
+    bool is_strange, is_of_user;  /* kinds that are left out: its element; one of a user */
+    bool has_affine_gain;         /* the gain depends on the length and its rate */
+    bool has_active, has_passive; /* gain and bias are those of a muscle */
+    double gain[KT_MJCF_MUSCLE_NUMBERS], bias[KT_MJCF_MUSCLE_NUMBERS];
     double inherit; /* the range of control is this part of the length's range; 0: it has its own */
 } kt_mjcf_actuator;
 
@@ -441,6 +493,9 @@ kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
 /* The tag under which an attribute that all kinds have is found: the element's, or that of defaults of any kind; NULL:
  * there is none. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
+
+/* The first number of `gear`. */
+double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e);
 
 /* Reads a range with its switch; false if it limits nothing. */
 bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]);
@@ -451,11 +506,18 @@ bool kt_mjcf_inherited_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actu
 /* The control, clamped to its range. */
 double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
-/* c0 + c1 L + c2 L', the force for a constant control. */
+/* c0 + c1 L + c2 L', the force for a constant control, without that of a muscle. */
 void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]);
 
 /* If the damping of an actuator of positions is above zero, it is a ratio to the critical one: replaces it. */
 void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear);
+
+/* ---- mjcf_thrust.c ----------------------------------------------------------------------------------------------- */
+
+/* Names the last effect of the draft, if there is a name. */
+void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
+
+void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);

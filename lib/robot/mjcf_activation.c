@@ -1,7 +1,7 @@
 /* Activations of actuators in MJCF as auxiliary states.
  *
  * The activation w of an actuator takes the place of its control u in the force. It has one of these rates:
- *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T.
+ *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T,   muscle: mjcf_muscle.c.
  * `actrange` bounds it. For a constant control w has no turning point. It then makes no difference whether w itself is
  * bounded, as in MuJoCo, or the value that the force uses, as here. */
 #include "robot/mjcf.h"
@@ -14,20 +14,21 @@ static const double time_least = 1e-6;
 kt_mjcf_dynamics kt_mjcf_dynamics_of(kt_mjcf *m, const kt_element *e, kt_mjcf_dynamics inherited) {
     static const char *const words[] = {"none", "integrator", "filter", "filterexact", "muscle", "user", NULL};
     static const kt_mjcf_dynamics_type types[] = {KT_MJCF_STATIC, KT_MJCF_INTEGRATOR, KT_MJCF_FILTER,
-                                                  KT_MJCF_FILTER, KT_MJCF_LOST,       KT_MJCF_LOST};
+                                                  KT_MJCF_FILTER, KT_MJCF_MUSCLE,     KT_MJCF_LOST};
     kt_mjcf_dynamics d = inherited;
     double read[10];
-    const int before = d.type == KT_MJCF_LOST ? 4 : (int)d.type;
-    d.type = types[kt_mjcf_choice(m, e, NULL, "dyntype", words, before)];
+    d.type = types[kt_mjcf_choice(m, e, NULL, "dyntype", words, (int)d.type)];
     const char *text = kt_xml_attribute(e, "dynprm");
-    if (text != NULL && kt_parse_numbers(text, 10, read) > 0)
-        d.time = read[0];
+    const int count = text != NULL ? kt_parse_numbers(text, 10, read) : 0;
+    for (int i = 0; i < count && i < 3; i++)
+        d.numbers[i] = read[i];
     (void)kt_mjcf_numbers(m, e, NULL, "actdim", 1, 1, &d.count);
     return d;
 }
 
 bool kt_mjcf_is_dynamic(const kt_mjcf_dynamics *d) {
-    return d->type == KT_MJCF_INTEGRATOR || (d->type == KT_MJCF_FILTER && d->time > time_least);
+    return d->type == KT_MJCF_INTEGRATOR || d->type == KT_MJCF_MUSCLE ||
+           (d->type == KT_MJCF_FILTER && d->numbers[0] > time_least);
 }
 
 int kt_mjcf_activations_of(const kt_mjcf_dynamics *d) {
@@ -55,7 +56,9 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
         kt_mjcf_put(&rate, " - ");
         kt_mjcf_put(&rate, name);
         kt_mjcf_put(&rate, ")/");
-        kt_mjcf_put_number(&rate, d->time);
+        kt_mjcf_put_number(&rate, d->numbers[0]);
+    } else if (d->type == KT_MJCF_MUSCLE) {
+        kt_mjcf_put_muscle_rate(d, control, name, &rate);
     } else {
         kt_mjcf_put_number(&rate, control);
     }

@@ -30,6 +30,9 @@ typedef struct action {
     const char
         *activation; /* a state w, whose force w (gain[0] + gain[1] gear L + gain[2] gear L') is added; or NULL */
     double gain[3], range[2];
+    bool has_active, has_passive; /* forces of a muscle */
+    double control;               /* without activation, that of the active force */
+    kt_mjcf_muscle active, passive;
 } action;
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
@@ -95,57 +98,6 @@ static bool is_disabled(kt_mjcf *m, const kt_element *e) {
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
 
-static void name_effect(kt_mjcf *m, const char *name) {
-    kt_effect *effects = m->draft.effects.items;
-    if (name != NULL && *name != '\0')
-        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
-}
-
-/* Half of a wrench on the body of a site, along its axes. */
-static void add_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_site *site, kt_effect_type type,
-                        const double *gear, double force) {
-    const kt_vec3 along = kt_mat3_apply(site->pose.rotation, kt_vec3_make(gear[0], gear[1], gear[2]));
-    const double parts[3] = {along.x, along.y, along.z};
-    if (parts[0] == 0.0 && parts[1] == 0.0 && parts[2] == 0.0)
-        return;
-    kt_effect *effect = kt_draft_effect(&m->draft, e, type);
-    if (effect == NULL)
-        return;
-    effect->between[0].body = kt_mjcf_body_at(m, site->body)->name;
-    effect->between[0].at = site->pose.position;
-    effect->frame = KT_FRAME_BODY;
-    for (int k = 0; k < 3; k++)
-        effect->value[k] = kt_function_constant(force * parts[k]);
-    name_effect(m, kt_xml_attribute(e, "name"));
-}
-
-/* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
- * length is zero. */
-static void act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
-    const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
-    const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
-    double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, c[3], bounds[2];
-    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
-    if (tag != NULL)
-        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
-    kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, control), c);
-    if (c[2] != 0.0)
-        kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
-    if (kt_mjcf_is_dynamic(&a->dynamics))
-        kt_unknown_count(&m->changes, "activation of an actuator of a site, whose control acts at once", e);
-    if (kt_mjcf_actuator_tag(m, e, "delay") != NULL)
-        kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
-    if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", bounds))
-        c[0] = clamp(c[0], bounds[0], bounds[1]);
-    if (site == NULL || site->body == 0)
-        return;
-    if (kt_mjcf_is_bounded_above(m, site->body))
-        kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a site moves, too", e);
-    add_at_site(m, e, site, KT_EFFECT_FORCE, gear, c[0]);
-    add_at_site(m, e, site, KT_EFFECT_TORQUE, gear + 3, c[0]);
-    kt_left_count(&m->motors, e);
-}
-
 /* Makes the activation of an action, if it has one. */
 static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, double initial,
                      action *d) {
@@ -154,13 +106,35 @@ static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a,
     d->activation = kt_mjcf_add_activation(m, e, &a->dynamics, kt_mjcf_control_of(m, e, a, control), initial);
     kt_mjcf_force_of(a, 0.0, d->c);
     for (int i = 0; i < 3; i++)
-        d->gain[i] = i == 0 || a->has_affine_gain ? a->gain[i] : 0.0;
+        d->gain[i] = (i == 0 && !a->has_active) || a->has_affine_gain ? a->gain[i] : 0.0;
     if (a->dynamics.type == KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, d->range))
         return;
     if (!kt_mjcf_actuator_range(m, e, "actlimited", "actrange", d->range)) {
         d->range[0] = (double)-INFINITY;
         d->range[1] = (double)INFINITY;
     }
+}
+
+/* Sets the forces of a muscle, or returns false if it is left out. */
+static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, action *d) {
+    const kt_mjcf_reach *reach = kt_mjcf_reach_of(m, e);
+    if (!a->has_active && !a->has_passive)
+        return true;
+    if (reach == NULL || !reach->is_found) {
+        kt_unknown_count(&m->forces, "muscle whose lengthrange is not given and cannot be found", e);
+        return false;
+    }
+    if (reach->is_computed)
+        kt_unknown_count(&m->changes,
+                         "lengthrange of a muscle, found between the limits of joints; MuJoCo's is longer by some "
+                         "thousandths",
+                         e);
+    d->has_active = a->has_active;
+    d->has_passive = a->has_passive;
+    d->control = kt_mjcf_control_of(m, e, a, control);
+    d->active = kt_mjcf_muscle_of(a->gain, reach->range, reach->acceleration);
+    d->passive = kt_mjcf_muscle_of(a->bias, reach->range, reach->acceleration);
+    return true;
 }
 
 /* Takes the activation of an actuator at the start from the numbers of a keyframe. */
@@ -180,19 +154,19 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
     double force[2];
     const double initial = next_activation(&a.dynamics, numbers, used);
     if (a.is_strange || a.is_of_user) {
-        kt_unknown_count(&m->forces, a.is_strange ? e->name : "muscle, or actuator of a user's kind", e);
+        kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator of a user's kind", e);
         return;
     }
-    if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_actuator_tag(m, e, "refsite") == NULL) {
-        act_at_site(m, e, &a, control);
+    if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_actuator_tag(m, e, "refsite") == NULL && !a.has_active &&
+        !a.has_passive) {
+        kt_mjcf_act_at_site(m, e, &a, control);
         return;
     }
     if (!find_length_of(m, e, &d))
         return;
-    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
-    double gears[6];
-    if (tag != NULL && kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears) > 0)
-        d.gear = gears[0];
+    d.gear = kt_mjcf_gear_of(m, e);
+    if (!flex_muscle(m, e, &a, control, &d))
+        return;
     if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", force))
         memcpy(d.bounds, force, sizeof force);
     kt_mjcf_resolve_damping(m, e, &a, d.gear);
@@ -223,10 +197,12 @@ static bool is_one_sum(const kt_list *actions, const action *first) {
     return is_one;
 }
 
+static bool is_muscle(const action *d) { return d->has_active || d->has_passive; }
+
 static bool has_activation(const kt_list *actions, const action *first) {
     bool found = false;
     for (const action *d = first; d != NULL; d = next_sharer(actions, d))
-        found = found || d->activation != NULL;
+        found = found || d->activation != NULL || is_muscle(d);
     return found;
 }
 
@@ -250,8 +226,8 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     }
     if (has_activation(actions, d)) {
         kt_unknown_count(&m->changes,
-                         "actuatorfrcrange of a tendon that several actuators with activations pull, which "
-                         "is left out",
+                         "actuatorfrcrange of a tendon that several actuators with activations, or muscles, pull, "
+                         "which is left out",
                          t);
         return;
     }
@@ -277,7 +253,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
         if (sharers > 1 || count > 1)
             return true;
     }
-    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL;
+    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL || is_muscle(d);
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -326,7 +302,7 @@ static void add_alone(kt_mjcf *m, const action *d) {
         motor->torque = kt_function_constant(clamp(c[0], bounds[0], bounds[1]));
         kt_left_count(&m->motors, d->element);
     }
-    name_effect(m, kt_xml_attribute(d->element, "name"));
+    kt_mjcf_name_effect(m, kt_xml_attribute(d->element, "name"));
 }
 
 /* Writes "clamp(", "min(", "max(" or "(", according to the finite bounds; at the end, the bounds and ")". */
@@ -350,33 +326,60 @@ static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_
     static const char *const quantities[] = {"position", "velocity"};
     int count;
     const kt_mjcf_term *terms = terms_of(m, d, &count);
-    kt_mjcf_put_number(to, c[0]);
+    const bool is_constant = c[0] != 0.0 || (c[1] == 0.0 && c[2] == 0.0);
+    const size_t first = to->length;
+    if (is_constant)
+        kt_mjcf_put_number(to, c[0]);
     for (int k = 0; k < 2 && is_along_path(m, d); k++) {
         if (c[k + 1] == 0.0)
             continue;
-        kt_mjcf_put(to, " + ");
+        kt_mjcf_put(to, to->length > first ? " + " : "");
         kt_mjcf_put_path(c[k + 1], k == 1, to);
     }
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < count && c[k + 1] != 0.0; i++) {
-            kt_mjcf_put(to, " + ");
+            kt_mjcf_put(to, to->length > first ? " + " : "");
             kt_mjcf_put_coordinate(to, c[k + 1] * terms[i].coefficient, quantities[k],
                                    kt_mjcf_joint_at(m, terms[i].joint)->name);
         }
+}
+
+/* Writes the force of a muscle, by its activation or its stretch. */
+static void put_muscle(const kt_mjcf *m, const action *d, bool is_active, kt_mjcf_formula *to) {
+    const kt_mjcf_muscle *muscle = is_active ? &d->active : &d->passive;
+    kt_mjcf_formula length = {.whole = true}, rate = {.whole = true};
+    put_affine(m, d, (const double[]){muscle->offset, muscle->slope * d->gear, 0.0}, &length);
+    put_affine(m, d, (const double[]){0.0, 0.0, muscle->rate * d->gear}, &rate);
+    to->whole = to->whole && length.whole && rate.whole;
+    if (is_active)
+        kt_mjcf_put_active(muscle, length.text, rate.text, to);
+    else
+        kt_mjcf_put_passive(muscle, length.text, to);
 }
 
 static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
     const double c[3] = {d->c[0], d->c[1] * d->gear, d->c[2] * d->gear};
     const double gain[3] = {d->gain[0], d->gain[1] * d->gear, d->gain[2] * d->gear};
     put_affine(m, d, c, to);
-    if (d->activation == NULL)
+    if (d->has_passive) {
+        kt_mjcf_put(to, " + ");
+        put_muscle(m, d, false, to);
+    }
+    if (d->activation == NULL && !d->has_active)
         return;
     kt_mjcf_put(to, " + ");
-    put_bounded(to, d->range, true);
-    kt_mjcf_put(to, d->activation);
-    put_bounded(to, d->range, false);
+    if (d->activation != NULL) {
+        put_bounded(to, d->range, true);
+        kt_mjcf_put(to, d->activation);
+        put_bounded(to, d->range, false);
+    } else {
+        kt_mjcf_put_number(to, d->control);
+    }
     kt_mjcf_put(to, "*(");
-    put_affine(m, d, gain, to);
+    if (d->has_active)
+        put_muscle(m, d, true, to);
+    else
+        put_affine(m, d, gain, to);
     kt_mjcf_put(to, ")");
 }
 
@@ -437,8 +440,13 @@ static bool is_written_with_another(const kt_list *actions, int index) {
     return false;
 }
 
-/* The sum of all actuators that act in a joint with formulas. */
-static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
+/* Whether a muscle in a joint without bounds is an effect of its own. */
+static bool is_apart(const kt_mjcf_joint *j, const action *d) {
+    return is_muscle(d) && isinf(j->force[0]) && isinf(j->force[1]);
+}
+
+/* The sum of all actuators that act in a joint with formulas, or `only` one of them. */
+static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action *only) {
     const kt_mjcf_joint *j = kt_mjcf_joint_at(m, joint);
     kt_mjcf_formula to = {.whole = true};
     const action *last = NULL;
@@ -447,7 +455,7 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     for (int i = 0; i < actions->count; i++) {
         const action *d = action_at(actions, i);
         const double lever = d->is_formula && !is_written_with_another(actions, i) ? lever_of(m, d, joint) : 0.0;
-        if (lever == 0.0)
+        if (lever == 0.0 || (only != NULL ? d != only : is_apart(j, d)))
             continue;
         kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
         put_action(m, actions, d, lever, &to);
@@ -468,7 +476,8 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint) {
     effect->formula[0] = text;
     kt_phrase name = {.length = 0};
     kt_phrase_add(&name, "%.150s_actuators", j->name);
-    name_effect(m, sharers == 1 && last->tendon < 0 ? kt_xml_attribute(last->element, "name") : name.text);
+    kt_mjcf_name_effect(m, only != NULL || (sharers == 1 && last->tendon < 0) ? kt_xml_attribute(last->element, "name")
+                                                                              : name.text);
     kt_left_count(&m->sums, last->element);
 }
 
@@ -541,6 +550,10 @@ void kt_mjcf_actuators(kt_mjcf *m) {
         if (!action_at(&actions, i)->is_formula && !is_along_path(m, action_at(&actions, i)))
             add_alone(m, action_at(&actions, i));
     pull_tendons(m, &actions);
-    for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
-        add_sum(m, &actions, i);
+    for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
+        add_sum(m, &actions, i, NULL);
+        for (int k = 0; k < actions.count && !m->r->out_of_memory; k++)
+            if (is_apart(kt_mjcf_joint_at(m, i), action_at(&actions, k)))
+                add_sum(m, &actions, i, action_at(&actions, k));
+    }
 }

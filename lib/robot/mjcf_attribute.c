@@ -352,7 +352,7 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
  * contacts). Other elements are left out and reported. */
 #define LINE                                                                                                           \
     "joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group delay site refsite body "     \
-    "slidersite cranksite actearly"
+    "slidersite cranksite actearly lengthrange"
 static const kt_known known[] = {
     {"mujoco", " model "},
     {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
@@ -390,6 +390,7 @@ static const kt_known known[] = {
                "user "},
     {"general", " name class " LINE " "
                 "gaintype biastype dyntype gainprm biasprm dynprm actdim actrange actlimited user "},
+    {"muscle", " name class " LINE " timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax user "},
     {"attach", " model body prefix "},
     {"model", " name file content_type "},
     {"actuator", " "},
@@ -407,7 +408,7 @@ static const kt_known_list all_known = {
     sizeof known / sizeof *known,
     .apart = " visual statistic size custom sensor contact extension material texture skin hfield camera light ",
     .closed = " ",
-    .read = " flag spatial muscle adhesion cylinder intvelocity pid dcmotor orientation ",
+    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation ",
     .harmless =
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
         "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "

@@ -321,18 +321,16 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
 }
 
 /* A spatial tendon that is left out has no path. */
-static void make_spatial(kt_mjcf *m, kt_mjcf_tendon *t) {
-    if (kt_mjcf_read_path(m, t)) {
-        kt_mjcf_act_in_path(m, t);
+static void read_spatial(kt_mjcf *m, kt_mjcf_tendon *t) {
+    if (kt_mjcf_read_path(m, t))
         return;
-    }
     t->path_count = 0;
     kt_unknown_count(&m->forces,
                      "spatial tendon around a geom that is no sphere or cylinder, or without two sites in a branch",
                      t->element);
 }
 
-void kt_mjcf_make_tendons(kt_mjcf *m) {
+void kt_mjcf_read_tendons(kt_mjcf *m) {
     for (const kt_element *e = kt_mjcf_section(m, "tendon", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "tendon", e)) {
         const int index = m->tendons.count;
@@ -342,11 +340,20 @@ void kt_mjcf_make_tendons(kt_mjcf *m) {
         *t = (kt_mjcf_tendon){.element = e, .first = m->terms.count};
         kt_mjcf_add_name(m, KT_MJCF_TENDONS, e, index);
         if (strcmp(e->name, "fixed") != 0) {
-            make_spatial(m, t);
+            read_spatial(m, t);
             continue;
         }
         for (const kt_element *c = kt_xml_child(e, "joint"); c != NULL; c = kt_xml_next(c, "joint"))
             add_term(m, c, t);
-        act_in_tendon(m, t);
+    }
+}
+
+void kt_mjcf_make_tendons(kt_mjcf *m) {
+    for (int i = 0; i < m->tendons.count && !m->r->out_of_memory; i++) {
+        kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, i);
+        if (t->path_count > 0)
+            kt_mjcf_act_in_path(m, t);
+        else if (strcmp(t->element->name, "fixed") == 0)
+            act_in_tendon(m, t);
     }
 }

@@ -25,15 +25,15 @@ static void read_general(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     a->gain_type = kt_mjcf_choice(m, e, NULL, "gaintype", gains, a->gain_type);
     a->bias_type = kt_mjcf_choice(m, e, NULL, "biastype", biases, a->bias_type);
     a->dynamics = kt_mjcf_dynamics_of(m, e, a->dynamics);
-    read_here(m, e, "gainprm", 1, 3, a->gain);
-    read_here(m, e, "biasprm", 1, 3, a->bias);
+    read_here(m, e, "gainprm", 1, KT_MJCF_MUSCLE_NUMBERS, a->gain);
+    read_here(m, e, "biasprm", 1, KT_MJCF_MUSCLE_NUMBERS, a->bias);
 }
 
 /* A cylinder has the gain of its area and a filter. */
 static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     double diameter = 0.0, area = a->gain[0], bias[3] = {a->bias[0], a->bias[1], a->bias[2]};
-    kt_mjcf_dynamics dynamics = {.type = KT_MJCF_FILTER, .time = a->dynamics.time};
-    read_here(m, e, "timeconst", 1, 1, &dynamics.time);
+    kt_mjcf_dynamics dynamics = {.type = KT_MJCF_FILTER, .numbers = {a->dynamics.numbers[0]}};
+    read_here(m, e, "timeconst", 1, 1, dynamics.numbers);
     read_here(m, e, "bias", 1, 3, bias);
     read_here(m, e, "area", 1, 1, &area);
     read_here(m, e, "diameter", 1, 1, &diameter);
@@ -43,15 +43,38 @@ static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) 
         .gain = {area}, .bias_type = AFFINE_BIAS, .bias = {bias[0], bias[1], bias[2]}, .dynamics = dynamics};
 }
 
+/* A muscle has its own defaults in place of those that all actuators have. Its attributes are the numbers of the gain,
+ * which are those of the bias, too. */
+static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+    static const double own[] = {0.75, 1.05, -1.0, 200.0, 0.5, 1.6, 1.5, 1.3, 1.2};
+    static const char *const names[] = {"force", "scale", "lmin", "lmax", "vmax", "fpmax", "fvmax"};
+    double *gain = a->gain, *times = a->dynamics.numbers;
+    for (int i = 0; i < KT_MJCF_MUSCLE_NUMBERS; i++)
+        gain[i] = gain[i] == (i == 0 ? 1.0 : 0.0) ? own[i] : gain[i];
+    times[0] = times[0] == 1.0 ? 0.01 : times[0];
+    times[1] = times[1] == 0.0 ? 0.04 : times[1];
+    read_here(m, e, "timeconst", 1, 2, times);
+    read_here(m, e, "tausmooth", 1, 1, times + 2);
+    read_here(m, e, "range", 2, 2, gain);
+    for (int i = 2; i < KT_MJCF_MUSCLE_NUMBERS; i++)
+        read_here(m, e, names[i - 2], 1, 1, gain + i);
+    memcpy(a->bias, gain, sizeof a->bias);
+    a->gain_type = MUSCLE;
+    a->bias_type = MUSCLE_BIAS;
+    a->dynamics.type = KT_MJCF_MUSCLE;
+}
+
 /* The shortcuts set gain and bias. The numbers that they read begin with the values that the defaults have set. */
 static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
+    const kt_mjcf_dynamics before = {
+        .numbers = {a->dynamics.numbers[0], a->dynamics.numbers[1], a->dynamics.numbers[2]}};
     const bool integrates = strcmp(e->name, "intvelocity") == 0;
     a->is_strange = false;
     if (strcmp(e->name, "general") == 0) {
         read_general(m, e, a);
     } else if (strcmp(e->name, "motor") == 0) {
-        *a = (kt_mjcf_actuator){.gain = {1.0}};
+        *a = (kt_mjcf_actuator){.gain = {1.0}, .dynamics = before};
     } else if (strcmp(e->name, "position") == 0 || integrates) {
         double ratio = -v, inherit = a->inherit;
         kt_mjcf_dynamics dynamics = a->dynamics;
@@ -63,23 +86,26 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a)
             v = -ratio;
         }
         *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
-        read_here(m, e, "timeconst", 1, 1, &dynamics.time);
+        read_here(m, e, "timeconst", 1, 1, dynamics.numbers);
         if (kt_xml_attribute(e, "timeconst") != NULL)
             dynamics.type = KT_MJCF_FILTER;
-        const kt_mjcf_dynamics integrator = {.type = KT_MJCF_INTEGRATOR};
-        a->dynamics = integrates ? integrator : dynamics;
+        a->dynamics = dynamics;
+        a->dynamics.type = integrates ? KT_MJCF_INTEGRATOR : dynamics.type;
     } else if (strcmp(e->name, "velocity") == 0) {
         read_here(m, e, "kv", 1, 1, k);
-        *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}};
+        *a =
+            (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}, .dynamics = before};
     } else if (strcmp(e->name, "damper") == 0) {
         k[0] = 0.0;
         read_here(m, e, "kv", 1, 1, k);
-        *a = (kt_mjcf_actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}};
+        *a = (kt_mjcf_actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}, .dynamics = before};
     } else if (strcmp(e->name, "cylinder") == 0) {
         read_cylinder(m, e, a);
+    } else if (strcmp(e->name, "muscle") == 0) {
+        read_muscle(m, e, a);
     } else {
         a->is_strange = true;
-        a->dynamics.type = strcmp(e->name, "muscle") == 0 ? KT_MJCF_LOST : KT_MJCF_STATIC;
+        a->dynamics.type = KT_MJCF_STATIC;
     }
 }
 
@@ -105,13 +131,22 @@ static void apply_classes(kt_mjcf *m, int class, kt_mjcf_actuator *a) {
 
 /* An attribute that all kinds have, of the element or of the defaults of any kind. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
-    static const char *const tags[] = {"general", "motor", "position", "velocity", "damper", "intvelocity", "cylinder"};
+    static const char *const tags[] = {"general", "motor",       "position", "velocity",
+                                       "damper",  "intvelocity", "cylinder", "muscle"};
     if (kt_mjcf_text(m, e, e->name, name) != NULL)
         return e->name;
     for (size_t i = 0; i < sizeof tags / sizeof *tags; i++)
         if (kt_mjcf_text(m, e, tags[i], name) != NULL)
             return tags[i];
     return NULL;
+}
+
+double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e) {
+    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
+    double gears[6] = {1.0};
+    if (tag != NULL)
+        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears);
+    return gears[0];
 }
 
 bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
@@ -214,18 +249,19 @@ double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuato
     return is_limited && !m->off.control_limits ? fmin(fmax(control, range[0]), range[1]) : control;
 }
 
-/* c0 + c1 L + c2 L', the force for a constant control. */
 void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]) {
     for (int i = 0; i < 3; i++)
-        c[i] = (i == 0 || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
+        c[i] = ((i == 0 && a->gain_type == FIXED) || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
                (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
 }
 
 kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e) {
-    kt_mjcf_actuator a = {.gain = {1.0}};
+    kt_mjcf_actuator a = {.gain = {1.0}, .dynamics = {.numbers = {1.0}}};
     apply_classes(m, e->number, &a);
     apply_actuator(m, e, &a);
-    a.is_of_user = a.dynamics.type == KT_MJCF_LOST || a.gain_type > AFFINE || a.bias_type > AFFINE_BIAS;
+    a.is_of_user = a.dynamics.type == KT_MJCF_LOST || a.gain_type == USER || a.bias_type == USER_BIAS;
+    a.has_active = a.gain_type == MUSCLE;
+    a.has_passive = a.bias_type == MUSCLE_BIAS;
     a.has_affine_gain = a.gain_type == AFFINE;
     return a;
 }

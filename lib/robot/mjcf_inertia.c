@@ -6,6 +6,8 @@
  * which one carries the other. A joint with the time constant T and the damping ratio z then has
  *     stiffness = I / (T z)^2,   damping = 2 I / T.
  *
+ * Muscles need the inverse of the mass matrix, too (mjcf_reach.c).
+ *
  * Contacts are softer if the touching body is lighter: its mobility is that of its centre of mass (contact_tree.c).
  */
 #include "kinetree/dynamics.h"
@@ -33,29 +35,19 @@ static void copy_bodies(const kt_mjcf *m, kt_body *bodies) {
     }
 }
 
-/* The coordinates of a joint in the model; none (nv = 0) if the model does not have it. */
-static kt_coordinates coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j) {
-    const kt_body *bodies = m->draft.bodies.items;
-    for (int b = 1; b < kt_model_body_count(model); b++)
-        if (strcmp(kt_body_name(model, b), bodies[j->carrier_index].name) == 0)
-            return kt_body_coordinates(model, b);
-    return (kt_coordinates){.nv = 0};
-}
-
 static void add_tendons(kt_mjcf *m, const kt_model *model, double *mass) {
     const int nv = kt_model_nv(model);
-    for (const kt_element *e = kt_mjcf_section(m, "tendon", NULL); e != NULL; e = kt_mjcf_section(m, "tendon", e)) {
-        const double armature = kt_mjcf_number(m, e, "tendon", "armature", 0.0);
-        for (const kt_element *a = kt_xml_child(e, "joint"); a != NULL && armature != 0.0; a = kt_xml_next(a, "joint"))
-            for (const kt_element *b = kt_xml_child(e, "joint"); b != NULL; b = kt_xml_next(b, "joint")) {
-                const int i = kt_mjcf_find(m, a, "joint", KT_MJCF_JOINTS),
-                          k = kt_mjcf_find(m, b, "joint", KT_MJCF_JOINTS);
-                if (i < 0 || k < 0 || !kt_mjcf_is_chain(m, i, k))
+    for (int t = 0; t < m->tendons.count; t++) {
+        const kt_mjcf_tendon *tendon = kt_mjcf_tendon_at(m, t);
+        const kt_mjcf_term *terms = kt_mjcf_term_at(m, tendon->first);
+        const double armature = kt_mjcf_number(m, tendon->element, "tendon", "armature", 0.0);
+        for (int i = 0; i < tendon->count && armature != 0.0; i++)
+            for (int k = 0; k < tendon->count; k++) {
+                if (!kt_mjcf_is_chain(m, terms[i].joint, terms[k].joint))
                     continue;
-                const int row = coordinates_of(m, model, kt_mjcf_joint_at(m, i)).v;
-                const int column = coordinates_of(m, model, kt_mjcf_joint_at(m, k)).v;
-                mass[column * nv + row] +=
-                    armature * kt_mjcf_number(m, a, NULL, "coef", 0.0) * kt_mjcf_number(m, b, NULL, "coef", 0.0);
+                const int row = kt_mjcf_coordinates_of(m, model, kt_mjcf_joint_at(m, terms[i].joint)).v;
+                const int column = kt_mjcf_coordinates_of(m, model, kt_mjcf_joint_at(m, terms[k].joint)).v;
+                mass[column * nv + row] += armature * terms[i].coefficient * terms[k].coefficient;
             }
     }
 }
@@ -65,7 +57,7 @@ static void take_inertias(kt_mjcf *m, const kt_model *model, const double *facto
     const int nv = kt_model_nv(model);
     for (int i = 0; i < m->joints.count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        const kt_coordinates c = coordinates_of(m, model, j);
+        const kt_coordinates c = kt_mjcf_coordinates_of(m, model, j);
         double sum = 0.0;
         for (int k = c.v; k < c.v + c.nv && is_asked(m, j); k++) {
             memset(x, 0, (size_t)nv * sizeof *x);
@@ -102,6 +94,7 @@ static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *err
     take_inertias(m, tree->model, mass, room);
     if (m->source->options->contacts)
         take_mobilities(m, tree, mass, room);
+    kt_mjcf_find_reaches(m, tree, mass, room);
     return KT_OK;
 }
 
@@ -113,6 +106,7 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
         first = first == NULL && is_asked(m, kt_mjcf_joint_at(m, i)) ? kt_mjcf_joint_at(m, i)->element : first;
     if (first == NULL && m->source->options->contacts && m->nv > 0)
         first = m->root;
+    first = first == NULL && m->nv > 0 ? kt_mjcf_find_muscle(m, NULL) : first;
     if (first == NULL || m->r->out_of_memory)
         return;
     kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
@@ -128,5 +122,6 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     if (status == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(m->r);
     else if (status != KT_OK)
-        kt_unknown_count(&m->changes, "springdamper or contacts, since inertias along them cannot be computed", first);
+        kt_unknown_count(&m->changes, "springdamper, muscles or contacts, since inertias along them cannot be computed",
+                         first);
 }

@@ -78,7 +78,10 @@ static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
         const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
         records[i] = kt_path_record_of(&t->path[i], &frame, 0);
     }
-    return kt_path_length(records, t->path_count);
+    const kt_effect_end world = {.axes = kt_mat3_identity()};
+    kt_path_value value;
+    kt_path_measure(records, t->path_count, &world, 1, &value);
+    return value.length;
 }
 
 /* Sets the point to a geom, or returns false if the path cannot lead around it. */

@@ -95,6 +95,111 @@ KT_TEST(activations_of_a_keyframe_need_a_number_each) {
     kt_check_contains("message", error.message, "act: expected 2 numbers, found '.1'");
 }
 
+/* ---- muscles ----------------------------------------------------------------------------------------------------- */
+
+typedef struct muscle_model {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+} muscle_model;
+
+static bool read_muscles(const char *text, muscle_model *p) {
+    kt_error error = {0};
+    memset(p, 0, sizeof *p);
+    const bool is_read = kt_robot_parse("m", text, strlen(text), NULL, &p->scene, NULL, NULL, &error) == KT_OK &&
+                         kt_model_compile(&p->scene.description, NULL, &p->model, &error) == KT_OK &&
+                         kt_data_create(p->model, &p->data, &error) == KT_OK;
+    return kt_check_text("read", is_read ? "" : error.message, "");
+}
+
+static void free_muscles(muscle_model *p) {
+    kt_data_free(p->data);
+    kt_model_free(p->model);
+    kt_scene_free(&p->scene);
+}
+
+/* The curves of MuJoCo's documentation, piece by piece. */
+static double active_of(double l, double lmin, double lmax) {
+    const double a = 0.5 * (lmin + 1.0), b = 0.5 * (1.0 + lmax);
+    if (l < lmin || l > lmax)
+        return 0.0;
+    if (l <= a)
+        return 0.5 * pow((l - lmin) / (a - lmin), 2.0);
+    if (l <= 1.0)
+        return 1.0 - 0.5 * pow((1.0 - l) / (1.0 - a), 2.0);
+    return l <= b ? 1.0 - 0.5 * pow((l - 1.0) / (b - 1.0), 2.0) : 0.5 * pow((lmax - l) / (lmax - b), 2.0);
+}
+
+static double speed_of(double v, double fvmax) {
+    const double c = fvmax - 1.0;
+    return v <= -1.0 ? 0.0 : v <= 0.0 ? pow(v + 1.0, 2.0) : v <= c ? fvmax - pow(c - v, 2.0) / c : fvmax;
+}
+
+static double passive_of(double l, double lmax, double fpmax) {
+    const double b = 0.5 * (1.0 + lmax), x = (l - 1.0) / (b - 1.0);
+    return x <= 0.0 ? 0.0 : fpmax * (x <= 1.0 ? 0.5 * x * x : 0.5 + (x - 1.0));
+}
+
+/* A muscle in a joint of 2 kg with the limits -1 and 1, and the gear -0.5. The unit of its length is then
+ * 1/(1.05 - 0.75), and a unit force accelerates the joint by 0.25. */
+KT_TEST(muscles_have_the_curves_of_the_documentation) {
+    static const char text[] = "<mujoco><worldbody><body name='a'><joint name='a' type='slide' range='-1 1'/><geom "
+                               "size='.1' mass='2'/></body></worldbody><actuator><muscle joint='a' gear='-.5'/>"
+                               "</actuator></mujoco>";
+    muscle_model p;
+    kt_worst force = kt_worst_make("force"), rate = kt_worst_make("rate");
+    if (read_muscles(text, &p))
+        for (int i = 0; i <= 60; i++)
+            for (int k = 0; k <= 20; k++) {
+                const double q = -6.0 + 0.2 * i, v = -20.0 + 2.0 * k, act = 0.05 * k - 0.1;
+                const double unit = 1.0 / 0.3, l = 0.75 + (-0.5 * q + 0.5) / unit, speed = -0.5 * v / (unit * 1.5);
+                const double e = 0.5 + 1.5 * fmin(fmax(act, 0.0), 1.0), tau = act < 0.0 ? 0.01 * e : 0.04 / e;
+                const double pull =
+                    200.0 / 0.25 * (act * active_of(l, 0.5, 1.6) * speed_of(speed, 1.2) + passive_of(l, 1.6, 1.3));
+                double f = (double)NAN, w = (double)NAN;
+                kt_error error = {0};
+                kt_own_states(p.model, p.data)[0] = act;
+                if (kt_effect_forces(p.model, p.data, 0.0, &q, &v, &f, &error) != KT_OK ||
+                    kt_own_state_rates(p.model, p.data, 0.0, &q, &v, &w, &error) != KT_OK)
+                    f = (double)NAN;
+                kt_worst_near(&force, f, 0.5 * pull, 1e-11, "%d, %d", i, k);
+                kt_worst_near(&rate, w, -act / tau, 1e-11, "%d, %d", i, k);
+            }
+    kt_check_worst(&force);
+    kt_check_worst(&rate);
+    free_muscles(&p);
+}
+
+/* Muscles of which the range of the length cannot be found are left out, with a warning. Those with computed ranges
+ * have another one. */
+KT_TEST(muscles_without_ranges_are_left_out) {
+    static const struct {
+        const char *text, *note;
+        int effects;
+    } cases[] = {
+        {"<joint name='a'/>", "cannot be found", 0},
+        {"<joint name='a' range='-9 9'/>", "between the limits", 1},
+        {"<joint name='a' type='ball'/>", "ball", 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[600];
+        muscle_model p;
+        bool found = false;
+        (void)snprintf(
+            text, sizeof text,
+            "<mujoco><worldbody><body name='a'>%s<geom size='.1' pos='.2 0 0'/></body></worldbody><actuator><muscle "
+            "joint='a'/></actuator></mujoco>",
+            cases[i].text);
+        if (read_muscles(text, &p)) {
+            for (int k = 0; k < p.scene.note_count; k++)
+                found = found || strstr(p.scene.notes[k].what, cases[i].note) != NULL;
+            kt_check_true(cases[i].note, found);
+            kt_check_equal_int("effects", p.scene.description.effect_count, cases[i].effects);
+        }
+        free_muscles(&p);
+    }
+}
+
 /* ---- MuJoCo ------------------------------------------------------------------------------------------------------ */
 
 /* Filters and integrators, which MuJoCo integrates with its method of fourth order: in joints and a tendon, with gears,
@@ -115,7 +220,26 @@ static const char robot[] =
     "<keyframe><key name='k' qpos='.1 .2 .3 -.4 .5' ctrl='.1 .6 .7 .3 .8 .4 -.3' act='.05 .2 -.1 .3 .25'/></keyframe>"
     "</mujoco>";
 
-KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) {
+/* Muscles in a joint, along a fixed tendon and along a spatial one. The time constant changes smoothly or at once. */
+static const char muscles[] =
+    "<mujoco><option timestep='0.000244140625' integrator='RK4'><flag contact='disable' "
+    "limit='disable'/></option><default><joint axis='0 1 0' damping='.3' range='-90 90'/><geom type='capsule' "
+    "fromto='0 0 0 0 0 -.3' size='.02' mass='1'/><default class='g'><muscle timeconst='.03 .06' scale='900' "
+    "fvmax='1.4'/></default></default><worldbody><site name='s' pos='.1 0 .1'/><geom name='w' type='cylinder' "
+    "size='.05 .1' zaxis='0 1 0' fromto='0 -.1 0 0 .1 0' contype='0' conaffinity='0' mass='0'/><body name='a'><joint "
+    "name='a'/><geom/><site name='a' pos='.05 0 -.2'/><body name='b' pos='0 0 -.3'><joint name='b'/><geom/><body "
+    "name='c' pos='0 0 -.3'><joint name='c'/><geom/></body></body></body></worldbody><tendon><fixed name='t'><joint "
+    "joint='b' coef='.1'/><joint joint='c' coef='-.05'/></fixed><spatial name='p'><site site='s'/><geom "
+    "geom='w'/><site site='a'/></spatial></tendon><actuator><muscle class='g' name='m' joint='a' gear='.05' "
+    "lengthrange='-.1 .1' tausmooth='.4'/><muscle class='g' tendon='t' lengthrange='-.2 .2' force='40' "
+    "tausmooth='0'/><muscle class='g' tendon='p' lengthrange='.1 .5' lmin='.2' vmax='2' range='.6 1.1'/><general "
+    "joint='c' gear='-1' dyntype='muscle' dynprm='.05 .02 .2' gainprm='3'/><general joint='b' gaintype='muscle' "
+    "gainprm='.5 1.2 4 1 .3 1.7 3 1 1.3' lengthrange='-2 2'/><cylinder joint='a' "
+    "area='.3'/></actuator><keyframe><key name='k' qpos='.1 .2 .3' ctrl='.6 .7 .2 .8 .4 .9' act='.05 .9 .7 .3 "
+    "-.2'/></keyframe></mujoco>";
+
+/* The positions after 1 s are those of MuJoCo. */
+static void compare_motion(const char *text, int joints) {
     const char *package = getenv("KT_MUJOCO_WASM");
     char command[1000], word[200];
     model_file file;
@@ -125,16 +249,20 @@ KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) {
         kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
         return;
     }
-    if (!write_model(&file, robot) || !run_model(file.path, 1.0, JOINTS_MOST, ours))
+    if (!write_model(&file, text) || !run_model(file.path, 1.0, joints, ours))
         return;
     (void)snprintf(command, sizeof command, "node '%s' '%s' rest=1 '%s'", SCRIPT, package, file.path);
     FILE *from = popen(command, "r");
     for (int i = 0; i < 3 && from != NULL; i++) /* the path, `read`, the number of positions */
-        if (fscanf(from, "%199s", word) != 1)
+        if (fscanf(from, "%199s", word) != 1 || (i == 1 && !kt_check_text("MuJoCo", word, "read")))
             break;
-    for (; count < JOINTS_MOST && from != NULL && fscanf(from, "%199s", word) == 1; count++)
+    for (; count < joints && from != NULL && fscanf(from, "%199s", word) == 1; count++)
         kt_check_near("position after 1 s", ours[count], strtod(word, NULL), 1e-9);
-    kt_check_equal_int("positions", count, JOINTS_MOST);
+    kt_check_equal_int("positions", count, joints);
     kt_check_true("node runs", from != NULL && pclose(from) == 0);
     remove_model(&file);
 }
+
+KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) { compare_motion(robot, JOINTS_MOST); }
+
+KT_TEST(muscles_move_as_those_of_mujoco_of_today) { compare_motion(muscles, 3); }

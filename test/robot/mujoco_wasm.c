@@ -43,7 +43,7 @@ typedef struct pair {
     kt_model *model;
     bool is_tree; /* no loops but the lengths of tendons */
     kt_data *data;
-    int body_count, joint_count, nq, nv, equality_count;
+    int body_count, joint_count, nq, nv, equality_count, activation_count;
     body *bodies;
     joint *joints;
     char (*equalities)[NAME];
@@ -52,7 +52,7 @@ typedef struct pair {
     bool is_ours;         /* an export of a bundled scene, which may have neither gravity nor springs */
     double *q, *v, *a, *tau, *matrix;
     double *product, *reduced, *along; /* M T, T' M T, T' f */
-    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual;
+    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual, *act;
 } pair;
 
 static int equalities_compared, lengths_compared; /* of all files and states; of all files */
@@ -78,9 +78,9 @@ static bool read_numbers(FILE *from, double *values, size_t count) {
     return true;
 }
 
-/* Counts and indices, up to five. */
+/* Counts and indices, up to six. */
 static bool read_integers(FILE *from, int count, int *const *values) {
-    double read[5];
+    double read[6];
     if (!read_numbers(from, read, (size_t)count))
         return false;
     for (int i = 0; i < count; i++)
@@ -90,11 +90,14 @@ static bool read_integers(FILE *from, int count, int *const *values) {
 
 static size_t state_size(const pair *p) {
     const size_t nv = (size_t)p->nv;
-    return (size_t)p->nq + nv * nv + 4 * nv + 12 * (size_t)p->body_count + 6 * (size_t)p->equality_count;
+    return (size_t)p->nq + nv * nv + 4 * nv + 12 * (size_t)p->body_count + 6 * (size_t)p->equality_count +
+           (size_t)p->activation_count;
 }
 
 static bool read_header(FILE *from, pair *p) {
-    if (!read_integers(from, 5, (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv, &p->equality_count}))
+    if (!read_integers(
+            from, 6,
+            (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv, &p->equality_count, &p->activation_count}))
         return false;
     const size_t bodies = (size_t)p->body_count, nq = (size_t)p->nq, nv = (size_t)p->nv;
     p->bodies = calloc(bodies + 1, sizeof *p->bodies);
@@ -112,6 +115,7 @@ static bool read_header(FILE *from, pair *p) {
     p->xpos = p->qacc + nv;
     p->xmat = p->xpos + 3 * bodies;
     p->residual = p->xmat + 9 * bodies;
+    p->act = p->residual + 6 * (size_t)p->equality_count;
     for (int i = 0; i < p->body_count; i++)
         if (fscanf(from, "%199s", p->bodies[i].name) != 1 || !read_number(from, &p->bodies[i].mass))
             return false;
@@ -466,6 +470,8 @@ static int compare_states(FILE *from, pair *p, double bound) {
             (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
             return 0;
         }
+        if (p->activation_count > 0 && kt_own_state_count(p->model) == p->activation_count)
+            memcpy(kt_own_states(p->model, p->data), p->act, (size_t)p->activation_count * sizeof *p->act);
         compare_matrix(&f.mass, p, bound);
         compare_vector(&f.bias, p, reduce(p, p->tau), p->bias, largest(p->mass, (size_t)p->nv * (size_t)p->nv), bound);
         compare_places(p, &f);
@@ -546,6 +552,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false}, {MODELS "/mjcf/meshes.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},  {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},  {MODELS "/mjcf/medium.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/muscles.xml", 1e-13, "k", false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);

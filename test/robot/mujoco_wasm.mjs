@@ -3,11 +3,11 @@
 //     node mujoco_wasm.mjs PACKAGE STATES FILE...
 //
 // Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
-//     nbody njnt nq nv neq;  of each body its name (`.`: it has none) and mass;  of each joint its name, type, dofs and body;
+//     nbody njnt nq nv neq na;  of each body its name (`.`: it has none) and mass;  of each joint its name, type, dofs and body;
 //     of each equality its name and the factor of its last three numbers (a weld's torquescale);
 // and of each random state
 //     (with the controls of the only keyframe, if its name is `k`) qpos, qvel, mass matrix, bias force, forces of springs, dampers and actuators, qacc, xpos, xmat, residuals of
-//     equalities, six numbers each.
+//     equalities, six numbers each, activations.
 // With STATES `rest=3` of each file `read`, nq and the positions after 3 s from the first keyframe, with contacts and all else.
 // Blanks in names are written as `_`.
 import fs from "node:fs";
@@ -65,6 +65,11 @@ function set_random_state(model, data) {
     for (let i = 0; i < model.nv; i++)
         data.qvel[i] = uniform(2);
     mujoco.mj_normalizeQuat(model, data.qpos);
+    for (let i = 0; i < model.nu; i++)
+        for (let k = 0; k < model.actuator_actnum[i]; k++) {
+            const [low, high] = model.actuator_actrange.slice(2 * i, 2 * i + 2), share = 0.5 + uniform(0.5);
+            data.act[model.actuator_actadr[i] + k] = low < high ? low + (high - low) * share : share;
+        }
 }
 
 // After all else of the state, which is without constraints.
@@ -83,7 +88,7 @@ function describe(file) {
     const model = mujoco.MjModel.from_xml_path(file);
     const data = new mujoco.MjData(model), matrix = new mujoco.DoubleBuffer(model.nv ** 2 || 1);
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value;
-    say(["read", model.nbody, model.njnt, model.nq, model.nv, model.neq]);
+    say(["read", model.nbody, model.njnt, model.nq, model.nv, model.neq, model.na]);
     for (let i = 0; i < model.nbody; i++)
         say([name_of(model.body(i)), model.body_mass[i]]);
     for (let i = 0; i < model.njnt; i++)
@@ -99,7 +104,7 @@ function describe(file) {
             mujoco.mj_fullM(model, data, matrix);
         say(data.qpos, data.qvel, matrix.GetView().subarray(0, model.nv ** 2), data.qfrc_bias,
             data.qfrc_passive?.map((x, i) => x + data.qfrc_actuator[i]), data.qacc, data.xpos, data.xmat);
-        say(residuals(model, data));
+        say(residuals(model, data), data.act);
     }
     for (const thing of [matrix, data, model])
         thing.delete();

@@ -60,7 +60,7 @@ const kt_usage kt_usage_import = {
         "A body has the name of its link, and a joint keeps its name.\n"
         "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
         "Those that change the motion are warnings.\n"
-        "They are contacts (without --contacts), transmissions without a rotor, and muscles.\n"
+        "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
         "Meshes are for pictures (draw, view).\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],

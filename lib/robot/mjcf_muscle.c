@@ -1,0 +1,132 @@
+/* Muscles of MJCF as formulas.
+ *
+ * A muscle has the operating range [r0, r1] of its scaled length l, which belongs to the range [a, b] of the length L
+ * of its actuator. With L0 = (b - a) / (r1 - r0)
+ *     l = r0 + (L - a) / L0,   v = L' / (L0 vmax),
+ * and the force along L is -F (w A(l) V(v) + P(l)), with the activation w and the largest force F at rest. F is the
+ * attribute `force` or, if it is below zero, `scale` divided by the acceleration that a unit force gives. With
+ *     h(s) = s^2 / 2 - max(s - 1, 0)^2,   0 <= s <= 2,   which rises from 0 to 1:
+ *     A = h((l - lmin) / ((1 - lmin) / 2)) h((lmax - l) / ((lmax - 1) / 2)), the arguments clamped to [0, 2]
+ *     P = fpmax (s^2 - max(s - 1, 0)^2) / 2 with s = max(0, (l - 1) / ((lmax - 1) / 2)), a line beyond s = 1
+ *     V = (1 + v)^2 for v in [-1, 0],   1 + 2 v - v^2 / c for v in [0, c] with c = fvmax - 1, constant beyond.
+ * The activation follows the control u, both within [0, 1]:
+ *     w' = (u - w) / T,   T = T1 e if u > w, else T2 / e,   e = 1/2 + 3/2 w
+ * With a width d > 0, T is T2 / e + (T1 e - T2 / e) S((u - w) / d + 1/2), S(x) = x^3 (10 - 15 x + 6 x^2) in [0, 1].
+ *
+ * Source: the documentation of MuJoCo, modeling, section Muscles, after Millard et al., J. Biomech. Eng. 135 (2013). */
+#include "robot/mjcf.h"
+
+#include <math.h>
+
+static const double least = 1e-15; /* of divisors */
+
+kt_mjcf_muscle kt_mjcf_muscle_of(const double numbers[KT_MJCF_MUSCLE_NUMBERS], const double range[2],
+                                 double acceleration) {
+    const double unit = fmax(least, (range[1] - range[0]) / fmax(least, numbers[1] - numbers[0]));
+    return (kt_mjcf_muscle){.offset = numbers[0] - range[0] / unit,
+                            .slope = 1.0 / unit,
+                            .rate = 1.0 / fmax(least, unit * numbers[6]),
+                            .force = numbers[2] < 0.0 ? numbers[3] / fmax(least, acceleration) : numbers[2],
+                            .shortest = numbers[4],
+                            .longest = numbers[5],
+                            .passive = numbers[7],
+                            .stretched = numbers[8]};
+}
+
+/* "clamp((x - from)*factor, 0, most)", or "max((x - from)*factor, 0)" if most is infinite. */
+static void put_ramp(const char *x, double from, double factor, double most, kt_mjcf_formula *to) {
+    kt_mjcf_put(to, isinf(most) ? "max((" : "clamp((");
+    kt_mjcf_put(to, x);
+    kt_mjcf_put(to, " + ");
+    kt_mjcf_put_number(to, 0.0 - from);
+    kt_mjcf_put(to, ")*");
+    kt_mjcf_put_number(to, factor);
+    kt_mjcf_put(to, ", 0");
+    if (!isinf(most)) {
+        kt_mjcf_put(to, ", ");
+        kt_mjcf_put_number(to, most);
+    }
+    kt_mjcf_put(to, ")");
+}
+
+/* "(s^2/2 - max(s - 1, 0)^2)" of a ramp s; with half the second term if the ramp has no end. */
+static void put_curve(const char *x, double from, double factor, double most, kt_mjcf_formula *to) {
+    kt_mjcf_put(to, "(");
+    put_ramp(x, from, factor, most, to);
+    kt_mjcf_put(to, "^2/2 - ");
+    put_ramp(x, from + 1.0 / factor, factor, isinf(most) ? most : most - 1.0, to);
+    kt_mjcf_put(to, isinf(most) ? "^2/2)" : "^2)");
+}
+
+/* The reciprocal of half the distance from the length 1 to another one. */
+static double half_of(double length) { return 2.0 / copysign(fmax(least, fabs(length - 1.0)), length - 1.0); }
+
+void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const char *rate, kt_mjcf_formula *to) {
+    const double c = muscle->stretched - 1.0;
+    kt_mjcf_put_number(to, -muscle->force);
+    kt_mjcf_put(to, "*");
+    put_curve(length, muscle->shortest, -half_of(muscle->shortest), 2.0, to);
+    kt_mjcf_put(to, "*");
+    put_curve(length, muscle->longest, -half_of(muscle->longest), 2.0, to);
+    kt_mjcf_put(to, "*(clamp(");
+    kt_mjcf_put(to, rate);
+    kt_mjcf_put(to, " + 1, 0, 1)^2");
+    if (c > 0.0) {
+        kt_mjcf_put(to, " + ");
+        put_ramp(rate, 0.0, 1.0, c, to);
+        kt_mjcf_put(to, "*(2 - ");
+        put_ramp(rate, 0.0, 1.0 / c, 1.0, to);
+        kt_mjcf_put(to, ")");
+    }
+    kt_mjcf_put(to, ")");
+}
+
+void kt_mjcf_put_passive(const kt_mjcf_muscle *muscle, const char *length, kt_mjcf_formula *to) {
+    kt_mjcf_put_number(to, -muscle->force * muscle->passive);
+    kt_mjcf_put(to, "*");
+    put_curve(length, 1.0, half_of(muscle->longest), (double)INFINITY, to);
+}
+
+/* "T1*e" or "T2/e". */
+static void put_time(double time, const char *sign, const char *w, kt_mjcf_formula *to) {
+    kt_mjcf_put_number(to, fmax(least, time));
+    kt_mjcf_put(to, sign);
+    kt_mjcf_put(to, "(0.5 + 1.5*clamp(");
+    kt_mjcf_put(to, w);
+    kt_mjcf_put(to, ", 0, 1))");
+}
+
+void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const char *w, kt_mjcf_formula *to) {
+    const double width = d->numbers[2], u = fmin(fmax(control, 0.0), 1.0);
+    kt_mjcf_formula share = {.whole = true};
+    if (width > least) { /* "clamp((w - u - d/2)*-1/d, 0, 1)" */
+        put_ramp(w, u + 0.5 * width, -1.0 / width, 1.0, &share);
+    } else {
+        kt_mjcf_put(&share, "(");
+        kt_mjcf_put(&share, w);
+        kt_mjcf_put(&share, " < ");
+        kt_mjcf_put_number(&share, u);
+        kt_mjcf_put(&share, ")");
+    }
+    kt_mjcf_put(to, "(");
+    kt_mjcf_put_number(to, u);
+    kt_mjcf_put(to, " - ");
+    kt_mjcf_put(to, w);
+    kt_mjcf_put(to, ")/(");
+    put_time(d->numbers[1], "/", w, to);
+    kt_mjcf_put(to, " + (");
+    put_time(d->numbers[0], "*", w, to);
+    kt_mjcf_put(to, " - ");
+    put_time(d->numbers[1], "/", w, to);
+    kt_mjcf_put(to, ")*");
+    kt_mjcf_put(to, share.text);
+    if (width > least) {
+        kt_mjcf_put(to, "^3*(10 + ");
+        kt_mjcf_put(to, share.text);
+        kt_mjcf_put(to, "*(6*");
+        kt_mjcf_put(to, share.text);
+        kt_mjcf_put(to, " - 15))");
+    }
+    kt_mjcf_put(to, ")");
+    to->whole = to->whole && share.whole;
+}
