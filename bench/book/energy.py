@@ -17,6 +17,9 @@ TEXT = [
     "with `dopri5` and `dop853` have adaptive steps, with no more evaluations than `rk4`. Without such a line, no tolerance",
     "within these evaluations ends the run. The bound is the error of MuJoCo's RK4. `rk4` of the library takes the same",
     "steps, so it must have the same error. Semi-implicit Euler is the method of PyBullet and of MuJoCo's Euler."]
+# columns of the page
+PAGE = {"MuJoCo, Euler": ("MuJoCo", "Euler"), "MuJoCo, RK4": ("MuJoCo", "RK4"), "`rk4`": ("Kinetree", "rk4"),
+        "`dopri5`, adaptive": ("Kinetree", "dopri5"), "`dop853`, adaptive": ("Kinetree", "dop853")}
 # the same method in another order of operations, on a chaotic motion of 20 s
 ROUNDING = 1e-3
 # where adaptive steps lose, and why
@@ -39,12 +42,15 @@ def tables(context):
     if not context.programs or not os.path.exists(os.path.join(context.programs, "bench-book-energy")):
         table.text = ["The build has no `bench-book-energy`."]
         return [table]
+    page = Table("energy-page", "", ["mechanism, step", *PAGE])
     for scene, step, where in PROBLEMS:
         try:
             lines = measure(context, scene, step)
         except RuntimeError as failed:
             table.violations.append(str(failed))
             continue
+        errors = {(line[0].split()[0], line[1]): float(line[3]) for line in lines if line[3]}
+        page.add(f"{scene.replace('-', ' ')}, {step:g} s", *(errors.get(key) for key in PAGE.values()))
         known = next((float(line[3]) for line in lines if line[0].startswith("MuJoCo") and line[1] == "RK4"), None)
         for engine, method, evaluations, error in lines:
             if not error:
@@ -57,4 +63,4 @@ def tables(context):
                 table.add(scene, step, where, engine, method, evaluations, float(error), "-", "-")
                 if not math.isfinite(float(error)):
                     table.violations.append(f"{scene} at {step:g} s, {engine} {method}: {error}")
-    return [table]
+    return [table, page]

@@ -13,6 +13,8 @@ SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "a
 # scene, duration (s)
 PROBLEMS = [("double-pendulum", 3), ("rod-chain-5", 2), ("arm7", 1), ("lagrange-top", 2), ("four-bar", 2), ("bricard", 5), ("andrews", 0.03)]
 GOALS = [1e-3, 1e-6]
+PAGE_GOAL = 1e-6
+PAGE = ["SUNDIALS", "MuJoCo", "Simbody", "ODE"]
 BUDGET = 6  # s of processor time of the study; each method of an engine gets a part of as much
 TEXT = [
     "`kinetree accuracy SCENE --peers` runs each scene here and in other engines. A cell has the milliseconds of processor time",
@@ -78,6 +80,17 @@ def compare(table, curves, reasons, scene, duration):
             table.add(scene, engine, goal, cell(ours, duration), cell(other, duration), least(theirs), observed=ratio, bound=1.0)
 
 
+def add_to_page(page, curves, reasons, scene, duration):
+    """The cheapest times at the goal of the page; the least error, or the reason, of an engine that does not reach it."""
+    cells = []
+    for engine in ["", *PAGE]:
+        theirs = {key: rows for key, rows in curves.items() if key[0].split(" ")[0] == engine}
+        best, error = cheapest(theirs, PAGE_GOAL), least(theirs)
+        reason = next((reason for name, reason in reasons.items() if name.startswith(engine)), "fails") if engine else "-"
+        cells.append(f"{best[1]}: {1e3 * best[0] / duration:.3g}" if best else reason if error is None else f"- ({error:.1g})")
+    page.add(scene, *cells)
+
+
 def tables(context):
     table = Table("engines-times", "Other engines: milliseconds of processor time for a simulated second",
                   ["scene", "engine", "goal", "Kinetree", "engine's", "least", "observed", "bound", "verdict"], TEXT, timed=True)
@@ -86,9 +99,12 @@ def tables(context):
         return [table]
     if context.short: # times only
         return []
+    page = Table("engines-page-times", "", ["scene", "Kinetree", *PAGE], timed=True)
     for scene, duration in PROBLEMS:
         try:
-            compare(table, *measure(context, scene, duration), scene, duration)
+            points = measure(context, scene, duration)
+            compare(table, *points, scene, duration)
+            add_to_page(page, *points, scene, duration)
         except RuntimeError as failed:
             table.violations.append(str(failed))
-    return [table]
+    return [table, page]

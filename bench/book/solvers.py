@@ -25,6 +25,7 @@ PROBLEMS = [("double pendulum", f"{SCENES}/double-pendulum.yaml", 3, 300000),
             ("five-bar, stiff", f"{SCENES}/five-bar.yaml", 1, 100000),
             ("flyball governor, stiff", f"{SCENES}/flyball-governor.yaml", 1, 100000)]
 SHORT = ["double pendulum", "Bricard's ring"]
+PAGE_GOAL = 1e-6
 GOALS = [1e-4, 1e-6, 1e-8, 1e-10]
 TEXT = [
     "`bench/book/solvers.c` gives one right-hand side to the library's integrator and to CVODE, ARKODE and IDA. Each method",
@@ -80,6 +81,11 @@ def compare(table, lines, problem, key, unit):
                   ratio(own, multiple), observed=bounded, bound=1.0)
 
 
+def add_to_page(page, lines, problem):
+    """The cheapest times at the goal of the page."""
+    page.add(problem, *(named(cheapest(lines, methods, PAGE_GOAL, "seconds"), 1e3) for methods in (OWN, ONE_STEP, MULTISTEP)))
+
+
 def curves(lines):
     """{name: points} of the picture."""
     found = {}
@@ -93,6 +99,7 @@ def tables(context):
     columns = ["problem", "goal", "Kinetree", "ARKODE", "CVODE, IDA", "over CVODE, IDA", "observed", "bound", "verdict"]
     counts = Table("solvers", "SUNDIALS on the same equations: evaluations", columns, TEXT)
     times = Table("solvers-times", "SUNDIALS on the same equations: milliseconds of processor time", columns, timed=True)
+    page = Table("solvers-page-times", "", ["problem", "Kinetree", "ARKODE", "CVODE, IDA"], timed=True)
     points = Table("solvers-points-times", "", ["problem", "family", "method", "tolerance", "error", "evaluations", "seconds", "fault"], timed=True)
     program = context.programs and os.path.join(context.programs, "bench-book-solvers")
     if not program or not os.path.exists(program):
@@ -110,9 +117,10 @@ def tables(context):
         if context.short:
             continue
         compare(times, lines, problem[0], "seconds", 1e3)
+        add_to_page(page, lines, problem[0])
         for line in lines:
             points.add(problem[0], *line.values())
         picture.write(os.path.join(context.directory, "solvers-" + re.sub("[^a-z]+", "-", problem[0].lower()) + ".svg"), problem[0],
                       "evaluations of the right-hand side", "error at the end, rad or m", curves(lines))
     counts.text = TEXT + ["", f"Version: {first.split(',')[0]}, each solver with its defaults and the same tolerance, relative and absolute."]
-    return [counts] if context.short else [counts, times, points]
+    return [counts] if context.short else [counts, times, points, page]

@@ -1,6 +1,6 @@
 """Tables of the book: a list of rows, each with its verdict, that become CSV and Markdown with the same digits.
 
-Numbers are written with two digits. Data tables hold nothing that depends on the machine or its load, so that any machine
+A table without a title is for pages of the documentation alone. Numbers are written with two digits. Data tables hold nothing that depends on the machine or its load, so that any machine
 writes the same bytes. Times go to tables of their own."""
 import csv
 import math
