@@ -103,6 +103,8 @@ static void write_present(const kt_fmu_signal *signal, double t, double numbers[
     numbers[3] = t;
 }
 
+static bool signals_differ(const double *a, const double *b) { return a[0] != b[0] || a[1] != b[1] || a[2] != b[2]; }
+
 /* Lists the signals that jump. */
 static int list_changes(kt_fmu *fmu) {
     int count = 0;
@@ -111,7 +113,7 @@ static int list_changes(kt_fmu *fmu) {
         kt_parameter_change *change = &fmu->signals.changes[count];
         double now[4];
         write_present(signal, fmu->time, now);
-        signal->jumps = memcmp(now, signal->value, sizeof signal->value) != 0;
+        signal->jumps = signals_differ(now, signal->value);
         if (!signal->jumps)
             continue;
         *change = (kt_parameter_change){.parameter = signal->parameter};

@@ -17,6 +17,10 @@ FMUSIM_BOUND, INTERVALS = 2e-5, 200
 FMUSIM_LOOSE = {"rope": 1e-3, "rolling-ball": 5e-4, "rocket": 3e-4}
 
 
+# Inputs of all kinds: joints, a servo, motions.
+INPUTS = {"servo-arm": "elbow,elbow_drive", "quarter-car": "wash,ramp.position"}
+
+
 def check_schema(folder):
     schema, xmllint = os.environ.get("KT_FMI_SCHEMA"), shutil.which("xmllint")
     if not schema or not xmllint:
@@ -27,8 +31,10 @@ def check_schema(folder):
         if not (pathlib.Path(schema) / file).is_file():
             skip(f"descriptions_of_fmi_{version}_are_valid", f"KT_FMI_SCHEMA has no {file}")
             continue
-        for scene in sorted(SCENES.glob("*.yaml")):
-            fmu = Fmu(scene, folder, "--fmi", version)
+        cases = [(scene, []) for scene in sorted(SCENES.glob("*.yaml"))]
+        cases += [(SCENES / f"{stem}.yaml", ["--input", names]) for stem, names in INPUTS.items()]
+        for scene, words in cases:
+            fmu = Fmu(scene, folder, "--fmi", version, *words)
             if fmu.status != 0:
                 note(f"{scene.stem}: {fmu.errors.strip()}")
                 continue
@@ -186,6 +192,9 @@ def check_fmpy(folder):
         for scene in sorted(SCENES.glob("*.yaml")):
             fmu = Fmu(scene, folder, "--fmi", version)
             archives += [fmu.archive.rename(folder / f"{scene.stem}-{version}.fmu")] if fmu.status == 0 else []
+        for stem, names in INPUTS.items():
+            fmu = Fmu(SCENES / f"{stem}.yaml", folder, "--fmi", version, "--input", names)
+            archives.append(fmu.archive.rename(folder / f"{stem}-driven-{version}.fmu"))
         broken = folder / f"broken-{version}.fmu"  # FMPy must find something there
         with zipfile.ZipFile(archives[0]) as good, zipfile.ZipFile(broken, "w") as bad:
             text = good.read("modelDescription.xml").decode()
