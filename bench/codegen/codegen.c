@@ -1,5 +1,6 @@
-/* Generated C against the library: forward and inverse dynamics, the mass matrix, and derivatives of forward dynamics
- * of trees, in turns. The trees are scenes, and the chain of chain.h.
+/* Generated C against the library, in turns: forward and inverse dynamics, the mass matrix, and derivatives of forward
+ * dynamics of trees; accelerations and rk4 steps of linkages. The mechanisms are scenes, and the chain of chain.h. A
+ * step of a linkage includes the projection of positions and velocities, on both sides.
  *
  * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A
  * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
@@ -8,7 +9,10 @@
 #include "kinetree/codegen.h"
 #include "chain.h"
 #include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
+#include "kinetree/sensitivity.h"
 #include "report.h"
 
 #include <dlfcn.h>
@@ -20,12 +24,14 @@
 
 #define COMPILE "cc -std=c99 -O3 -march=native -fno-math-errno -fPIC -shared"
 
-enum { FORWARD, INVERSE, MASS, DERIVATIVES, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
+enum { FORWARD, INVERSE, MASS, DERIVATIVES, STEP, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
 
 typedef int given_function(const void *model, const double *q, const double *v, const double *x, double *out);
 typedef int mass_function(const void *model, const double *q, double *out);
 typedef int derivative_function(const void *model, const double *q, const double *v, const double *x, double *by_q,
                                 double *by_v, double *by_x);
+typedef int step_function(const void *model, const double *q, const double *v, const double *x, double h,
+                          double *next_q, double *next_v);
 typedef void prepare_function(const void *parameters, void *model);
 
 /* A mechanism in both forms, at one state. */
@@ -39,7 +45,8 @@ typedef struct subject {
     given_function *given[2];
     mass_function *mass;
     derivative_function *derivatives;
-    void *work; /* of the library's derivatives */
+    step_function *step;
+    void *work; /* of the library's derivatives or steps */
     size_t work_size;
     double prepared[PREPARED_MOST];
     double q[NQ_MOST], v[NV_MOST], x[NV_MOST];
@@ -52,6 +59,7 @@ static subject subjects[] = {
     {.scene = "arm7", .bar = {2.0, 2.2, 3.0, 1.5}},
     {.scene = "humanoid", .bar = {1.2, 1.5, 1.15}},
     {.scene = "chain", .links = 32, .bar = {1.4, 2.0, 1.0}},
+    {.scene = "four-bar", .bar = {[FORWARD] = 2.5, [STEP] = 4.5}},
 };
 
 enum { SUBJECTS = sizeof subjects / sizeof *subjects };
@@ -69,15 +77,31 @@ static int derive_generated(subject *s) {
     return s->derivatives(s->prepared, s->q, s->v, s->x, out, out + square, out + 2 * square);
 }
 
+#define STEP_SIZE 1e-3
+
+static kt_status step_library(subject *s, kt_error *error) {
+    const kt_step step = {.method = kt_method_find("rk4"), .h = STEP_SIZE, .tau = s->x};
+    double *out = s->out[0];
+    return kt_step_evaluate(s->model, s->data, s->work, s->work_size, &step, s->q, s->v, out,
+                            out + kt_model_nq(s->model), error);
+}
+
+static kt_status accelerate_library(subject *s, kt_error *error) {
+    return kt_loop_count(s->model) > 0
+               ? kt_acceleration_evaluate(s->model, s->data, 0.0, s->q, s->v, s->x, NULL, s->out[0], error)
+               : kt_dynamics_forward(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], error);
+}
+
 static void run_library(void *user, long repetitions) {
     subject *s = user;
     kt_error error;
     for (long i = 0; i < repetitions && s->status == KT_OK; i++)
-        s->status =
-            s->function == DERIVATIVES ? derive_library(s, &error)
-            : s->function == FORWARD ? kt_dynamics_forward(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
-            : s->function == INVERSE ? kt_dynamics_inverse(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
-                                     : kt_dynamics_mass(s->model, s->data, s->q, s->out[0], &error);
+        s->status = s->function == DERIVATIVES ? derive_library(s, &error)
+                    : s->function == STEP      ? step_library(s, &error)
+                    : s->function == FORWARD   ? accelerate_library(s, &error)
+                    : s->function == INVERSE
+                        ? kt_dynamics_inverse(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
+                        : kt_dynamics_mass(s->model, s->data, s->q, s->out[0], &error);
 }
 
 static void run_generated(void *user, long repetitions) {
@@ -85,8 +109,10 @@ static void run_generated(void *user, long repetitions) {
     int code = 0;
     for (long i = 0; i < repetitions; i++)
         code |= s->function == DERIVATIVES ? derive_generated(s)
-                : s->function == MASS      ? s->mass(s->prepared, s->q, s->out[1])
-                                           : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
+                : s->function == STEP
+                    ? s->step(s->prepared, s->q, s->v, s->x, STEP_SIZE, s->out[1], s->out[1] + kt_model_nq(s->model))
+                : s->function == MASS ? s->mass(s->prepared, s->q, s->out[1])
+                                      : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
     if (code != 0)
         s->status = KT_ERROR_SINGULAR;
 }
@@ -112,8 +138,9 @@ static bool load_generated(subject *s) {
         snprintf(path[i], sizeof path[i], "%s/mech.%s", folder, end[i]);
     FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
     const bool derives = s->bar[DERIVATIVES] > 0.0;
-    const unsigned functions =
-        KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS | (derives ? KT_CODEGEN_FORWARD_DERIVATIVES : 0u);
+    const bool steps = s->bar[STEP] > 0.0;
+    const unsigned functions = KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS |
+                               (derives ? KT_CODEGEN_FORWARD_DERIVATIVES : 0u) | (steps ? KT_CODEGEN_RK4 : 0u);
     bool fine = source != NULL && header != NULL &&
                 kt_codegen_write(s->model, "mech", functions, false, source, header, &error) == KT_OK;
     fine = source != NULL && fclose(source) == 0 && fine;
@@ -126,6 +153,7 @@ static bool load_generated(subject *s) {
            find_symbol(s->library, "mech_forward", &s->given[FORWARD]) &&
            find_symbol(s->library, "mech_inverse", &s->given[INVERSE]) &&
            find_symbol(s->library, "mech_mass", &s->mass) &&
+           (!steps || find_symbol(s->library, "mech_rk4", &s->step)) &&
            (!derives || find_symbol(s->library, "mech_forward_derivatives", &s->derivatives));
     if (fine)
         prepare(standard, s->prepared);
@@ -166,7 +194,8 @@ static bool load_subject(subject *s) {
         status = kt_data_create(s->model, &s->data, &error);
     if (status != KT_OK || kt_model_nv(s->model) > NV_MOST)
         return kt_bench_tell(&error) == KT_BENCH_DONE;
-    s->work_size = kt_derivative_work_size(s->model);
+    const bool steps = s->bar[STEP] > 0.0;
+    s->work_size = steps ? kt_step_work_size(s->model, kt_method_find("rk4")) : kt_derivative_work_size(s->model);
     s->work = aligned_alloc(KT_ALIGNMENT, (s->work_size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     if (s->work == NULL)
         return false;
@@ -175,7 +204,12 @@ static bool load_subject(subject *s) {
         s->v[i] = sin(1.0 + i);
         s->x[i] = cos(2.0 + 3.0 * i);
     }
-    kt_position_add(s->model, s->q, s->x, s->q);
+    if (kt_loop_count(s->model) == 0) {
+        kt_position_add(s->model, s->q, s->x, s->q);
+    } else if (kt_state_project(s->model, s->data, 0.0, s->q, s->v, NULL, &error) != KT_OK) {
+        (void)kt_bench_tell(&error);
+        return false;
+    }
     return load_generated(s);
 }
 
@@ -187,7 +221,7 @@ static void print_head(void) {
 }
 
 static int measure_line(size_t line, const kt_bench_options *options, kt_csv *csv) {
-    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass", "derivatives"};
+    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass", "derivatives", "rk4"};
     subject *s = &subjects[line / FUNCTIONS];
     kt_bench_times times[2];
     if (s->bar[line % FUNCTIONS] <= 0.0)
@@ -199,6 +233,7 @@ static int measure_line(size_t line, const kt_bench_options *options, kt_csv *cs
     kt_bench_measure(tasks, 2, options->seconds, times);
     const int nv = kt_model_nv(s->model), count = s->function == DERIVATIVES ? 3 * nv * nv
                                                   : s->function == MASS      ? nv * nv
+                                                  : s->function == STEP      ? kt_model_nq(s->model) + nv
                                                                              : nv;
     double most = 0.0, off = 0.0;
     for (int i = 0; i < count; i++) {
@@ -225,7 +260,7 @@ static int measure_line(size_t line, const kt_bench_options *options, kt_csv *cs
 
 int main(int argc, char **argv) {
     const kt_bench_table table = {
-        .about = "Generated C against the library: trees, in turns. Needs a C compiler with the name cc.\n",
+        .about = "Generated C against the library, in turns. Needs a C compiler with the name cc.\n",
         .columns = "scene,function,ratio,bar," KT_CSV_ORIGIN "," KT_CSV_TIMES,
         .title = "generated C (" COMPILE ")",
         .print_head = print_head,

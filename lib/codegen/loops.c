@@ -10,16 +10,9 @@
  * These are u and the sum of all accelerations in lib/loop/relative.h: a_1(P) contains alpha_1 x d and
  * w_1 x (w_1 x d). So neither A nor the right-hand side needs the point of the first end.
  *
- *   coincidence  phi = e . d,          A v = e . u,   right = -e . g         for two or three axes e
- *   distance     phi = |d| - L,        A v = n . u,   right = -n . g - |n x u|^2 / |d|,   n = d / |d|
- *   coupling     phi = sum of c q - f  A v = sum of c v,   right = 0
- *
- * The library takes the axes e of the first end. Here they are those of the ancestor, turned with the first end at
- * this instant. Both sets are equal but for a constant rotation, and have the same solutions. In a plane two of them
- * lie in the plane, and the third equation is void.
+ * The equations follow in loop_rows.c. A coupling needs no ends: phi = sum of c q - offset, A v = sum of c v.
  */
-#include "codegen/loops.h"
-#include "constraint/group.h"
+#include "codegen/loop_rows.h"
 #include "kinetree/loop.h"
 
 #include <math.h>
@@ -28,35 +21,6 @@
 #include <string.h>
 
 /* ---- which loops ------------------------------------------------------------------------------------------------- */
-
-static bool is_in_plane(const kt_model *model, const kt_loop_record *loop) {
-    return model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]);
-}
-
-/* Whether the loop closes a pin in its plane: it has no equation but those of two points in it. */
-static bool is_pin(const kt_model *model, int loop) {
-    const kt_planar_loop *flat = &model->planar_loop[loop];
-    for (int i = 0; i < flat->count; i++)
-        if (flat->row[i].kind != KT_PLANAR_ROW_ALONG || flat->row[i].constant != 0.0)
-            return false;
-    return true;
-}
-
-int kt_code_rows_of_loop(const kt_model *model, int loop) {
-    const kt_loop_record *r = &model->loop[loop];
-    const bool flat = is_in_plane(model, r);
-    switch (r->type) {
-    case KT_LOOP_SPHERICAL:
-        return !flat ? 3 : is_pin(model, loop) ? 2 : 0;
-    case KT_LOOP_REVOLUTE:
-        return flat && is_pin(model, loop) ? 2 : 0;
-    case KT_LOOP_DISTANCE:
-    case KT_LOOP_COUPLING:
-        return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form) ? 1 : 0;
-    default:
-        return 0;
-    }
-}
 
 static bool is_one_sided(const kt_loop_record *r) {
 #if KT_HAS_SWITCHES
@@ -76,7 +40,8 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     if (kt_code_rows_of_loop(model, loop) == 0)
         return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING
                    ? "its function depends on time or on a formula"
-                   : "only pins in a plane, spherical loops, constant distances and couplings are";
+                   : "wheels, skates, screws, curves, surfaces, driven joints and functions in C are not among the "
+                     "types";
     const kt_group *group = &model->group[r->group];
     int count = 0;
     for (int i = 0; i < group->loop_count; i++)
@@ -149,6 +114,8 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
             const kt_vec3 at = place_of_loop_end(model, r, k);
             const int32_t zero[3] = {at.x == 0.0, at.y == 0.0, at.z == 0.0};
             hash(h, zero, sizeof zero);
+            if (r->type != KT_LOOP_SPHERICAL && r->type != KT_LOOP_DISTANCE)
+                hash(h, &r->frame[k].rotation, sizeof r->frame[k].rotation);
         }
         kt_code_hash_curve(model, &r->curve, hash, h);
     }
@@ -156,19 +123,8 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
-/* A loop whose equations are being made; an end's link in motion relative to the ancestor. */
-typedef struct code_loop {
-    kt_code_tree *tree;
-    const kt_loop_record *record;
-    const kt_code_loop *number;
-    const kt_code_places *place; /* of the links on both paths, in the ancestor's axes */
-    bool moves;
-    kt_op3 point[2];
-    kt_op3 omega[2], velocity[2], alpha[2], linear[2]; /* of the ends' links, at their origins */
-} code_loop;
-
 /* The motion of a link from that of its parent. */
-static void move_loop_link(code_loop *c, int k, int i, const kt_code_frame *frame, kt_op3 offset) {
+static void move_loop_link(kt_code_closing *c, int k, int i, const kt_code_frame *frame, kt_op3 offset) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const kt_op33 *own = &c->place->turn[i], *parent = &c->place->turn[tree->link[i].parent];
@@ -186,7 +142,7 @@ static void move_loop_link(code_loop *c, int k, int i, const kt_code_frame *fram
 }
 
 /* Follows the path to an end. */
-static void follow_loop_path(code_loop *c, int k) {
+static void follow_loop_path(kt_code_closing *c, int k) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const kt_loop_record *r = c->record;
@@ -206,29 +162,13 @@ static void follow_loop_path(code_loop *c, int k) {
     const int link = r->link[k];
     c->point[k] = kt_op3_add(g, at->position[link], kt_op33_apply(g, &at->turn[link], c->number->at[k]));
     kt_op3_name(g, c->point[k], "e", 2 * (int)(r - tree->model->loop) + k);
-}
-
-/* ---- equations --------------------------------------------------------------------------------------------------- */
-
-/* An equation in the direction e: its row of A, from the columns of both paths, and its right-hand side. */
-static void add_loop_row(const code_loop *c, kt_code_loop_rows *rows, kt_op3 e, const kt_op *column, kt_op3 g_) {
-    kt_graph *g = c->tree->graph;
-    const size_t nv = c->tree->model->n.v;
-    const int at = rows->count++;
-    kt_op *a = rows->a + (size_t)at * nv;
-    rows->loop[at] = (int)(c->record - c->tree->model->loop);
-    for (size_t v = 0; v < nv; v++) {
-        kt_op3 u;
-        memcpy(u.x, column + 6 * v + 3, sizeof u.x);
-        a[v] = kt_op3_dot(g, e, u);
-        rows->size[(size_t)at * nv + v] = kt_op3_dot(g, u, u);
-        kt_op_name(g, a[v], "A%d_%d", at, (int)v);
-    }
-    rows->right[at] = kt_op_negate(g, kt_op3_dot(g, e, g_));
+    bool unused;
+    const kt_op33 frame = kt_code_rotation(g, &r->frame[k].rotation, &unused);
+    c->axes[k] = kt_op33_multiply(g, &at->turn[link], &frame);
 }
 
 /* The columns of both paths for the point P, those of the first with the opposite sign; 6 x nv. */
-static kt_op *make_loop_columns(const code_loop *c) {
+static kt_op *make_loop_columns(const kt_code_closing *c) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const kt_loop_record *r = c->record;
@@ -249,7 +189,7 @@ static kt_op *make_loop_columns(const code_loop *c) {
 }
 
 /* v_i(P) and a_i(P) */
-static void move_point(const code_loop *c, int k, kt_op3 *velocity, kt_op3 *linear) {
+static void move_point(const kt_code_closing *c, int k, kt_op3 *velocity, kt_op3 *linear) {
     kt_graph *g = c->tree->graph;
     const kt_op3 arm = kt_op3_subtract(g, c->point[1], c->place->position[c->record->link[k]]);
     const kt_op3 carried = kt_op3_cross(g, c->omega[k], arm);
@@ -258,102 +198,39 @@ static void move_point(const code_loop *c, int k, kt_op3 *velocity, kt_op3 *line
     *linear = kt_op3_add(g, c->linear[k], bias);
 }
 
-/* Axes in which two points coincide, in the ancestor's axes: in a plane those that lie in it. */
-static int coincidence_axes(const code_loop *c, double e[3][3]) {
-    const kt_model *model = c->tree->model;
-    const kt_loop_record *r = c->record;
-    memset(e, 0, 9 * sizeof e[0][0]);
-    for (int k = 0; k < 3; k++)
-        e[k][k] = 1.0;
-    if (!is_in_plane(model, r))
-        return 3;
-    const int first = model->group_link[model->group[r->group].link];
-    int p = 0;
-    while (p + 1 < (int)model->n.plane && first - (int)model->n.spatial + 1 >= model->plane[p].last)
-        p++;
-    kt_vec3 n = model->plane[p].basis.z;
-    kt_mat3 turn = kt_mat3_identity();
-    for (int i = r->ancestor; i > 0; i = model->link[i].parent)
-        if (model->link[i].rest_is_rotated)
-            turn = kt_mat3_multiply(kt_link_rest_of(&model->link[i])->axes, turn);
-    n = kt_mat3_apply_transposed(turn, n);
-    const double x[3] = {n.x, n.y, n.z};
-    int most = 0;
-    for (int k = 1; k < 3; k++)
-        most = fabs(x[k]) > fabs(x[most]) ? k : most;
-    const int i = (most + 1) % 3, j = (most + 2) % 3;
-    memset(e, 0, 9 * sizeof e[0][0]);
-    e[0][i] = e[1][j] = 1.0;
-    if (fabs(fabs(x[most]) - 1.0) <= 4.0 * 2.220446049250313e-16)
-        return 2;
-    const double across = sqrt(x[most] * x[most] + x[i] * x[i]); /* e_0 = n x a_j, e_1 = n x e_0 */
-    e[0][i] = x[most] / across;
-    e[0][most] = -x[i] / across;
-    for (int k = 0; k < 3; k++)
-        e[1][k] = x[(k + 1) % 3] * e[0][(k + 2) % 3] - x[(k + 2) % 3] * e[0][(k + 1) % 3];
-    return 2;
-}
-
-static void add_coincidence(const code_loop *c, kt_code_loop_rows *rows, const kt_op *column, kt_op3 d, kt_op3 bias) {
-    kt_graph *g = c->tree->graph;
-    double axis[3][3];
-    const int count = coincidence_axes(c, axis);
-    for (int k = 0; k < count; k++) {
-        const kt_op3 e = {{kt_op_number(g, axis[k][0]), kt_op_number(g, axis[k][1]), kt_op_number(g, axis[k][2])}};
-        rows->phi[rows->count] = kt_op3_dot(g, e, d);
-        add_loop_row(c, rows, e, column, bias);
-    }
-}
-
-static void add_distance(const code_loop *c, kt_code_loop_rows *rows, const kt_op *column, kt_op3 d, kt_op3 u,
-                         kt_op3 bias) {
-    kt_graph *g = c->tree->graph;
-    const int at = rows->count;
-    const kt_op norm = kt_op3_length(g, d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
-    const kt_op3 n = kt_op3_scale(g, inverse, d), across = kt_op3_cross(g, n, u);
-    rows->phi[at] = kt_op_subtract(g, norm, c->number->value);
-    add_loop_row(c, rows, n, column, bias);
-    rows->right[at] = kt_op_subtract(g, rows->right[at], kt_op_multiply(g, kt_op3_dot(g, across, across), inverse));
-}
-
 /* The equations of a loop between two ends. */
-static void add_loop_of_ends(code_loop *c, kt_code_loop_rows *rows) {
+static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    const int first = rows->count, ancestor = c->record->ancestor;
-    kt_op3 u = kt_op3_zero(g), bias = u, velocity[2] = {u, u}, linear[2] = {u, u};
+    const int ancestor = c->record->ancestor;
+    const kt_op3 zero = kt_op3_zero(g);
+    kt_op3 velocity[2] = {zero, zero}, linear[2] = {zero, zero};
+    c->u = c->bias = zero;
     c->place->turn[ancestor] = kt_op33_of(g, unit);
     c->place->position[ancestor] = kt_op3_zero(g);
     for (int k = 0; k < 2; k++)
         follow_loop_path(c, k);
     kt_graph_section(g, "%s: A, from the velocities that unit rates give to the second point", c->number->name);
-    kt_op *column = make_loop_columns(c);
+    c->column = make_loop_columns(c);
     if (g->failed) {
-        free(column);
+        free(c->column);
         return;
     }
     kt_graph_section(g, "%s: u = v_2 - v_1,  a_2 - a_1 - 2 w_1 x u  of the second point", c->number->name);
     for (int k = 0; k < 2 && c->moves; k++)
         move_point(c, k, &velocity[k], &linear[k]);
     if (c->moves) {
-        u = kt_op3_subtract(g, velocity[1], velocity[0]);
-        const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, c->omega[0], u));
-        bias = kt_op3_subtract(g, kt_op3_subtract(g, linear[1], linear[0]), twice);
+        c->u = kt_op3_subtract(g, velocity[1], velocity[0]);
+        const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, c->omega[0], c->u));
+        c->bias = kt_op3_subtract(g, kt_op3_subtract(g, linear[1], linear[0]), twice);
     }
-    const kt_op3 d = kt_op3_subtract(g, c->point[1], c->point[0]);
-    if (c->record->type == KT_LOOP_DISTANCE)
-        add_distance(c, rows, column, d, u, bias);
-    else
-        add_coincidence(c, rows, column, d, bias);
-    for (int at = first; at < rows->count; at++) {
-        rows->block[at] = first;
-        rows->scaled[at] = kt_op_divide(g, rows->phi[at], c->tree->loop_length);
-    }
-    free(column);
+    c->d = kt_op3_subtract(g, c->point[1], c->point[0]);
+    kt_code_add_end_rows(c, rows);
+    free(c->column);
 }
 
 /* A relation of positions. */
-static void add_relation(code_loop *c, kt_code_loop_rows *rows) {
+static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const kt_loop_record *r = c->record;
@@ -408,11 +285,11 @@ static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
 
 static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place, bool moves, kt_code_loop_rows *rows) {
     kt_graph *g = tree->graph;
-    code_loop c = {.tree = tree,
-                   .record = &tree->model->loop[index],
-                   .number = &tree->loop[index],
-                   .place = place,
-                   .moves = moves};
+    kt_code_closing c = {.tree = tree,
+                         .record = &tree->model->loop[index],
+                         .number = &tree->loop[index],
+                         .place = place,
+                         .moves = moves};
     if (c.record->term_count > 0) {
         add_relation(&c, rows);
         return;

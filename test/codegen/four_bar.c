@@ -189,8 +189,9 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
     check_loop_refused(&f, KT_CODEGEN_RK4_DERIVATIVES, "pin", "kt_step_derivatives");
 
     four_bar_describe(&f, length, 1.0, 0.0);
-    f.loop.type = KT_LOOP_WELD;
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "only pins in a plane");
+    f.loop.type = KT_LOOP_SCREW;
+    f.loop.pitch = 0.01;
+    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "wheels, skates, screws");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_DISTANCE;
