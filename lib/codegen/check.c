@@ -33,12 +33,12 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                 "use the library for this mechanism",
                                 fault);
     }
-    if (model->n.loop > 0 && (functions & derivatives))
+    if (kt_code_count_loop_rows(model) > 0 && (functions & derivatives))
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
                             "derivatives of accelerations and steps cannot be generated with loops; leave them out, "
                             "and use kt_acceleration_derivatives or kt_step_derivatives of the library");
-    if (model->n.loop == 0 && (functions & (KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT)))
-        return kt_error_set(error, KT_ERROR_MODEL, "loops", "there are no loops; leave out loops and project");
+    if (kt_code_count_loop_rows(model) == 0 && (functions & (KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT)))
+        return kt_error_set(error, KT_ERROR_MODEL, "loops", "no loop has an equation; leave out loops and project");
     return KT_OK;
 }
 

@@ -186,12 +186,14 @@ static void print_bodies(FILE *file, const kt_model *model) {
             fprintf(file, "%s * %4d  marker %s of %s\n", index == 0 ? " *\n" : "", index, kt_marker_name(model, b, k),
                     kt_body_name(model, b));
     for (int i = 0; i < (int)model->n.loop; i++)
-        fprintf(file, "%s * %4d  loop %s\n", i == 0 ? " *\n" : "", i + 1, kt_loop_name(model, i));
+        fprintf(file, "%s * %4d  loop %s: %d of its %d equations; the others repeat these or are void\n",
+                i == 0 ? " *\n" : "", i + 1, kt_loop_name(model, i), kt_code_rows_of_loop(model, i),
+                kt_loop_rows_of(model, i).count);
 }
 
 static void print_header(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions, int prepared) {
     const kt_model *model = tree->model;
-    const bool has_loops = model->n.loop > 0;
+    const bool has_loops = kt_code_count_loop_rows(model) > 0;
     char count[KT_CODE_NAME] = "";
     const char *const about_loops =
         has_loops
@@ -304,7 +306,7 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
         fputs("}\n\n", file);
     }
     fputs("/* ---- functions ---- */\n\n", file);
-    if (tree->model->n.loop > 0)
+    if (kt_code_count_loop_rows(tree->model) > 0)
         fputs("/* Equations of loops whose squared sine is below this depend on others. */\n"
               "#define SINGULAR (real)(sizeof(real) < sizeof(double) ? 1e-5 : 1e-12)\n\n",
               file);
@@ -362,35 +364,47 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     return fine;
 }
 
-/* Makes the nodes of a function. Returns false if memory is insufficient. */
-static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
-    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
-    f->out_count = f->output[0] = (int)nv;
+/* Makes the nodes of a function that a model with loops has. Returns false if the function does not depend on loops. */
+static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v, rows = (size_t)kt_code_count_loop_rows(tree->model);
+    if (rows == 0)
+        return false;
+    f->output[0] = (int)nv;
+    f->guard_count = (int)(nv + rows);
     switch (k) {
     case KT_CODEGEN_FORWARD_INDEX:
-        if (rows == 0)
-            return make_forward(tree, work, f);
         kt_code_forward_loops(tree, work, f->out, f->guard);
-        f->guard_count = (int)(nv + rows);
-        break;
+        f->out_count = (int)nv;
+        return true;
     case CODE_CLOSE:
-        f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
-        f->output[1] = (int)rows;
-        f->out_count = (int)(nv + rows);
-        break;
     case CODE_SETTLE:
-        kt_code_settle_velocities(tree, work, f->out, f->guard);
-        f->guard_count = (int)(nv + rows);
         f->output[1] = (int)rows;
         f->out_count = (int)(nv + rows);
-        break;
+        if (k == CODE_CLOSE)
+            f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
+        else
+            kt_code_settle_velocities(tree, work, f->out, f->guard);
+        return true;
     case KT_CODEGEN_LOOPS_INDEX:
         kt_code_loop_equations(tree, f->out);
         f->output[0] = f->output[2] = (int)rows;
         f->output[1] = (int)(rows * nv);
         f->out_count = (int)(rows * (nv + 2));
-        break;
+        f->guard_count = 0;
+        return true;
+    default:
+        f->guard_count = 0;
+        return false;
+    }
+}
+
+/* Makes the nodes of another function. Returns false if memory is insufficient. */
+static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
+    f->out_count = f->output[0] = (int)nv;
+    switch (k) {
+    case KT_CODEGEN_FORWARD_INDEX:
+        return make_forward(tree, work, f);
     case KT_CODEGEN_INVERSE_INDEX:
     case KT_CODEGEN_BIAS_INDEX:
         kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
@@ -449,7 +463,8 @@ static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
     f->writes_at_once = kind_of(k)->is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
     tree->graph->scope++;
-    const bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_function(tree, k, work, f);
+    const bool fine = f->out != NULL && f->guard != NULL && work != NULL &&
+                      (fill_with_loops(tree, k, work, f) || fill_function(tree, k, work, f));
     free(work);
     return fine && !tree->graph->failed;
 }
@@ -528,7 +543,7 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     kt_status status = kt_code_check(model, functions, error);
     if (status != KT_OK)
         return status;
-    if (model->n.loop > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
+    if (kt_code_count_loop_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
         functions |= 1u << CODE_CLOSE | 1u << CODE_SETTLE;
     kt_graph graph;
     kt_code_tree tree;

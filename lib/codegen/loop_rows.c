@@ -27,7 +27,7 @@ static bool is_in_plane(const kt_model *model, const kt_loop_record *loop) {
     return model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]);
 }
 
-/* The equations of types, in the order of lib/loop; types that are left out cannot be generated. */
+/* The equations of types, in the order of lib/loop; types without them cannot be generated, or have no parts. */
 static const unsigned char part_of_type[KT_LOOP_TYPE_COUNT][KT_LOOP_ROW_MAX] = {
     [KT_LOOP_SPHERICAL] = {KT_PART_X, KT_PART_Y, KT_PART_Z},
     [KT_LOOP_INLINE] = {KT_PART_X, KT_PART_Y},
@@ -43,28 +43,28 @@ static const unsigned char part_of_type[KT_LOOP_TYPE_COUNT][KT_LOOP_ROW_MAX] = {
     [KT_LOOP_UNIVERSAL] = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL},
 };
 
-/* The parts of a type: bits 1 << kt_loop_part. 0: it cannot be generated. */
-static unsigned parts_of_loop(const kt_loop_record *r) {
-    unsigned parts = 0;
-    for (int i = 0; i < KT_LOOP_ROW_MAX && r->type >= 0 && r->type < KT_LOOP_TYPE_COUNT; i++)
-        if (part_of_type[r->type][i] != KT_PART_NONE)
-            parts |= 1u << part_of_type[r->type][i];
-    return parts;
-}
-
 enum { CODE_POINT = 1 << KT_PART_X | 1 << KT_PART_Y | 1 << KT_PART_Z };
 
-/* The parts whose equations are not void; *apart: the points lie in different planes. */
-static unsigned active_parts(const kt_model *model, const kt_loop_record *r, bool *apart) {
-    const unsigned parts = parts_of_loop(r);
+/* Whether an equation of a loop is among the independent ones that were chosen when the model was compiled. */
+static bool is_chosen(const kt_model *model, const kt_loop_record *r, int row) {
+    const kt_group *group = &model->group[r->group];
+    const int32_t slot = kt_rows_slots(model, group, r)[row];
+    return slot >= 0 && (group->rank[KT_ROWS_ALL] == group->count[KT_ROWS_ALL] ||
+                         model->weight[KT_ROWS_ALL * model->n.row + (size_t)(group->row + slot)] >= KT_PREFERRED);
+}
+
+/* The parts whose equations are not void, and chosen. */
+static unsigned active_parts(const kt_model *model, const kt_loop_record *r) {
     unsigned active = 0;
-    *apart = false;
-    if (parts == 0 || !is_in_plane(model, r))
-        return parts;
-    const kt_planar_loop *flat = &model->planar_loop[r - model->loop];
-    for (int i = 0; i < flat->count; i++) {
-        active |= 1u << part_of_type[r->type][flat->row[i].row];
-        *apart |= flat->row[i].kind == KT_PLANAR_ROW_ALONG && flat->row[i].constant != 0.0;
+    if (is_in_plane(model, r)) {
+        const kt_planar_loop *flat = &model->planar_loop[r - model->loop];
+        for (int i = 0; i < flat->count; i++)
+            if (is_chosen(model, r, flat->row[i].row))
+                active |= 1u << part_of_type[r->type][flat->row[i].row];
+    } else {
+        for (int i = 0; i < KT_LOOP_ROW_MAX && part_of_type[r->type][i] != KT_PART_NONE; i++)
+            if (is_chosen(model, r, i))
+                active |= 1u << part_of_type[r->type][i];
     }
     return active;
 }
@@ -76,17 +76,28 @@ static int count_bits(unsigned x) {
     return count;
 }
 
+/* The equations with which both points of a loop coincide, in any axes; 0: there are fewer. */
+static int count_coincidence(const kt_model *model, const kt_loop_record *r, unsigned active) {
+    const int least = is_in_plane(model, r) ? 2 : 3;
+    return count_bits(active & CODE_POINT) >= least ? least : 0;
+}
+
+bool kt_code_has_loop_type(const kt_model *model, int loop) {
+    const kt_loop_record *r = &model->loop[loop];
+    if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
+        return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form);
+    return r->type >= 0 && r->type < KT_LOOP_TYPE_COUNT && part_of_type[r->type][0] != KT_PART_NONE;
+}
+
 int kt_code_rows_of_loop(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
-    bool apart;
-    if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
-        return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form) ? 1 : 0;
-    if (r->term_count > 0)
+    if (!kt_code_has_loop_type(model, loop))
         return 0;
-    const unsigned active = active_parts(model, r, &apart);
-    if ((parts_of_loop(r) & CODE_POINT) != CODE_POINT)
-        return count_bits(active);
-    return apart ? 0 : count_bits(active & ~(unsigned)CODE_POINT) + (is_in_plane(model, r) ? 2 : 3);
+    if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
+        return is_chosen(model, r, 0) ? 1 : 0;
+    const unsigned active = active_parts(model, r);
+    const int points = count_coincidence(model, r, active);
+    return points > 0 ? points + count_bits(active & ~(unsigned)CODE_POINT) : count_bits(active);
 }
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
@@ -306,17 +317,18 @@ static void add_right_angle(const kt_code_closing *c, kt_code_loop_rows *rows) {
 }
 
 void kt_code_add_end_rows(const kt_code_closing *c, kt_code_loop_rows *rows) {
-    bool apart;
-    const unsigned active = active_parts(c->tree->model, c->record, &apart), parts = parts_of_loop(c->record);
+    const kt_model *model = c->tree->model;
     kt_graph_section(c->tree->graph, "%s: its equations", c->number->name);
     if (c->record->type == KT_LOOP_DISTANCE) {
         add_distance(c, rows);
         return;
     }
-    if ((parts & CODE_POINT) == CODE_POINT)
+    const unsigned active = active_parts(model, c->record);
+    const bool coincide = count_coincidence(model, c->record, active) > 0;
+    if (coincide)
         add_coincidence(c, rows);
     for (int k = 0; k < 3; k++)
-        if ((parts & CODE_POINT) != CODE_POINT && (active & 1u << (KT_PART_X + k)))
+        if (!coincide && (active & 1u << (KT_PART_X + k)))
             add_along(c, rows, column_of_axes(&c->axes[0], k));
     if (active & 3u << KT_PART_TILT_X)
         add_one_axis(c, rows, active);

@@ -37,18 +37,20 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
         return "it acts on one side only, as a contact or a stop";
     if (r->group < 0 || model->family != NULL)
         return "parts of the mechanism are switched on and off";
-    if (kt_code_rows_of_loop(model, loop) == 0)
+    if (!kt_code_has_loop_type(model, loop))
         return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING
                    ? "its function depends on time or on a formula"
                    : "wheels, skates, screws, curves, surfaces, driven joints and functions in C are not among the "
                      "types";
+    if (model->disagreement > 0.0)
+        return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];
     int count = 0;
     for (int i = 0; i < group->loop_count; i++)
         count += kt_code_rows_of_loop(model, model->group_loop[group->loop + i]);
-    return count != group->rank[KT_ROWS_ALL] ? "its equations repeat those of other loops, and the choice among them "
-                                               "depends on the position"
-                                             : NULL;
+    return count != group->rank[KT_ROWS_ALL]
+               ? "its equations repeat those of other loops, and the choice among them depends on the position"
+               : NULL;
 }
 
 int kt_code_count_loop_rows(const kt_model *model) {
@@ -107,7 +109,9 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
         const int32_t fixed[5] = {r->type, r->body[0], r->body[1], r->term_count, r->group};
+        const int rows = kt_code_rows_of_loop(model, i);
         hash(h, fixed, sizeof fixed);
+        hash(h, &rows, sizeof rows);
         for (int k = 0; k < r->term_count; k++)
             hash(h, &model->term[r->term + k].link, sizeof model->term->link);
         for (int k = 0; k < 2 && r->term_count == 0; k++) {
@@ -290,6 +294,8 @@ static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place,
                          .number = &tree->loop[index],
                          .place = place,
                          .moves = moves};
+    if (kt_code_rows_of_loop(tree->model, index) == 0)
+        return; /* others close it */
     if (c.record->term_count > 0) {
         add_relation(&c, rows);
         return;

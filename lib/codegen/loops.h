@@ -19,7 +19,11 @@ typedef struct kt_code_loop_rows {
 /* Why the equations of a loop cannot be generated; NULL: they can. */
 const char *kt_code_loop_fault(const kt_model *model, int loop);
 
-/* How many equations a loop has in a generated file; 0: they cannot be generated. */
+/* Whether the type of a loop can be generated, with its functions. */
+bool kt_code_has_loop_type(const kt_model *model, int loop);
+
+/* How many equations a loop has in a generated file. Equations that repeat others are left out, as they were when the
+ * model was compiled. */
 int kt_code_rows_of_loop(const kt_model *model, int loop);
 
 /* How many equations the loops of a model have in a generated file. */

@@ -10,6 +10,7 @@
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */
+#include "codegen/loops.h"
 #include "codegen/print.h"
 #include "kinetree/codegen.h"
 
@@ -29,7 +30,7 @@ static int count_quaternions(const kt_model *model) {
 /* Whether the functions need step_move. */
 static bool moves_positions(const kt_model *model, unsigned functions) {
     return (functions & (KT_CODEGEN_SEMI_IMPLICIT | KT_CODEGEN_PROJECT)) ||
-           (model->n.loop > 0 && (functions & KT_CODEGEN_STEPS));
+           (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEPS));
 }
 
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions) {
@@ -171,7 +172,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
 
 /* Projects the state after a step. */
 static void print_projected(FILE *file, const kt_code_names *n, const kt_model *model, const char *q, const char *v) {
-    if (model->n.loop > 0)
+    if (kt_code_count_loop_rows(model) > 0)
         fprintf(file, "    code = step_project(%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass, q, v);
 }
 
@@ -273,7 +274,7 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
     }
     if (moves_positions(model, functions))
         print_move(file, model);
-    if (model->n.loop > 0)
+    if (kt_code_count_loop_rows(model) > 0)
         kt_code_print_projection(file, names, model, functions, signature[0]);
     if (functions & with_forward)
         print_rates(file, names, model);

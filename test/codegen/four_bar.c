@@ -206,12 +206,32 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.description.loop_count = 0;
-    check_loop_refused(&f, KT_CODEGEN_PROJECT, "loops", "there are no loops");
+    check_loop_refused(&f, KT_CODEGEN_PROJECT, "loops", "no loop has an equation");
+}
 
-    four_bar_describe(&f, length, 1.0, 0.0);
+/* Of two equal pins one is left out, as in the library. */
+KT_TEST(equations_that_repeat_others_are_left_out) {
+    static kt_generated g;
+    four_bar f;
+    double q[3] = {1.0, -0.5, 1.7}, v[3] = {8.0, 0.0, 0.0}, a[3], own[3];
+    const double tau[3] = {1.0, 2.0, 3.0};
+    kt_error error = {0};
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    four_bar_describe(&f, (const double[]){0.3, 0.9, 0.7}, 1.0, 0.0);
     kt_loop twice[2] = {f.loop, f.loop};
     twice[1].name = "again";
     f.description.loops = twice;
     f.description.loop_count = 2;
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "repeat those of other loops");
+    if (four_bar_compile(&f) && kt_generated_make_some(&g, f.model, KT_GENERATED_WITH_LOOPS, "cc -O1", false) &&
+        kt_tree_fine("assembles", kt_state_assemble(f.model, f.data, 0.0, q, v, &error), &error) &&
+        kt_tree_fine("library", kt_acceleration_evaluate(f.model, f.data, 0.0, q, v, tau, NULL, a, &error), &error)) {
+        kt_check_equal_int("forward", g.forward(g.model, q, v, tau, own), 0);
+        for (int i = 0; i < 3; i++)
+            kt_check_near("acceleration", own[i], a[i], 1e-12 * (1.0 + fabs(a[i])));
+    }
+    kt_generated_free(&g);
+    four_bar_free(&f);
 }
