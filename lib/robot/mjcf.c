@@ -109,6 +109,9 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
                 "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
                 m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     KT_NOTES_PUT(&n, m, force_notes);
+    kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->armatures,
+                "armature of a spatial tendon, which is left out, up to %.2g of the inertia along the tendon: %d",
+                m->armature_share, m->armatures.count);
     kt_note_changes(&n, &m->changes);
     kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,
                 "sites that are no markers, since they have no name or are the world's: %d", m->unnamed_sites.count);

@@ -189,8 +189,10 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list wraps;   /* kt_mjcf_wrap */
-    kt_list reaches; /* kt_mjcf_reach */
+    kt_list wraps;         /* kt_mjcf_wrap */
+    kt_list reaches;       /* kt_mjcf_reach */
+    kt_left armatures;     /* of spatial tendons */
+    double armature_share; /* the largest part of the inertia along a tendon */
     kt_left activations;
     int ctrl_count;
 
@@ -466,7 +468,7 @@ typedef struct kt_mjcf_reach {
 } kt_mjcf_reach;
 
 /* Finds them for all muscles. `factors` is the Cholesky factor of the tree's mass matrix at the reference positions;
- * `room` has space for 7 vectors of nv. */
+ * `room` has space for 8 vectors of nv. */
 void kt_mjcf_find_reaches(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room);
 
 /* The next actuator with the force of a muscle after `last` (NULL: the first); NULL: there is none. */
@@ -554,6 +556,10 @@ static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
 /* NULL beyond the last: the first of a tendon without terms, for one. */
 static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) {
     return i < m->terms.count ? (kt_mjcf_term *)m->terms.items + i : NULL;
+}
+/* Whether a tendon has an armature along a path. */
+static inline bool kt_mjcf_has_lost_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
+    return t->path_count > 0 && t->moves && kt_mjcf_number(m, t->element, "tendon", "armature", 0.0) != 0.0;
 }
 static inline int kt_mjcf_nq(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 7 : type == KT_MJCF_BALL ? 4 : 1; }
 static inline int kt_mjcf_nv(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 6 : type == KT_MJCF_BALL ? 3 : 1; }

@@ -360,14 +360,17 @@ static void put_muscle(const kt_mjcf *m, const action *d, bool is_active, kt_mjc
 static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
     const double c[3] = {d->c[0], d->c[1] * d->gear, d->c[2] * d->gear};
     const double gain[3] = {d->gain[0], d->gain[1] * d->gear, d->gain[2] * d->gear};
-    put_affine(m, d, c, to);
+    const bool is_affine = c[0] != 0.0 || c[1] != 0.0 || c[2] != 0.0,
+               is_driven = d->activation != NULL || d->has_active;
+    if (is_affine || (!d->has_passive && !is_driven))
+        put_affine(m, d, c, to);
     if (d->has_passive) {
-        kt_mjcf_put(to, " + ");
+        kt_mjcf_put(to, is_affine ? " + " : "");
         put_muscle(m, d, false, to);
     }
-    if (d->activation == NULL && !d->has_active)
+    if (!is_driven)
         return;
-    kt_mjcf_put(to, " + ");
+    kt_mjcf_put(to, is_affine || d->has_passive ? " + " : "");
     if (d->activation != NULL) {
         put_bounded(to, d->range, true);
         kt_mjcf_put(to, d->activation);

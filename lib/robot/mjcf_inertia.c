@@ -81,7 +81,7 @@ static void take_mobilities(kt_mjcf *m, const kt_contact_tree *tree, const doubl
 
 static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *error) {
     const size_t nv = (size_t)kt_model_nv(tree->model);
-    double *mass = kt_pool_take(&m->r->scratch, nv * nv + 7 * nv + 1, sizeof *mass);
+    double *mass = kt_pool_take(&m->r->scratch, nv * nv + 8 * nv + 1, sizeof *mass);
     if (mass == NULL)
         return KT_ERROR_MEMORY;
     double *room = mass + nv * nv;
@@ -107,6 +107,11 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     if (first == NULL && m->source->options->contacts && m->nv > 0)
         first = m->root;
     first = first == NULL && m->nv > 0 ? kt_mjcf_find_muscle(m, NULL) : first;
+    for (int i = 0; i < m->tendons.count && m->nv > 0; i++)
+        if (kt_mjcf_has_lost_armature(m, kt_mjcf_tendon_at(m, i))) {
+            kt_left_count(&m->armatures, kt_mjcf_tendon_at(m, i)->element);
+            first = first == NULL ? kt_mjcf_tendon_at(m, i)->element : first;
+        }
     if (first == NULL || m->r->out_of_memory)
         return;
     kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);

@@ -35,7 +35,7 @@ typedef struct length {
     line on;
     kt_path_point_record *points;
     int bodies[KT_PATH_LINK_MAX], links;
-    double *jacobian, *gradient; /* room for 6 nv and nv numbers */
+    double *jacobian, *gradient; /* room for 6 nv and 2 nv numbers */
 } length;
 
 static line line_of(kt_mjcf *m, const kt_element *e) {
@@ -316,12 +316,22 @@ static void take_range(const length *l, kt_mjcf_reach *reach) {
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-static double acceleration_of(const length *l, const double *factors) {
+/* M^-1 J' in place of the gradient J; returns J M^-1 J', the acceleration of the length by a force along it. */
+static double solve_gradient(const length *l, const double *factors) {
     const int nv = kt_model_nv(l->tree->model);
-    double sum = 0.0;
+    double *force = l->gradient + nv, sum = 0.0;
     (void)evaluate_length(l);
+    memcpy(force, l->gradient, (size_t)nv * sizeof *force);
     kt_dense_solve(factors, nv, l->gradient);
     for (int i = 0; i < nv; i++)
+        sum += force[i] * l->gradient[i];
+    return sum;
+}
+
+static double acceleration_of(const length *l, const double *factors) {
+    double sum = 0.0;
+    (void)solve_gradient(l, factors);
+    for (int i = 0; i < kt_model_nv(l->tree->model); i++)
         sum += l->gradient[i] * l->gradient[i];
     return fabs(l->on.gear) * sqrt(sum);
 }
@@ -357,10 +367,24 @@ static void add_reach(kt_mjcf *m, const kt_element *e, const kt_contact_tree *tr
     take_range(&l, reach);
 }
 
+/* The armature of a spatial tendon has no place in the mass matrix. Finds its largest part of the inertia along the
+ * tendon. */
+static void compare_armatures(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room) {
+    for (int i = 0; i < m->tendons.count && !m->r->out_of_memory; i++) {
+        const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, i);
+        length l = {.m = m, .tree = tree, .on = {.joint = -1, .tendon = i, .gear = 1.0}, .jacobian = room};
+        l.gradient = room + 6 * (size_t)kt_model_nv(tree->model);
+        if (kt_mjcf_has_lost_armature(m, t) && read_points(&l))
+            m->armature_share = fmax(m->armature_share, kt_mjcf_number(m, t->element, "tendon", "armature", 0.0) *
+                                                            solve_gradient(&l, factors));
+    }
+}
+
 void kt_mjcf_find_reaches(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room) {
     for (const kt_element *e = kt_mjcf_find_muscle(m, NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_find_muscle(m, e))
         add_reach(m, e, tree, factors, room);
+    compare_armatures(m, tree, factors, room);
 }
 
 const kt_mjcf_reach *kt_mjcf_reach_of(const kt_mjcf *m, const kt_element *e) {

@@ -84,24 +84,66 @@ static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
     return value.length;
 }
 
-/* Sets the point to a geom, or returns false if the path cannot lead around it. */
+/* The body that carries both; 0: only the world does. */
+static int find_common_body(const kt_mjcf *m, int a, int b) {
+    while (a != b) {
+        int *lower = a > b ? &a : &b;
+        *lower = kt_mjcf_body_at(m, *lower)->parent;
+    }
+    return a;
+}
+
+/* Whether a joint leaves a surface in its place: a hinge about the axis of a cylinder, or through the centre of a
+ * sphere. surface: in the world. */
+static bool leaves_in_place(const kt_mjcf *m, const kt_mjcf_joint *j, const kt_mjcf_wrap *wrap,
+                            const kt_pose *surface) {
+    static const double near = 1e-9; /* m; of directions, rad */
+    const kt_pose on = kt_mjcf_body_at(m, j->body)->world;
+    const kt_vec3 axis = kt_mat3_apply(on.rotation, kt_vec3_normalize(j->axis)), z = surface->rotation.z;
+    const kt_vec3 arm = kt_vec3_sub(surface->position, kt_pose_apply(on, j->at));
+    const bool is_parallel = kt_vec3_norm(kt_vec3_cross(axis, z)) < near;
+    if (j->type == KT_MJCF_SLIDE)
+        return wrap->is_cylinder && is_parallel;
+    if (j->type == KT_MJCF_HINGE)
+        return kt_vec3_norm(kt_vec3_cross(axis, arm)) < near && (is_parallel || !wrap->is_cylinder);
+    return j->type == KT_MJCF_BALL && !wrap->is_cylinder && kt_vec3_norm(arm) < near;
+}
+
+/* The pose of a surface in another body, in which the joints between both bodies leave it; false if they do not. */
+static bool find_surface_in(const kt_mjcf *m, const kt_mjcf_wrap *wrap, int body, kt_pose *pose) {
+    const kt_pose surface = kt_pose_compose(kt_mjcf_body_at(m, wrap->body)->world, wrap->pose);
+    const int common = find_common_body(m, wrap->body, body), ends[2] = {wrap->body, body};
+    for (int k = 0; k < 2; k++)
+        for (int b = ends[k]; b != common; b = kt_mjcf_body_at(m, b)->parent)
+            for (int i = 0; i < kt_mjcf_body_at(m, b)->joint_count; i++)
+                if (!leaves_in_place(m, kt_mjcf_joint_at(m, kt_mjcf_body_at(m, b)->first_joint + i), wrap, &surface))
+                    return false;
+    *pose = kt_pose_compose(kt_pose_invert(kt_mjcf_body_at(m, body)->world), surface);
+    return true;
+}
+
+/* Sets the point to a geom, or returns false if the path cannot lead around it. A side site on another body needs a
+ * surface that rests in that body, too. */
 static bool set_surface(kt_mjcf *m, const kt_element *e, kt_path_point *point) {
     const char *name = kt_xml_attribute(e, "geom");
     const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_WRAPS, name) : -1;
     if (index < 0)
         return false;
     const kt_mjcf_wrap *wrap = (const kt_mjcf_wrap *)m->wraps.items + index;
-    point->end.body = kt_mjcf_body_at(m, wrap->body)->name;
-    point->end.at = wrap->pose.position;
+    const bool has_side = kt_xml_attribute(e, "sidesite") != NULL;
+    const int side = has_side ? kt_mjcf_find(m, e, "sidesite", KT_MJCF_SITES) : -1;
+    const int body = side >= 0 ? kt_mjcf_site_at(m, side)->body : wrap->body;
+    kt_pose pose;
+    if ((has_side && side < 0) || !find_surface_in(m, wrap, body, &pose))
+        return false;
+    point->end.body = kt_mjcf_body_at(m, body)->name;
+    point->end.at = pose.position;
     point->radius = wrap->radius;
     if (wrap->is_cylinder)
-        point->axis = wrap->pose.rotation.z;
-    if (kt_xml_attribute(e, "sidesite") == NULL)
+        point->axis = pose.rotation.z;
+    if (!has_side)
         return true;
-    const int side = kt_mjcf_find(m, e, "sidesite", KT_MJCF_SITES);
-    if (side < 0 || kt_mjcf_site_at(m, side)->body != wrap->body)
-        return false;
-    const kt_vec3 d = kt_vec3_sub(kt_mjcf_site_at(m, side)->pose.position, wrap->pose.position);
+    const kt_vec3 d = kt_vec3_sub(kt_mjcf_site_at(m, side)->pose.position, pose.position);
     point->inside = kt_vec3_norm(d) < wrap->radius;
     if (!point->inside)
         point->side = d;
@@ -216,37 +258,84 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
 /* ---- springs, dampers and stops ---------------------------------------------------------------------------------- */
 
 typedef struct passive {
-    double stiffness, damping, rest[2];
+    double stiffness[3], damping[3], rest[2], friction;
     bool only_beyond; /* a stop: damping acts beyond the lengths of rest alone */
 } passive;
 
-/* k times the length of the spring without force: "k*a", or "clamp(L, a, b)*k". */
-static void put_rest(const passive *p, kt_mjcf_formula *to) {
-    if (p->rest[0] == p->rest[1]) {
-        kt_mjcf_put_number(to, p->stiffness * p->rest[0]);
-        return;
+/* "x*(-k0 + -k1*odd + -k2*x^2)". */
+static void put_polynomial(const double k[3], const char *x, const char *odd, kt_mjcf_formula *to) {
+    const char *const factors[] = {"", odd, x}, *const ends[] = {"", "", "^2"};
+    kt_mjcf_put(to, x);
+    kt_mjcf_put(to, "*(");
+    for (int i = 0; i < 3; i++) {
+        if (i > 0 && k[i] == 0.0)
+            continue;
+        kt_mjcf_put(to, i > 0 ? " + " : "");
+        kt_mjcf_put_number(to, -k[i]);
+        kt_mjcf_put(to, i > 0 ? "*" : "");
+        kt_mjcf_put(to, factors[i]);
+        kt_mjcf_put(to, ends[i]);
     }
-    kt_mjcf_put(to, "clamp(");
-    kt_mjcf_put_path(1.0, false, to);
-    for (int i = 0; i < 2; i++) {
-        kt_mjcf_put(to, ", ");
-        kt_mjcf_put_number(to, p->rest[i]);
-    }
-    kt_mjcf_put(to, ")*");
-    kt_mjcf_put_number(to, p->stiffness);
+    kt_mjcf_put(to, ")");
 }
 
-/* "k*clamp(L, a, b) - k*L - d*L'". */
+/* "(length - clamp(length, a, b))", the stretch of the spring. */
+static void put_stretch(const passive *p, kt_mjcf_formula *to) {
+    kt_mjcf_put(to, p->rest[0] == p->rest[1] ? "(length - " : "(length - clamp(length");
+    for (int i = 0; i < 2 && (i == 0 || p->rest[0] != p->rest[1]); i++) {
+        kt_mjcf_put(to, p->rest[0] != p->rest[1] ? ", " : "");
+        kt_mjcf_put_number(to, p->rest[i]);
+    }
+    kt_mjcf_put(to, p->rest[0] == p->rest[1] ? ")" : "))");
+}
+
+static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
+
+static bool is_spring(const double k[3]) { return k[0] != 0.0 || !is_linear(k); }
+
+/* "k*clamp(L, a, b) - k*L", or a polynomial of the stretch. */
+static void put_spring(const passive *p, kt_mjcf_formula *to) {
+    if (!is_linear(p->stiffness)) {
+        kt_mjcf_formula stretch = {.whole = true};
+        put_stretch(p, &stretch);
+        put_polynomial(p->stiffness, stretch.text, stretch.text, to);
+        return;
+    }
+    if (p->rest[0] == p->rest[1]) {
+        kt_mjcf_put_number(to, p->stiffness[0] * p->rest[0]);
+    } else {
+        kt_mjcf_put(to, "clamp(");
+        kt_mjcf_put_path(1.0, false, to);
+        for (int i = 0; i < 2; i++) {
+            kt_mjcf_put(to, ", ");
+            kt_mjcf_put_number(to, p->rest[i]);
+        }
+        kt_mjcf_put(to, ")*");
+        kt_mjcf_put_number(to, p->stiffness[0]);
+    }
+    kt_mjcf_put(to, " + ");
+    kt_mjcf_put_path(-p->stiffness[0], false, to);
+}
+
+/* The sum of spring, damper and friction, which changes its sign over a small speed as joint_friction does. */
 static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
     const passive *p = user;
     (void)m, (void)t;
-    put_rest(p, to);
-    kt_mjcf_put(to, " + ");
-    kt_mjcf_put_path(-p->stiffness, false, to);
-    if (p->damping == 0.0)
+    put_spring(p, to);
+    if (p->friction != 0.0) {
+        kt_mjcf_put(to, " + ");
+        kt_mjcf_put_number(to, -p->friction);
+        kt_mjcf_put(to, "*tanh(speed/");
+        kt_mjcf_put_number(to, kt_effect_default().smoothing);
+        kt_mjcf_put(to, ")");
+    }
+    if (!is_spring(p->damping))
         return;
     kt_mjcf_put(to, " + ");
-    kt_mjcf_put_path(-p->damping, true, to);
+    if (is_linear(p->damping))
+        kt_mjcf_put_path(-p->damping[0], true, to);
+    else
+        put_polynomial(p->damping, "speed", "abs(speed)", to);
     for (int i = 0; i < 2 && p->only_beyond; i++) {
         kt_mjcf_put(to, i == 0 ? "*((" : ") + (");
         kt_mjcf_put_path(1.0, false, to);
@@ -256,42 +345,33 @@ static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *u
     kt_mjcf_put(to, p->only_beyond ? "))" : "");
 }
 
-/* What a spatial tendon has and its forces do not. */
-static void count_lost(kt_mjcf *m, const kt_mjcf_tendon *t, const double stiffness[3], const double damping[3]) {
-    const kt_element *e = t->element;
-    if (stiffness[1] != 0.0 || stiffness[2] != 0.0 || damping[1] != 0.0 || damping[2] != 0.0)
-        kt_unknown_count(&m->changes,
-                         "stiffness or damping by a polynomial in a spatial tendon, whose first term alone "
-                         "acts",
-                         e);
-    if (kt_mjcf_number(m, e, "tendon", "armature", 0.0) != 0.0)
-        kt_unknown_count(&m->changes, "armature of a spatial tendon, which is left out", e);
-    if (kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0) != 0.0 && !m->off.friction)
-        kt_unknown_count(&m->changes, "frictionloss of a spatial tendon, which is left out", e);
-}
-
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     const kt_element *e = t->element;
     const kt_robot_options *o = m->source->options;
-    double stiffness[3] = {0.0}, damping[3] = {0.0}, rest[2] = {-1.0, -1.0}, range[2];
-    (void)kt_mjcf_numbers(m, e, "tendon", "stiffness", 1, 3, stiffness);
-    (void)kt_mjcf_numbers(m, e, "tendon", "damping", 1, 3, damping);
-    if (kt_mjcf_numbers(m, e, "tendon", "springlength", 1, 2, rest) == 1)
-        rest[1] = rest[0];
-    if (rest[0] < 0.0)
-        rest[0] = rest[1] = t->rest;
-    count_lost(m, t, stiffness, damping);
-    const passive p = {.stiffness = m->off.springs ? 0.0 : stiffness[0],
-                       .damping = m->off.dampers ? 0.0 : damping[0],
-                       .rest = {rest[0], rest[1]}};
-    if (p.stiffness != 0.0 || p.damping != 0.0)
+    passive p = {.rest = {-1.0, -1.0}};
+    double range[2];
+    if (!m->off.springs)
+        (void)kt_mjcf_numbers(m, e, "tendon", "stiffness", 1, 3, p.stiffness);
+    if (!m->off.dampers)
+        (void)kt_mjcf_numbers(m, e, "tendon", "damping", 1, 3, p.damping);
+    if (kt_mjcf_numbers(m, e, "tendon", "springlength", 1, 2, p.rest) == 1)
+        p.rest[1] = p.rest[0];
+    if (p.rest[0] < 0.0)
+        p.rest[0] = p.rest[1] = t->rest;
+    if (!m->off.friction)
+        p.friction = kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0);
+    if (p.friction != 0.0)
+        kt_left_count(&m->friction, e);
+    if (is_spring(p.stiffness) || is_spring(p.damping) || p.friction != 0.0)
         kt_mjcf_add_along_path(m, t, e, put_passive, &p);
     if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
         kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)
         return;
     kt_left_count(&m->limits, e);
-    const passive stop = {
-        .stiffness = o->stop_stiffness, .damping = o->stop_damping, .rest = {range[0], range[1]}, .only_beyond = true};
+    const passive stop = {.stiffness = {o->stop_stiffness},
+                          .damping = {o->stop_damping},
+                          .rest = {range[0], range[1]},
+                          .only_beyond = true};
     if (o->stop_stiffness != 0.0)
         kt_mjcf_add_along_path(m, t, e, put_passive, &stop);
 }

@@ -69,6 +69,24 @@ KT_TEST(springs_of_tendons_have_no_force_between_their_two_lengths) {
     kt_check_near("at rest", q[1], -0.3 - 3.0 * 9.81 / 400.0, 1e-6);
 }
 
+/* k x + k2 x^3 = m g with the stretch x. */
+KT_TEST(springs_of_tendons_may_be_polynomials) {
+    const double times[2] = {0.2, 20.0};
+    double q[2];
+    run_text(MODEL("<spatial stiffness='200 0 900' damping='40' springlength='.8'>" SITES "</spatial>"), NULL, times,
+             q);
+    const double x = -0.3 - q[1];
+    kt_check_near("force at rest", 200.0 * x + 900.0 * x * x * x, 3.0 * 9.81, 1e-4);
+}
+
+/* A mass under a friction above its weight creeps with the speed v0 artanh(m g / f). */
+KT_TEST(friction_of_tendons_holds_but_for_a_slow_creep) {
+    const double times[2] = {1.0, 11.0}, creep = 1e-3 * atanh(3.0 * 9.81 / 50.0);
+    double q[2];
+    run_text(MODEL("<spatial frictionloss='50'>" SITES "</spatial>"), NULL, times, q);
+    kt_check_near("creep in 10 s", q[1] - q[0], -10.0 * creep, 1e-6);
+}
+
 /* L = d + d / 2: at rest 3/2 k (3/2 d - 1.2 m) = m g. */
 KT_TEST(pulleys_divide_the_lengths_of_their_branches) {
     const double times[2] = {0.2, 20.0}, k = 400.0;
@@ -88,9 +106,8 @@ KT_TEST(what_tendons_lose_is_told) {
         {MODEL("<spatial><site site='h'/><pulley divisor='2'/><site site='s'/></spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial>" SITES "<pulley/>" SITES "</spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial><site site='h'/></spatial>"), "two sites in a branch: 1"},
-        {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "frictionloss of a spatial tendon"},
-        {MODEL("<spatial armature='1'>" SITES "</spatial>"), "armature of a spatial tendon"},
-        {MODEL("<spatial stiffness='1 2'>" SITES "</spatial>"), "polynomial in a spatial tendon"},
+        {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "dry friction that is smooth"},
+        {MODEL("<spatial armature='1'>" SITES "</spatial>"), "up to 0.33 of the inertia along the tendon: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", ""), "copies by a replicate: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", "<motor tendon='t'/>"),
          "copies by a replicate: 2"},
