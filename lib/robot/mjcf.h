@@ -131,8 +131,9 @@ typedef struct kt_mjcf_tendon {
     double start;       /* initially */
     kt_path_point *path;
     int path_count;
-    bool moves;      /* its points are on several bodies */
-    bool is_bounded; /* a joint between a site and the ground has bounds of the sum of its actuators */
+    bool moves;               /* its points are on several bodies */
+    bool is_judged, may_bind; /* whether its limits may bound joints, once this is known (mjcf_reach.c) */
+    bool is_bounded;          /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
 typedef struct kt_mjcf_term {
@@ -375,6 +376,8 @@ typedef struct kt_mjcf_formula {
 
 void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
 void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
+/* "2", or "2*step(t - 0.1)" of a value that is zero before a delay. */
+void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay);
 /* "2*position.a", "velocity.a": `quantity` is position or velocity. */
 void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
 /* The text for a description; NULL if it had no room, or there is no memory. */
@@ -395,6 +398,7 @@ typedef struct kt_mjcf_dynamics {
     kt_mjcf_dynamics_type type;
     double numbers[3]; /* the time constant, s; of a muscle: activation, deactivation, width of the smooth transition */
     double count;      /* activations */
+    double delay;      /* of the control, which is zero before, s */
 } kt_mjcf_dynamics;
 
 /* The dynamics that <general> gives, on top of those of its defaults. */

@@ -3,7 +3,7 @@
  * The activation w of an actuator takes the place of its control u in the force. It has one of these rates:
  *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T,   muscle: mjcf_muscle.c.
  * `actrange` bounds it. For a constant control w has no turning point. It then makes no difference whether w itself is
- * bounded, as in MuJoCo, or the value that the force uses, as here. */
+ * bounded, as in MuJoCo, or the value that the force uses, as here. With a delay, the control is zero before. */
 #include "robot/mjcf.h"
 
 #include <string.h>
@@ -52,7 +52,7 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
     const char *name = make_name(m, e);
     if (d->type == KT_MJCF_FILTER) {
         kt_mjcf_put(&rate, "(");
-        kt_mjcf_put_number(&rate, control);
+        kt_mjcf_put_delayed(&rate, control, d->delay);
         kt_mjcf_put(&rate, " - ");
         kt_mjcf_put(&rate, name);
         kt_mjcf_put(&rate, ")/");
@@ -60,7 +60,7 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
     } else if (d->type == KT_MJCF_MUSCLE) {
         kt_mjcf_put_muscle_rate(d, control, name, &rate);
     } else {
-        kt_mjcf_put_number(&rate, control);
+        kt_mjcf_put_delayed(&rate, control, d->delay);
     }
     if (state == NULL || *name == '\0')
         return NULL;

@@ -98,21 +98,30 @@ static bool is_disabled(kt_mjcf *m, const kt_element *e) {
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
 
-/* Makes the activation of an action, if it has one. */
+/* The control of an actuator with a delay, as a formula. */
+static const char *delayed_control(kt_mjcf *m, const kt_mjcf_actuator *a, double control) {
+    kt_mjcf_formula text = {.whole = true};
+    kt_mjcf_put_delayed(&text, control, a->dynamics.delay);
+    return kt_mjcf_keep_formula(m, &text);
+}
+
+/* Makes the activation of an action, if it has one, or its delayed control. */
 static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, double initial,
                      action *d) {
-    if (!kt_mjcf_is_dynamic(&a->dynamics))
+    const bool is_dynamic = kt_mjcf_is_dynamic(&a->dynamics);
+    const double held = kt_mjcf_control_of(m, e, a, control);
+    if (!is_dynamic && !(a->dynamics.delay > 0.0))
         return;
-    d->activation = kt_mjcf_add_activation(m, e, &a->dynamics, kt_mjcf_control_of(m, e, a, control), initial);
+    d->activation =
+        is_dynamic ? kt_mjcf_add_activation(m, e, &a->dynamics, held, initial) : delayed_control(m, a, held);
     kt_mjcf_force_of(a, 0.0, d->c);
     for (int i = 0; i < 3; i++)
         d->gain[i] = (i == 0 && !a->has_active) || a->has_affine_gain ? a->gain[i] : 0.0;
-    if (a->dynamics.type == KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, d->range))
+    d->range[0] = (double)-INFINITY;
+    d->range[1] = (double)INFINITY;
+    if (!is_dynamic || (a->dynamics.type == KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, d->range)))
         return;
-    if (!kt_mjcf_actuator_range(m, e, "actlimited", "actrange", d->range)) {
-        d->range[0] = (double)-INFINITY;
-        d->range[1] = (double)INFINITY;
-    }
+    (void)kt_mjcf_actuator_range(m, e, "actlimited", "actrange", d->range);
 }
 
 /* Sets the forces of a muscle, or returns false if it is left out. */
@@ -126,8 +135,8 @@ static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator 
     }
     if (reach->is_computed)
         kt_unknown_count(&m->changes,
-                         "lengthrange of a muscle, found between the limits of joints; MuJoCo's is longer by some "
-                         "thousandths",
+                         "lengthrange of a muscle, found between the limits of joints and tendons; MuJoCo's goes some "
+                         "0.0006 rad or m beyond each limit",
                          e);
     d->has_active = a->has_active;
     d->has_passive = a->has_passive;
@@ -172,8 +181,6 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
     kt_mjcf_resolve_damping(m, e, &a, d.gear);
     kt_mjcf_force_of(&a, kt_mjcf_control_of(m, e, &a, control), d.c);
     activate(m, e, &a, control, initial, &d);
-    if (kt_mjcf_actuator_tag(m, e, "delay") != NULL)
-        kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
     action *to = d.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
     if (to != NULL)
         *to = d;

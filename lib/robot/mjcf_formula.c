@@ -19,6 +19,15 @@ void kt_mjcf_put_number(kt_mjcf_formula *to, double value) {
     kt_mjcf_put(to, number);
 }
 
+void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay) {
+    kt_mjcf_put_number(to, value);
+    if (!(delay > 0.0))
+        return;
+    kt_mjcf_put(to, "*step(t - ");
+    kt_mjcf_put_number(to, delay);
+    kt_mjcf_put(to, ")");
+}
+
 void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint) {
     if (factor != 1.0) {
         kt_mjcf_put_number(to, factor);

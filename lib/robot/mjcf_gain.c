@@ -263,5 +263,7 @@ kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e) {
     a.has_active = a.gain_type == MUSCLE;
     a.has_passive = a.bias_type == MUSCLE_BIAS;
     a.has_affine_gain = a.gain_type == AFFINE;
+    const char *tag = kt_mjcf_actuator_tag(m, e, "delay");
+    a.dynamics.delay = tag != NULL ? kt_mjcf_number(m, e, tag, "delay", 0.0) : 0.0;
     return a;
 }

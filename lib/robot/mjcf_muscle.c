@@ -97,21 +97,20 @@ static void put_time(double time, const char *sign, const char *w, kt_mjcf_formu
 }
 
 void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const char *w, kt_mjcf_formula *to) {
-    const double width = d->numbers[2], u = fmin(fmax(control, 0.0), 1.0);
-    kt_mjcf_formula share = {.whole = true};
-    if (width > least) { /* "clamp((w - u - d/2)*-1/d, 0, 1)" */
-        put_ramp(w, u + 0.5 * width, -1.0 / width, 1.0, &share);
+    const double width = d->numbers[2];
+    kt_mjcf_formula difference = {.whole = true}, share = {.whole = true};
+    kt_mjcf_put_delayed(&difference, fmin(fmax(control, 0.0), 1.0), d->delay);
+    kt_mjcf_put(&difference, " - ");
+    kt_mjcf_put(&difference, w);
+    if (width > least) {
+        put_ramp(difference.text, -0.5 * width, 1.0 / width, 1.0, &share);
     } else {
         kt_mjcf_put(&share, "(");
-        kt_mjcf_put(&share, w);
-        kt_mjcf_put(&share, " < ");
-        kt_mjcf_put_number(&share, u);
-        kt_mjcf_put(&share, ")");
+        kt_mjcf_put(&share, difference.text);
+        kt_mjcf_put(&share, " > 0)");
     }
     kt_mjcf_put(to, "(");
-    kt_mjcf_put_number(to, u);
-    kt_mjcf_put(to, " - ");
-    kt_mjcf_put(to, w);
+    kt_mjcf_put(to, difference.text);
     kt_mjcf_put(to, ")/(");
     put_time(d->numbers[1], "/", w, to);
     kt_mjcf_put(to, " + (");
@@ -128,5 +127,5 @@ void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const ch
         kt_mjcf_put(to, " - 15))");
     }
     kt_mjcf_put(to, ")");
-    to->whole = to->whole && share.whole;
+    to->whole = to->whole && difference.whole && share.whole;
 }

@@ -247,18 +247,6 @@ static bool read_tendon_limits(kt_mjcf *m, const kt_mjcf_tendon *t, double range
            kt_mjcf_numbers(m, t->element, "tendon", "range", 2, 2, range) == 2;
 }
 
-/* Whether equalities, or limits of tendons other than that of the length, may bound joints. */
-static bool is_tied(const length *l) {
-    double range[2];
-    bool found = false;
-    for (int i = 0; i < l->m->tendons.count; i++)
-        found = found || (i != l->on.tendon && read_tendon_limits(l->m, kt_mjcf_tendon_at(l->m, i), range));
-    for (const kt_element *e = kt_mjcf_section(l->m, "equality", NULL); e != NULL && !l->m->off.equalities;
-         e = kt_mjcf_section(l->m, "equality", e))
-        found = found || kt_mjcf_flag(l->m, e, "equality", "active", true);
-    return found;
-}
-
 /* The sum of the joints' limits. */
 static bool add_joint_limits(const length *l, double range[2]) {
     const kt_mjcf_tendon *t = tendon_of(l);
@@ -275,21 +263,56 @@ static bool add_joint_limits(const length *l, double range[2]) {
     return true;
 }
 
+/* The range of the length within the limits of joints alone. */
+static bool find_joint_range(const length *l, double range[2]) {
+    const kt_mjcf_tendon *t = tendon_of(l);
+    return !l->m->off.limits &&
+           (t != NULL && t->path_count > 0 ? find_ends_of_path(l, range) : add_joint_limits(l, range));
+}
+
+/* Whether the limits of a tendon may bound joints: if its range within the limits of joints is not within its own. */
+static bool may_bind(const length *l, int index) {
+    kt_mjcf_tendon *t = kt_mjcf_tendon_at(l->m, index);
+    length own = {.m = l->m,
+                  .tree = l->tree,
+                  .on = {.joint = -1, .tendon = index, .gear = 1.0},
+                  .jacobian = l->jacobian,
+                  .gradient = l->gradient};
+    double limits[2], range[2];
+    if (t->is_judged || !read_tendon_limits(l->m, t, limits))
+        return t->is_judged && t->may_bind;
+    t->is_judged = true;
+    t->may_bind = (t->path_count > 0 && !read_points(&own)) || !find_joint_range(&own, range) || range[0] < limits[0] ||
+                  range[1] > limits[1];
+    return t->may_bind;
+}
+
+/* Whether equalities, or limits of tendons other than that of the length, may bound joints. */
+static bool is_tied(const length *l) {
+    bool found = false;
+    for (const kt_element *e = kt_mjcf_section(l->m, "equality", NULL); e != NULL && !l->m->off.equalities;
+         e = kt_mjcf_section(l->m, "equality", e))
+        found = found || kt_mjcf_flag(l->m, e, "equality", "active", true);
+    for (int i = 0; i < l->m->tendons.count && !found; i++)
+        found = i != l->on.tendon && may_bind(l, i);
+    return found;
+}
+
 /* The range of the length of a joint or tendon, within the limits of joints and its own. */
 static bool find_range(const length *l, double range[2]) {
     const double infinite = (double)INFINITY;
     double limits[2] = {-infinite, infinite};
     const kt_mjcf_tendon *t = tendon_of(l);
     const bool is_limited = t != NULL && read_tendon_limits(l->m, t, limits);
-    bool is_found = !l->m->off.limits && !is_tied(l) &&
-                    (t != NULL && t->path_count > 0 ? find_ends_of_path(l, range) : add_joint_limits(l, range));
-    if (!is_found && is_limited && !is_tied(l)) {
+    if (is_tied(l))
+        return false;
+    if (!find_joint_range(l, range)) {
         memcpy(range, limits, sizeof limits);
-        is_found = true;
+        return is_limited;
     }
     range[0] = fmax(range[0], limits[0]);
     range[1] = fmin(range[1], limits[1]);
-    return is_found;
+    return true;
 }
 
 static void take_range(const length *l, kt_mjcf_reach *reach) {

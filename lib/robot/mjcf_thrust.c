@@ -41,8 +41,8 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
         kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
     if (kt_mjcf_is_dynamic(&a->dynamics))
         kt_unknown_count(&m->changes, "activation of an actuator of a site, whose control acts at once", e);
-    if (kt_mjcf_actuator_tag(m, e, "delay") != NULL)
-        kt_unknown_count(&m->changes, "delay of an actuator's control, which acts at once", e);
+    if (a->dynamics.delay > 0.0)
+        kt_unknown_count(&m->changes, "delay of the control of an actuator of a site, which acts at once", e);
     if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", bounds))
         c[0] = fmin(fmax(c[0], bounds[0]), bounds[1]);
     if (site == NULL || site->body == 0)

@@ -95,6 +95,27 @@ KT_TEST(activations_of_a_keyframe_need_a_number_each) {
     kt_check_contains("message", error.message, "act: expected 2 numbers, found '.1'");
 }
 
+/* Before the delay of 0.5 s the control is zero; the activation of the second mass leaves its start then. */
+KT_TEST(delayed_controls_act_later) {
+    static const char text[] = "<mujoco><option gravity='0 0 0'/><worldbody>" SLIDE("a") SLIDE("b") SLIDE(
+        "c") "</worldbody><actuator>"
+             "<motor joint='a' gear='3' delay='.5' nsample='300'/><general joint='b' dyntype='filter' dynprm='.4' "
+             "gainprm='3' "
+             "delay='.5' nsample='300'/><position joint='c' kp='8' delay='.5' nsample='300'/></actuator><keyframe>"
+             "<key name='k' ctrl='.7 .7 .2' act='.3'/></keyframe></mujoco>";
+    model_file file;
+    double q[3] = {(double)NAN, (double)NAN, (double)NAN};
+    const double t = 1.5, d = 0.5, s = t - d, T = 0.4, at = 0.3 * exp(-d / T);
+    if (!write_model(&file, text) || !run_model(file.path, t, 3, q))
+        return;
+    const double decay = 0.3 * (T * T * exp(-d / T) - T * T + T * d), speed = 0.3 * T * (1.0 - exp(-d / T));
+    const double filter = decay + speed * s + 0.7 * s * s / 2.0 + (at - 0.7) * (T * T * exp(-s / T) - T * T + T * s);
+    kt_check_near("motor", q[0], 1.5 * 0.7 * s * s / 2.0, 1e-9);
+    kt_check_near("filter", q[1], 1.5 * filter, 1e-9);
+    kt_check_near("servo", q[2], 0.2 * (1.0 - cos(2.0 * s)), 1e-9);
+    remove_model(&file);
+}
+
 /* ---- muscles ----------------------------------------------------------------------------------------------------- */
 
 typedef struct muscle_model {
@@ -171,25 +192,28 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
 }
 
 /* Muscles of which the range of the length cannot be found are left out, with a warning. Those with computed ranges
- * have another one. */
+ * have another one. A tendon may bound a joint if its limits are within those of its joint. */
 KT_TEST(muscles_without_ranges_are_left_out) {
     static const struct {
-        const char *text, *note;
+        const char *joint, *range, *note;
         int effects;
     } cases[] = {
-        {"<joint name='a'/>", "cannot be found", 0},
-        {"<joint name='a' range='-9 9'/>", "between the limits", 1},
-        {"<joint name='a' type='ball'/>", "ball", 0},
+        {"", "-9 9", "cannot be found", 0},
+        {"range='-90 90'", "-9 9", "between the limits", 1},
+        {"range='-90 90'", "-1.6 1.6", "between the limits", 1},
+        {"range='-90 90'", "-1.5 1.6", "cannot be found", 0},
+        {"type='ball'", "-9 9", "ball", 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[600];
         muscle_model p;
         bool found = false;
-        (void)snprintf(
-            text, sizeof text,
-            "<mujoco><worldbody><body name='a'>%s<geom size='.1' pos='.2 0 0'/></body></worldbody><actuator><muscle "
-            "joint='a'/></actuator></mujoco>",
-            cases[i].text);
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody><body name='a'><joint name='a' %s/><geom size='.1' pos='.2 0 0'/></body>"
+                       "<body><joint name='b' range='-90 90'/><geom size='.1'/></body></worldbody><tendon>"
+                       "<fixed limited='true' range='%s'><joint joint='b' coef='1'/></fixed></tendon>"
+                       "<actuator><muscle joint='a'/></actuator></mujoco>",
+                       cases[i].joint, cases[i].range);
         if (read_muscles(text, &p)) {
             for (int k = 0; k < p.scene.note_count; k++)
                 found = found || strstr(p.scene.notes[k].what, cases[i].note) != NULL;
