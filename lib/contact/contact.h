@@ -169,6 +169,10 @@ double kt_contact_margin(const kt_simulation *simulation, int k);
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
+/* The speed behind an impact below which adaptive steps do not resolve the bounce, so that the contact comes to rest:
+ * the height of the bounce is ten tolerances of its gap. Requires the same. */
+double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
+
 /* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint
  * slips. */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
@@ -212,6 +216,8 @@ kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *wh
  * impulses. */
 bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
 
+/* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities c->v. */
+KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
 /* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
  * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
 KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,

@@ -11,7 +11,8 @@
  * Each phase includes friction (friction.c). If contacts of both rules close, those of Newton's rule take part
  * in both phases. In the second phase, 0 <= pE is complementary to u+ + e min(u, 0) >= 0. A contact that closes below
  * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
- * rate is W_ii pC, which the contact's own impulse removes.
+ * rate is W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is below
+ * ten of their tolerances, either. The height follows from e |u| and from the acceleration without contacts.
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
  * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
@@ -26,6 +27,7 @@
  */
 #include "base/copy.h"
 #include "contact/contact.h"
+#include "integrator/integrator.h"
 
 #include <math.h>
 
@@ -83,10 +85,20 @@ static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
-/* Sets the restitutions. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's
+/* Whether a contact closes that may bounce. */
+static bool any_bounces(const kt_simulation *simulation, const double *u) {
+    bool any = false;
+    for (int i = 0; i < simulation->contacts->meeting; i++) {
+        const kt_loop_record *loop = kt_contact_loop(simulation, i);
+        any = any || (loop->restitution > 0.0 && u[i] < -loop->rest_velocity);
+    }
+    return any;
+}
+
+/* Sets the restitutions. adapts: accelerations without contacts are known, and steps are adaptive. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's
  * rule. */
-static bool begin(kt_simulation *simulation, const double *W, const double *u, kt_impact_phase *compression,
-                  double *e) {
+static bool begin(kt_simulation *simulation, const double *W, const double *u, bool adapts,
+                  kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
     bool compresses = false;
     clear_phase(c, u, compression);
@@ -98,6 +110,8 @@ static bool begin(kt_simulation *simulation, const double *W, const double *u, k
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
         const double rate = loop->poisson ? W[i * c->touching + i] * compression->p[i] : -u[i];
         e[i] = rate > loop->rest_velocity ? loop->restitution : 0.0;
+        if (adapts && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
+            e[i] = 0.0;
     }
     return true;
 }
@@ -137,7 +151,14 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
     const size_t nv = simulation->size.nv;
     kt_impact_phase *compression = c->compression, *phase = c->phase;
     double *e = c->e, size;
-    bool found = begin(simulation, W, u, compression, e);
+    const bool adapts = simulation->step == 0.0 && any_bounces(simulation, u);
+    if (adapts) {
+        const kt_status status =
+            kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
+        if (status != KT_OK)
+            return status;
+    }
+    bool found = begin(simulation, W, u, adapts, compression, e);
     phase->rows = 0;
     for (int halving = 0; found; halving++) {
         begin_expansion(simulation, u, e, compression, phase);

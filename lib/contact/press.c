@@ -91,8 +91,7 @@ static bool find_sinking(kt_simulation *simulation, const double *W, const react
     return sinking;
 }
 
-/* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities after impulses. */
-static kt_status find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contacts_let_slip(c);
     const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_set(simulation));
@@ -120,7 +119,7 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
                        kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     reactions r;
-    const kt_status status = find_free(simulation, t, y, error);
+    const kt_status status = kt_contacts_find_free(simulation, t, y, error);
     if (status != KT_OK)
         return status;
     bool found;
@@ -145,7 +144,7 @@ static kt_status press_with_friction(kt_simulation *simulation, double t, const 
                                      kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
     const bool jams = simulation->contacts->jams;
-    kt_status status = find_free(simulation, t, y, error);
+    kt_status status = kt_contacts_find_free(simulation, t, y, error);
     if (status == KT_OK && !jams)
         status = kt_contacts_press(simulation, t, W, u, error);
     if (status != (jams ? KT_OK : KT_ERROR_CONSTRAINT))
@@ -154,7 +153,7 @@ static kt_status press_with_friction(kt_simulation *simulation, double t, const 
         return jams ? kt_contacts_refuse(simulation, t, "reactions", error) : status;
     for (int k = 0; k < simulation->contacts->n; k++)
         simulation->contacts->item[k].leaves = false;
-    status = find_free(simulation, t, y, error);
+    status = kt_contacts_find_free(simulation, t, y, error);
     return status == KT_OK ? kt_contacts_press(simulation, t, W, u, error) : status;
 }
 

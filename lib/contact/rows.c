@@ -122,6 +122,30 @@ double kt_contact_margin(const kt_simulation *simulation, int k) {
     return fabs(simulation->contacts->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
 }
 
+/* The error of the gap of row k that adaptive steps may make: the largest tolerance of a position in it. */
+static double tolerance_of_gap(const kt_simulation *simulation, int k) {
+    const kt_integrator *integrator = simulation->integrator;
+    const kt_model *all = simulation->contacts->all;
+    const double *y = kt_integrator_state(integrator);
+    double most = 0.0;
+    for (size_t i = 1; i < all->n.link; i++)
+        for (int j = 0; j < kt_link_dofs(&all->link[i]); j++) {
+            const size_t q = (size_t)all->link[i].q + (size_t)j, v = (size_t)all->link[i].v + (size_t)j;
+            const double entry = fabs(kt_contact_entry(simulation->contacts, k, v));
+            most = entry > 0.0 ? fmax(most, entry * kt_error_scale(integrator, q, y[q], y[q])) : most;
+        }
+    return most;
+}
+
+double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k) {
+    static const double tolerances = 10.0;
+    double size;
+    if (!(kt_contact_loop(simulation, k)->rest_velocity > 0.0))
+        return 0.0;
+    const double w = fmax(-kt_contact_acceleration(simulation->contacts, W, k, &size), 0.0);
+    return sqrt(2.0 * w * tolerances * tolerance_of_gap(simulation, k));
+}
+
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
  * not exist if its height is below some roundings of the gap, or its duration below some roundings of the time. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) {
