@@ -6,14 +6,13 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * slip below kt_contact_resting does not grow, since rounding hides turns there. After TURNS of them, contacts that
- * slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
- * parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
+ * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. After TURNS
+ * of them, contacts that slip below their rest velocity come to rest at the beginning of a step, like slip that comes
+ * to rest in ever shorter parts (simulation/contacts.c). If friction cannot hold them, they begin to slip again.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
- * that is slower than ten times the tolerances of the velocities therefore counts as slow, too. Its steps along which
- * it does not grow count like turns.
+ * that is slower than ten times the tolerances of the velocities therefore counts as slow, too.
  *
  * With fixed steps, slip may go round its rest at any speed: a foot of little mass stops within a small part of a
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
@@ -106,8 +105,7 @@ static void take_directions(kt_simulation *simulation) {
         const double rest = simulation->model->loop[contact->loop].rest_velocity;
         const bool is_slow = speed <= (rest > 0.0 ? fmax(rest, unresolved) : 0.0);
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
-        const bool stays = speed <= fmax(kt_contact_resting, unresolved) && speed <= memory->speed;
-        memory->turns = is_slow ? memory->turns + (turns || stays) : 0;
+        memory->turns = is_slow ? memory->turns + (turns || speed <= memory->speed) : 0;
         memory->speed = speed;
         memcpy(memory->slip, d, sizeof memory->slip);
     }

@@ -11,8 +11,9 @@
  * Each phase includes friction (friction.c). If contacts of both rules close, those of Newton's rule take part
  * in both phases. In the second phase, 0 <= pE is complementary to u+ + e min(u, 0) >= 0. A contact that closes below
  * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
- * rate is W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is below
- * ten of their tolerances, either. The height follows from e |u| and from the acceleration without contacts.
+ * rate is W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is
+ * below ten of their tolerances, and e = 0 for it, too. The height follows from e |u| and from the acceleration without
+ * contacts.
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
  * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
@@ -95,8 +96,8 @@ static bool any_bounces(const kt_simulation *simulation, const double *u) {
     return any;
 }
 
-/* Sets the restitutions. adapts: accelerations without contacts are known, and steps are adaptive. *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's
- * rule. */
+/* Sets the restitutions. adapts: steps are adaptive, and accelerations without contacts are known. *compression: the
+ * first phase of Poisson's rule; empty if all contacts follow Newton's rule. */
 static bool begin(kt_simulation *simulation, const double *W, const double *u, bool adapts,
                   kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;

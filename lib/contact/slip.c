@@ -28,8 +28,9 @@
  *
  * which is an implicit step of length tau. If slip comes to rest within it, sigma = 0, and T is the force that stops
  * slip: |e| < 1. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
- * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to hold the contact with a part x of its force to spare.
- * Then slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is no more than
+ * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to hold all slow contacts, this one with a part x of
+ * its force to spare. Then slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is
+ * no more than
  *
  *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
  *
@@ -38,7 +39,7 @@
  * between steps (contact/directions.c). Across e this makes an error of the acceleration. The error is
  * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
  * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
- * in linear/coulomb.h. If it does not converge, e is the direction of s, which is counted
+ * in linear/coulomb.h. If no solution is found, e is the direction of s, which is counted
  * (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no solution there.
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
@@ -363,25 +364,35 @@ static void set_items(const kt_model *model, const kt_data *data, kt_slip_proble
     }
 }
 
-/* tau, limited using the force that would hold the contact while the others slip as they do. */
-static double limited_time_ahead(const kt_data *data, kt_slip_problem *p, int k) {
-    kt_coulomb_item *item = &p->c->item[k];
+/* Finds the forces that would hold all slow contacts while the others slip as they do. Returns how many are slow. */
+static int hold_slow(const kt_data *data, kt_slip_problem *p) {
+    double grows;
+    int slow_ones = 0;
+    for (int i = 0; i < p->c->n; i++) {
+        const bool is_slow = kt_slip_time_ahead(data, (size_t)i, &grows) > 0.0;
+        p->c->item[i].type = is_slow ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to->mode[i];
+        memcpy(p->held->e[i], p->to->e[i], sizeof p->to->e[i]);
+        slow_ones += is_slow;
+    }
+    kt_coulomb_linear(p->c, p->held);
+    return slow_ones;
+}
+
+/* tau, limited using these forces. */
+static double limited_time_ahead(const kt_data *data, const kt_slip_problem *p, int slow_ones, int k) {
+    const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const double *s = data->slip_velocity + 2 * k;
     double grows;
     const double most = kt_slip_time_ahead(data, (size_t)k, &grows);
-    const double response = 0.5 * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
+    const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     if (!(most > 0.0))
         return 0.0;
-    for (int i = 0; i < p->c->n; i++) {
-        p->held->mode[i] = i == k ? KT_COULOMB_STICK : p->to->mode[i];
-        memcpy(p->held->e[i], p->to->e[i], sizeof p->to->e[i]);
-    }
-    item->type = KT_COULOMB_CONE;
-    kt_coulomb_linear(p->c, p->held);
-    item->type = KT_COULOMB_SLIPS;
     const double *held = p->held->p;
     const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
+    if (!(friction > 0.0)) /* it would part at rest */
+        return 0.0;
     const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
     return excess > 0.0 ? fmin(most, 0.5 * kt_hypot(s[0], s[1]) / (response * excess) * part * part) : most;
 }
@@ -389,8 +400,9 @@ static double limited_time_ahead(const kt_data *data, kt_slip_problem *p, int k)
 /* Predicts the directions of those that are slow, from the ones that they have. */
 static void predict_directions(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
+    const int slow_ones = hold_slow(data, p);
     for (int k = 0; k < c->n; k++)
-        p->tau[k] = limited_time_ahead(data, p, k);
+        p->tau[k] = limited_time_ahead(data, p, slow_ones, k);
     for (int k = 0; k < c->n; k++) {
         const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[k];
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
@@ -401,16 +413,21 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
         c->size = fmax(c->size, fabs(c->b[i]));
 }
 
-/* Finds the directions of slow slip at the end of the implicit step. Slip that has come to rest there has e = -T / (mu
- * N), with |e| < 1. */
-static bool find_ahead(const kt_coulomb *c, kt_coulomb_solution *to) {
-    const bool found = kt_coulomb_iterate_modes(c, to);
+/* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest there
+ * has |e| < 1. */
+static bool find_ahead(size_t n, kt_slip_problem *p) {
+    const kt_coulomb *c = p->c;
+    kt_coulomb_solution *to = p->to;
+    const bool found =
+        kt_coulomb_iterate_modes(c, to) || kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, p->solver), to);
     for (int i = 0; found && i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const double most = item->friction * to->p[item->row];
-        const bool rests = item->type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
+        const bool rests = item->type == KT_COULOMB_CONE && to->mode[i] != KT_COULOMB_SLIP;
         for (int k = 0; rests && k < 2; k++)
             to->e[i][k] = most > 0.0 ? -to->p[item->across + k] / most : 0.0;
+        if (item->type == KT_COULOMB_SLIPS)
+            memcpy(to->e[i], item->e, sizeof to->e[i]);
     }
     return found;
 }
@@ -426,7 +443,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         return status;
     set_items(model, data, p);
     predict_directions(data, p);
-    const bool found = p->found = find_ahead(p->c, p->to);
+    const bool found = p->found = find_ahead(n, p);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;

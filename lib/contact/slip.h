@@ -28,7 +28,8 @@
     X(int, pivot, 3 * n, "scratch: of these")                                                                          \
     X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
-    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")
+    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")                        \
+    X(char, solver, kt_coulomb_solver_size(n, 3 * n), "its solver")
 
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */

@@ -279,6 +279,13 @@ static bool change_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     return changes;
 }
 
+bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    uint64_t steps = 0;
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    solver->is_loose = false;
+    return solve_from(c, solver, to, &steps) && kt_coulomb_iterate(c, to);
+}
+
 bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     bool found = kt_coulomb_iterate(c, to);
     for (int i = 0; !found && i < c->n; i++)

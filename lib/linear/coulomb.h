@@ -194,5 +194,9 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memor
  * was found, too. Adds the steps of Newton's method to *steps. */
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);
+/* Solves a problem of contacts that do not part, for which kt_coulomb_iterate_modes finds no solution, with the cone
+ * solver. Contacts of one body may have rates that exclude that all stick, and forces that are not unique. Returns
+ * false if the solution is not exact for its modes. */
+bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to);
 
 #endif

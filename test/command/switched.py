@@ -49,7 +49,7 @@ simulate: {duration: 4}
 output: {record: [position, velocity, energy, balance, reaction, multiplier, effect]}
 """
 
-# It falls onto three feet, with so much friction that the iteration for the direction of slow slip fails at some evaluations.
+# It falls onto three feet, with so much friction that slow slip of one foot depends on that of the others.
 FEET = {"p0": "[0.25, -0.0006227, -0.1]", "p1": "[-0.07735, 0.2377, -0.1]", "p2": "[-0.1668, -0.1862, -0.1]"}
 STOOL = f"""kinetree: 1
 name: stool
@@ -123,10 +123,9 @@ claim("engaged_it_slips_and_sticks", near("torque", abs(slips["effect.plates.tor
       near("torque", abs(sticks["effect.plates.torque"]), 0.625) + near("stick", abs(sticks["reaction.plates.stick.multiplier"]), 0.625))
 claim("the_summary_says_that_it_is_released", [] if ends["switched"] == {"plates.stick": False, "plates": False} and ends["contacts"]["sticks"] == 1
       and ends["contacts"]["slips"] == 0 else [str(ends["switched"]), str(ends["contacts"])])
-told = [warning for warning in fallen["warnings"] if warning["code"] == "contact_capped"]
-claim("a_direction_of_slow_slip_that_is_not_found_is_told_once", [] if fallen["contacts"]["unconverged"] > 0 and fallen["cost"]["capped"] == 0 and len(told) == 1 and stool.stderr.count("direction of slow slip") == 1
-      and told[0]["value"] == fallen["contacts"]["unconverged"] and f"at {fallen['contacts']['unconverged']} evaluations" in stool.stderr
-      else [stool.stderr, str(fallen["cost"]), str(fallen["contacts"])])
+note(f"stool: {fallen['cost']['evaluations']} evaluations")
+claim("slow_slip_of_several_feet_has_directions_and_comes_to_rest", [] if stool.returncode == 0 and "warning" not in stool.stderr and fallen["warnings"] == []
+      and fallen["contacts"]["unconverged"] == 0 and fallen["cost"]["evaluations"] < 5000 else [stool.stderr, str(fallen["cost"]), str(fallen["contacts"])])
 claim("the_summary_lists_events_and_transitions", [] if [(round(m["time"], 9), m["name"]) for m in drawn["clutch"][3]] == [(0.5, "grip"), (1.0, "pull")]
       and [m["name"] for m in drawn["plates"][3]] == ["close", "plates.stick", "open"] else [str(drawn["clutch"][3]), str(drawn["plates"][3])])
 claim("a_plot_of_finished_records_has_the_marks_of_the_run", [f"{name}: {run} {plot} {bare}" for name, (run, plot, bare, marks) in drawn.items()

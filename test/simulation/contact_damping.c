@@ -10,7 +10,7 @@
 #include "random.h"
 #include "scenes.h"
 
-enum { FEET = 4, STATES = 60, VELOCITIES = 7, MOST = 16 };
+enum { FEET = 4, STATES = 100, VELOCITIES = 7, MOST = 16 };
 static const double g = 9.81, friction = 0.4;
 
 /* A plate on feet, with a slider on it. */
@@ -100,9 +100,9 @@ static double error_of(kt_simulation *s, const double *y, kt_random *random, dou
     return failed == 0 ? wrong / size : (double)NAN;
 }
 
-/* Slip of a state: none of it is slow; some is, and directions are found; some is not found, or friction has force to
- * spare (contact/slip.c), so that forces jump, or tau depends on them. */
-typedef enum kind { FAST, SLOW, OTHER } kind;
+/* Slip of a state: none of it is slow; some is; some is, and friction has force to spare, so that tau depends on forces
+ * (contact/slip.c); directions of slow slip are not found. */
+typedef enum kind { FAST, SLOW, OTHER, MISSED } kind;
 
 static kind kind_of(const kt_model *model, const kt_data *data) {
     const kt_slip_problem *p = kt_slip_problem_of(data);
@@ -112,16 +112,18 @@ static kind kind_of(const kt_model *model, const kt_data *data) {
         slow = slow || kt_slip_time_ahead(data, k, &grows) > 0.0;
     if (!slow)
         return FAST;
+    if (!p->found)
+        return MISSED;
     for (size_t k = 0; k < model->n.slip; k++)
         if (p->tau[k] != kt_slip_time_ahead(data, k, &grows))
             return OTHER;
-    return p->found ? SLOW : OTHER;
+    return SLOW;
 }
 
 /* Slip begins at random velocities of up to 6e-6 m/s. */
-static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], double *stiffest, int count[OTHER + 1]) {
+static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], double *stiffest, int count[MISSED + 1]) {
     plate s;
-    const kt_run run = kt_run_fixed("radau5", 1e-9, 1.0);
+    const kt_run run = kt_run_fixed("radau5", 1e-9, 2.0);
     double q[8] = {0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 0.05}, v[VELOCITIES] = {0.0}, y[MOST], rate;
     make_plate(&s, feet, kt_random_uniform(random, 0.9, 1.2));
     const double fast = pow(10.0, kt_random_uniform(random, -7.5, -5.2));
@@ -132,7 +134,7 @@ static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], doub
     kt_model *model = kt_scene_compile(&s.description);
     kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
     kt_error error = {0};
-    kt_status status = simulation != NULL ? kt_simulation_set_state(simulation, 0.0, q, v, &error) : KT_ERROR_MEMORY;
+    kt_status status = simulation != NULL ? kt_simulation_set_state(simulation, 1.0, q, v, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
         status = kt_simulation_tick(simulation, 1e-9, &error);
     if (kt_fine("begins", status, &error)) {
@@ -142,8 +144,8 @@ static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], doub
             const double wrong = error_of(simulation, y, random, &rate);
             const kind is = rate < 1e8 ? kind_of(now, simulation->data) : OTHER; /* forces jump within the difference */
             count[is]++;
-            if (is != OTHER)
-                kt_worst_below(&worst[is], wrong, is == SLOW ? 1e-3 : 0.2, "feet %d, slip %g, rate %g", feet, fast,
+            if (is < OTHER)
+                kt_worst_below(&worst[is], wrong, is == SLOW ? 1e-2 : 0.2, "feet %d, slip %g, rate %g", feet, fast,
                                rate);
             *stiffest = is == SLOW ? fmax(*stiffest, rate) : *stiffest;
         }
@@ -152,18 +154,19 @@ static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], doub
     kt_model_free(model);
 }
 
-/* Measured: 1e-4 with slow slip, which is the error of the differences, and 0.1 otherwise. Without damping 7 and 0.5.
+/* Measured: 3e-4 with slow slip, which is the error of the differences, and 0.1 otherwise. Without damping 7 and 0.5.
  */
 KT_TEST(damping_of_slip_is_that_of_differences) {
     kt_random random = kt_random_of_test();
     kt_worst worst[OTHER] = {kt_worst_make("error of x"), kt_worst_make("likewise, slow slip")};
     double stiffest = 0.0;
-    int count[OTHER + 1] = {0};
+    int count[MISSED + 1] = {0};
     for (int k = 0; k < STATES; k++)
         check_plate(1 + k % FEET, &random, worst, &stiffest, count);
     kt_check_worst(&worst[FAST]);
     kt_check_worst(&worst[SLOW]);
     kt_check_above("states without slow slip", count[FAST], 2.0);
     kt_check_above("states with slow slip", count[SLOW], 30.0);
+    kt_check_below("states whose directions are not found", count[MISSED], 0.0);
     kt_check_above("largest rate of these, 1/s", stiffest, 1e6);
 }
