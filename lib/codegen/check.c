@@ -25,12 +25,13 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned derivatives = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES;
-    for (int i = 0; i < (int)model->n.loop; i++) {
+    const unsigned closed = derivatives | KT_CODEGEN_FORWARD | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
+    for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_loop_fault(model, i);
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
-                                "code for this loop cannot be generated (%s); cut the loop and generate the tree, or "
-                                "use the library for this mechanism",
+                                "code for this loop cannot be generated (%s); leave out forward, loops, project and "
+                                "steps, or use the library for this mechanism",
                                 fault);
     }
     if (kt_code_count_loop_rows(model) > 0 && (functions & derivatives))

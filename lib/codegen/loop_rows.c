@@ -84,6 +84,8 @@ static int count_coincidence(const kt_model *model, const kt_loop_record *r, uns
 
 bool kt_code_has_loop_type(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
+    if (r->group < 0) /* it is switched off */
+        return false;
     if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
         return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form);
     return r->type >= 0 && r->type < KT_LOOP_TYPE_COUNT && part_of_type[r->type][0] != KT_PART_NONE;

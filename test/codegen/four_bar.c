@@ -165,6 +165,7 @@ static void check_loop_refused(four_bar *f, unsigned functions, const char *wher
     if (!four_bar_compile(f))
         return;
     FILE *source = open_memstream(&text[0], &length[0]), *header = open_memstream(&text[1], &length[1]);
+    kt_check_true("it has a structure", kt_codegen_structure(f->model) != 0);
     if (kt_check_true("memory", source != NULL && header != NULL)) {
         kt_check_equal_int(message, kt_codegen_write(f->model, "bar", functions, false, source, header, &error),
                            KT_ERROR_MODEL);
@@ -187,6 +188,10 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
     check_loop_refused(&f, KT_CODEGEN_FORWARD_DERIVATIVES, "pin", "kt_acceleration_derivatives");
     four_bar_describe(&f, length, 1.0, 0.0);
     check_loop_refused(&f, KT_CODEGEN_RK4_DERIVATIVES, "pin", "kt_step_derivatives");
+
+    four_bar_describe(&f, length, 1.0, 0.0);
+    f.loop.switching = KT_SWITCHED_OFF;
+    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "switched on and off");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_SCREW;
