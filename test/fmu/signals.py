@@ -1,12 +1,9 @@
 """Inputs of FMUs in the place of functions of time (fmu.py)."""
-import ctypes
 import math
-import pathlib
-import re
 
-from archive import COMMAND, SCENES, STEP, STEPS, WORKS, Fmu, differences, records, rows, run
+from archive import COMMAND, STEP, STEPS, Fmu, differences, records, rows, run
 from claims import claim, note
-from instance import FLAG, REAL, REFERENCE, SIZE, Instance, reals
+from instance import REAL, SIZE, Instance, reals
 
 # A motion, a servo, a motor, a force and a spring. FUNCTIONS takes the place of the functions of the five.
 SCENE = """kinetree: 1
@@ -130,10 +127,9 @@ def check_held(folder):
     constants = [(repr(f(0)[0]), f) for _, f in POWERS]
     scene = signal_scene(folder, "constant", constants)
     fmu = Fmu(scene, folder, "--input", LIST)
-    names = ["0" if name == "time" else name for name in columns_of(fmu)]
-    status, text, errors = fmu.play("cs", *[fmu.reference(n) if n != "0" else n for n in names])
-    kept = [int(r) for r in ["0", *map(fmu.reference, names[1:])]]
-    theirs = [[row[k] for k in kept] for row in records(scene)[0]]
+    kept = [fmu.reference(name) for name in columns_of(fmu)]
+    _, text, errors = fmu.play("cs", *kept)
+    theirs = [[row[int(k)] for k in kept] for row in records(scene)[0]]
     found = differences(rows(text), theirs)
     note(f"constants: largest difference {found:g}, bound 0; {text.splitlines()[-1:]}")
     claim("inputs_that_are_not_set_have_the_bits_of_a_run_and_allocate_nothing",
