@@ -16,8 +16,8 @@
  *     dv' += a_u (-F_q df - F_v df')
  *
  * Accelerations are affine in all other signals: in components of forces, and in f'' of motions. Their difference over
- * any distance is the derivative. A third evaluation checks this; friction that depends on loads is rejected. They do
- * not depend on f and f' of motions, whose equations are those of accelerations.
+ * any distance is the derivative. Hard contacts keep their mode in it. One that slips is rejected, as for all
+ * derivatives. Accelerations do not depend on f and f' of motions, whose equations are those of accelerations.
  *
  * Positions, velocities, accelerations and auxiliary states among the columns follow from these numbers. In model
  * exchange columns are those of the state that is projected onto the loops. With loops, and for all other columns,
@@ -221,30 +221,18 @@ static kt_status return_to_run(kt_fmu *fmu, kt_error *error) {
 
 /* Adds the rates along the affine part of the direction, of `length`. */
 static kt_status add_affine(kt_fmu *fmu, double length, double *a, kt_error *error) {
-    static const double enough = 1e-10;
     kt_fmu_linear *l = fmu->linear;
     const double distance = 1.0 / length;
     const int first = fmu->nq, count = fmu->nv + fmu->nx;
-    double size = 1.0, curved = 0.0;
     save_run(fmu);
     kt_status status = derive_shifted(fmu, -distance, l->before, error);
     if (status == KT_OK)
         status = derive_shifted(fmu, distance, l->behind, error);
-    if (status == KT_OK)
-        status = derive_shifted(fmu, 0.0, l->y0, error);
     const kt_status back = return_to_run(fmu, error);
-    status = status == KT_OK ? back : status;
-    for (int i = first; i < first + count && status == KT_OK; i++) {
-        const double sum = l->behind[i] - l->y0[i] + (l->before[i] - l->y0[i]);
-        size = fmax(size, fmax(fabs(l->before[i]), fabs(l->behind[i])));
-        curved = isnan(sum) ? (double)INFINITY : fmax(curved, fabs(sum));
-        a[i - first] += (l->behind[i] - l->before[i]) * (0.5 * length);
-    }
-    if (status == KT_OK && curved > enough * size)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
-                            "accelerations are not in proportion to an input in the place of a function of time, as "
-                            "friction depends on loads; there are no exact derivatives by it");
-    return status;
+    fmu->has_rates = false;
+    for (int i = first; i < first + count && status == KT_OK; i++)
+        a[i - first] += (l->behind[i] - l->before[i]) / (2.0 * distance);
+    return status == KT_OK ? back : status;
 }
 
 /* Adds the rates along the signals of the direction. */

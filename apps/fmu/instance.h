@@ -177,8 +177,7 @@ typedef struct kt_fmu_direction {
 kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *error);
 
 /* Computes the derivatives of all rates along the direction that was filled last: kt_fmu_size numbers.
- * Errors: those of kt_acceleration_derivatives. KT_ERROR_UNSUPPORTED for signals that accelerations do not follow in
- * proportion. */
+ * Errors: those of kt_acceleration_derivatives. */
 kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error);
 
 /* Likewise of all columns, after kt_fmu_rates_along. Columns of coordinates are exact in mechanisms without loops.

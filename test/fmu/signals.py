@@ -289,6 +289,26 @@ def check_undisturbed(folder, unknowns):
     claim("derivatives_leave_the_run_alone", wrong)
 
 
+def check_contacts(folder):
+    """A block of 2 kg with friction on the ground, which is pushed and lifted. Contacts keep their mode in derivatives: 0
+    of one that sticks, 1/m of one that is open, none of one that slips."""
+    scene, pushed, found = folder / "lift.yaml", "input.pull.value[0]", []
+    scene.write_text("kinetree: 1\ngravity: [0, 0, -10]\nbodies:\n"
+                     "  - {name: x, joint: {name: sx, type: prismatic, axis: x}, mass: 0.5}\n"
+                     "  - {name: b, parent: x, mass: 2, joint: {name: sz, type: prismatic, axis: z}, markers: {c: [0, 0, 0]}}\n"
+                     "effects:\n  - {name: ground, type: contact, point: b.c, radius: 0, plane: world, restitution: 0, friction: 0.3}\n"
+                     "  - {name: pull, type: force, at: b, value: [0, 0, 0]}\nsimulate: {duration: 1}\n")
+    fmu = Fmu(scene, folder, "--input", "pull")
+    for push, lift in ((1, 15), (1, 25), (8, 0)):
+        instance = Instance(fmu, **{pushed: push, "input.pull.value[2]": lift})
+        instance.step(STEP)
+        found.append(slope_of(instance, ["der(v.sx)", "der(v.sz)"], pushed))
+    note(f"derivatives {found}, expected [[0, 0], [0.4, 0], None], bound 1e-12; {instance.messages}")
+    fine = differences([x or [] for x in found[:2]], [[0.0, 0.0], [0.4, 0.0]]) <= 1e-12 and found[2] is None and \
+        "that slips" in instance.messages[-1]
+    claim("derivatives_keep_the_mode_of_contacts", [] if fine else [str(found)])
+
+
 def check_event_mode(folder):
     """In event mode inputs act behind the events that are due, at the time of the event."""
     events = 'events: [{name: kick, when: t - 0.105, then: {set: {velocity.tip: "velocity.tip + 1"}}}]'
@@ -348,5 +368,6 @@ def check_signals(folder):
     check_start(folder)
     check_blocks(folder)
     check_each_slope(folder)
+    check_contacts(folder)
     check_event_mode(folder)
     check_names(folder)
