@@ -77,10 +77,11 @@ kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *err
                                 "its rate is a function in C; leave out states and steps, or give a formula");
     if (model->n.v == 0)
         return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
-    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES)) && model->n.massless > 0)
+    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_PROJECT)) &&
+        model->n.massless > 0)
         return kt_error_set(error, KT_ERROR_MODEL, "forward",
                             "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
-                            "leave out forward and its derivatives",
+                            "leave out forward, its derivatives and project",
                             (int)model->n.massless);
     if ((functions & (KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS)) && model->n.marker == 0)
         return kt_error_set(error, KT_ERROR_MODEL, "markers",

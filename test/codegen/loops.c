@@ -364,8 +364,8 @@ static int compare_state(kt_generated *g, const closed_tree *m, kt_random *rando
     return 1;
 }
 
-/* Each type in a plane and in space, on trees with every type of joint, every second time with another loop. States that
- * are open show that the equations are those of the library, and not only their solutions. */
+/* Each type in a plane and in space, on trees with every type of joint, every second time with another loop. States
+ * that are open show that the equations are those of the library, and not only their solutions. */
 KT_TEST(generated_loops_agree_with_the_library) {
     kt_random random = kt_random_of_test();
     loop_comparison c = loop_comparison_make();
