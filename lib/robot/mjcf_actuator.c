@@ -112,6 +112,9 @@ static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a,
     const double held = kt_mjcf_control_of(m, e, a, control);
     if (!is_dynamic && !(a->dynamics.delay > 0.0))
         return;
+    const char *tag = kt_mjcf_actuator_tag(m, e, "actearly");
+    if (is_dynamic && tag != NULL && kt_mjcf_flag(m, e, tag, "actearly", false))
+        kt_unknown_count(&m->changes, "actearly of an actuator, whose activation acts without MuJoCo's step ahead", e);
     d->activation =
         is_dynamic ? kt_mjcf_add_activation(m, e, &a->dynamics, held, initial) : delayed_control(m, a, held);
     kt_mjcf_force_of(a, 0.0, d->c);

@@ -116,6 +116,24 @@ KT_TEST(delayed_controls_act_later) {
     remove_model(&file);
 }
 
+/* MuJoCo's force is then that of the activation one step later: a warning, and the same force here. */
+KT_TEST(early_activations_are_a_warning) {
+    static const char text[] = "<mujoco><worldbody>" SLIDE(
+        "a") "</worldbody><actuator><general joint='a' "
+             "dyntype='filter' actearly='true'/><general joint='a' dyntype='filter'/></actuator></mujoco>";
+    kt_scene scene;
+    kt_error error = {0};
+    int found = 0;
+    if (!kt_check_equal_int("read", kt_robot_parse("m", text, sizeof text - 1, NULL, &scene, NULL, NULL, &error),
+                            KT_OK))
+        return;
+    for (int i = 0; i < scene.note_count; i++)
+        found += scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, "actearly") != NULL &&
+                 strstr(scene.notes[i].what, ": 1") != NULL;
+    kt_check_equal_int("warnings of one actuator", found, 1);
+    kt_scene_free(&scene);
+}
+
 /* ---- muscles ----------------------------------------------------------------------------------------------------- */
 
 typedef struct muscle_model {
