@@ -330,7 +330,7 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
                                       .damping = s->damping,
                                       .states = &states};
     status = kt_stiffness_evaluate_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, &at, a, &to, error);
-    return status == KT_OK && KT_HAS_SWITCHES && s->model->n.slip > 0
+    return status == KT_OK && s->model->n.slip > 0
                ? kt_slip_add_damping(s->model, s->data, &at, to.basis, s->size.free, s->vectors, s->damping, error)
                : status;
 }

@@ -1,5 +1,5 @@
-/* The damping of slow slip in Newton's equations, against differences of accelerations; and slip that ends as soon as it
- * begins. */
+/* The damping of slow slip in Newton's equations, against differences of accelerations; and slip that ends as soon as
+ * it begins. */
 #include "contact/slip.h"
 #include "simulation/simulation.h"
 
