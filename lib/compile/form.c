@@ -13,11 +13,9 @@
 
 #include <float.h>
 
-/* What an elimination costs in units of a nanosecond on a processor of 2023: an operation, a link, a loop, and an entry
- * of the mass matrix. An operation of the fronts of few links is dear, since their matrices are small. The numbers are
- * fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages with 8 to 123 coordinates, within
- * 30 %. Ladders of 30 to 60 rungs, for example, take half to a fifth of the time by fronts.
- */
+/* What an elimination costs in nanoseconds on a processor of 2023: an operation, a link, a loop, and an entry of the
+ * mass matrix. The numbers are fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages
+ * with 8 to 123 coordinates, within 30 %. Ladders of 30 to 60 rungs take 0.8 to 0.2 of the time by fronts. */
 typedef struct form_price {
     double operation, link, loop, entry;
 } form_price;
@@ -25,8 +23,8 @@ typedef struct form_price {
 static const form_price front_price[] = {[false] = {0.077, 650.0, 0.0, 0.0}, [true] = {0.17, 220.0, 320.0, 0.0}};
 static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [true] = {0.037, 37.0, 93.0, 11.8}};
 
-/* In batches, lanes compute dense groups of fewer coordinates than KT_LARGE and no fronts. Below that number, fronts must
- * therefore take so much less time than dense matrices. */
+/* In batches, lanes compute dense groups of fewer coordinates than KT_LARGE and no fronts. Below that number, fronts
+ * must therefore take so much less time than dense matrices. */
 #define WORTH_LANES 0.5
 
 /* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. Microseconds
