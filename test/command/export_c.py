@@ -30,7 +30,7 @@ def main():
     rejected("one_format_at_a_time", 1, "one of them", "--c", "--urdf", arm, "--out", "arm.c")
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
-    rejected("loops_are_rejected", 2, "loops cannot be generated", "--c", loop, "--out", "arm.c")
+    rejected("wheels_are_rejected", 2, "rear_contact: code for this loop cannot be generated", "--c", SCENES / "bicycle.yaml", "--out", "arm.c")
     with tempfile.TemporaryDirectory() as folder:
         rope = pathlib.Path(folder, "rope.yaml")
         rope.write_text(ROPE)
@@ -56,6 +56,9 @@ def main():
         made = export(folder, "--c", SCENES / "pid-arm.yaml", "--out", "pid.c", "--functions", "heun")
         pid = pathlib.Path(folder, "pid.h")
         claim("steps_have_auxiliary_states", [] if pid.is_file() and "pid_real *next_x);" in pid.read_text() else [made.stderr])
+        made = export(folder, "--c", loop, "--out", "bar.c", "--functions", "forward,project")
+        bar = pathlib.Path(folder, "bar.h")
+        claim("loops_have_a_projection", [] if bar.is_file() and "int bar_project(" in bar.read_text() else [made.stderr])
     finish()
 
 
