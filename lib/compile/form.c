@@ -27,6 +27,11 @@ static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [t
  * must therefore take so much less time than dense matrices. */
 #define WORTH_LANES 0.5
 
+/* Groups of several free bodies, as in absolute coordinates, have more equations. Fronts lose up to two digits of them
+ * (Andrews' mechanism), so they must take so many fewer operations, and serve so many bodies. */
+#define WORTH_FREE 0.125
+enum { FREE_LEAST = 10 };
+
 /* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. Microseconds
  * of an evaluation: 3 windows 1.1, and 1.2 by dense matrices; 10 windows 2.9 and 6.1. */
 enum { KT_FRONT4_LINKS = 10 };
@@ -34,6 +39,13 @@ enum { KT_FRONT4_LINKS = 10 };
 static double form_cost(const form_price *of, double operations, const kt_group *group) {
     const double m = group->v_count;
     return of->operation * operations + of->link * group->link_count + of->loop * group->loop_count + of->entry * m * m;
+}
+
+static bool has_several_free(const kt_model *model, const kt_group *group) {
+    int count = 0;
+    for (int i = 0; i < group->link_count; i++)
+        count += model->link[model->group_link[group->link + i]].motion == KT_MOTION_FREE;
+    return count > 1;
 }
 
 static bool may_be(const kt_model *model, kt_group_form form) { return !(model->excluded_forms & 1u << form); }
@@ -88,12 +100,14 @@ bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_esti
     const bool planar = kt_group_is_planar(model, group);
     const double front = form_cost(&front_price[planar], of->front_flops, group);
     const double dense = form_cost(&dense_price[planar], of->dense_flops, group);
-    const double worth = group->v_count < KT_LARGE ? WORTH_LANES : 1.0;
+    const bool pays = has_several_free(model, group)
+                          ? group->link_count >= FREE_LEAST && of->front_flops < WORTH_FREE * of->dense_flops
+                          : front < (group->v_count < KT_LARGE ? WORTH_LANES : 1.0) * dense;
     const bool registers = of->is_front4 && group->link_count >= KT_FRONT4_LINKS && may_be(model, KT_FORM_FRONT4);
     const bool delassus = of->fits_delassus && may_be(model, KT_FORM_DELASSUS);
     if (model->structure == KT_STRUCTURE_FRONTS)
         set(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
-    else if (front < worth * dense || delassus || registers)
+    else if (pays || delassus || registers)
         set(group, KT_FORM_FRONT, KT_FORM_REASON_TIME);
     return kt_group_has_fronts(group);
 }

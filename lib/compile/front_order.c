@@ -24,10 +24,9 @@
  * | 10, in a plane  | 1.0     | 1.9   |
  * | 10, in space    | 1.5     | 2.5   |
  * | 10, spherical   | 1.9     | 19    |
- * | 7, in a plane   | 0.95    | 1.2   |
- * | 7, in space     | 1.6     | 1.6   |
- * | 3, spherical    | 1.3     | 2.0   | */
-#define DELASSUS_COORDINATES 7
+ * | 4, spherical    | 1.4     | 2.8   |
+ * | 5, in a plane   | 0.8     | 0.8   | */
+#define DELASSUS_COORDINATES 10
 
 typedef struct planner {
     kt_attach *a;

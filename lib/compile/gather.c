@@ -20,7 +20,7 @@ static int32_t set_of(kt_attach *a, int32_t i) {
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j) { a->above[set_of(a, i)] = set_of(a, j); }
 
 /* Groups of fewer coordinates in all are never reduced by fronts of their own accord. */
-enum { KT_FRONT_LEAST = 7 };
+enum { KT_FRONT_LEAST = 10 };
 
 void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
     for (size_t i = 0; i < n->link; i++)

@@ -22,7 +22,7 @@ print(kt.__version__, len(run) > 10 and abs(run["position.rod"][-1] - simulation
 """
 
 # Half of the time to compile is that of levels of the instruction set and of the optimiser: other tests have these.
-SETTINGS = "--config-settings=setup-args=-Dlevels=baseline -Doptimization=1"
+SETTINGS = "--config-settings=setup-args=-Dlevels=baseline -Doptimization=0"
 
 # What an installation can break: the module, the command and its scenes. python/package has the same sources, and runs all tests.
 SAMPLE = ("reachable or bits_of_the_command or has_a_line_for_each or equal_bits or example_of_the_specification or bits_of_single_calls"
