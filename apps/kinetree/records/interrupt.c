@@ -22,13 +22,21 @@ static _Atomic(const char *) advice;
 static struct sigaction before;
 static bool is_watching;
 
-static void write_words(const char *words) {
-    for (size_t left = strlen(words); left > 0;) {
-        const ssize_t count = write(STDERR_FILENO, words, left);
+/* The message goes out in one piece, since other threads may be drawing a progress bar. */
+static char said[HEAD_SIZE + ADVICE_SIZE + 64];
+static size_t said_length;
+
+static void interrupt_say(const char *words) {
+    for (; *words != '\0' && said_length < sizeof said; words++)
+        said[said_length++] = *words;
+}
+
+static void interrupt_write(void) {
+    for (size_t from = 0; from < said_length;) {
+        const ssize_t count = write(STDERR_FILENO, said + from, said_length - from);
         if (count <= 0)
             return;
-        words += count;
-        left -= (size_t)count;
+        from += (size_t)count;
     }
 }
 
@@ -46,30 +54,31 @@ static long long count_lines(void) {
     return count < 0 ? -1 : lines < 0 ? 0 : lines;
 }
 
-/* Writes " holds 12 records." */
-static void write_count(long long count) {
+/* " holds 12 records." */
+static void interrupt_say_count(long long count) {
     char digits[24];
     size_t at = sizeof digits - 1;
     digits[at] = '\0';
     for (long long rest = count; rest > 0 || at == sizeof digits - 1; rest /= 10)
         digits[--at] = (char)('0' + rest % 10);
-    write_words(" holds ");
-    write_words(digits + at);
-    write_words(" ");
-    write_words(unit);
-    write_words(count == 1 ? "." : "s.");
+    interrupt_say(" holds ");
+    interrupt_say(digits + at);
+    interrupt_say(" ");
+    interrupt_say(unit);
+    interrupt_say(count == 1 ? "." : "s.");
 }
 
 static void end_by_interrupt(int number) {
     const long long lines = unit != NULL ? count_lines() : -1;
-    write_words(head);
+    interrupt_say(head);
     if (lines >= 0)
-        write_count(lines);
+        interrupt_say_count(lines);
     else
-        write_words(" is left.");
-    write_words(" ");
-    write_words(atomic_load(&advice));
-    write_words("\n");
+        interrupt_say(" is left.");
+    interrupt_say(" ");
+    interrupt_say(atomic_load(&advice));
+    interrupt_say("\n");
+    interrupt_write();
     (void)raise(number); /* SA_RESETHAND has restored the default, and SA_NODEFER does not block it */
 }
 
