@@ -3,10 +3,10 @@
  *     bench-book-meshes SHAPE CELLS SECONDS
  *
  * SHAPE is a name of kt_bars_shape_name. Printed are the coordinates, the equations of the loops, the independent ones
- * among them, and the largest closure error relative to the mechanism's length. It is measured after a projection from
- * 1e-6 away, and after STEPS steps of rk4 with projections. The last number is the time of an evaluation in seconds,
- * measured for SECONDS. With 0 SECONDS there is one evaluation, in kt_bars_accelerate, and no time: a counting tool
- * watches it. */
+ * among them, and the largest closure error relative to the mechanism's length. It is measured after a projection of a
+ * state that is slightly open, and after STEPS steps of rk4 with projections. The last number is the time of an
+ * evaluation, measured for SECONDS. If SECONDS is zero, a counting tool watches a single evaluation in
+ * kt_bars_accelerate. */
 #include "scaling/bars.h"
 
 #include "bench.h"

@@ -7,10 +7,10 @@
  *   mass         CRBA, the whole matrix, against crba and a copy of its upper triangle
  *   derivatives  da/dq, da/dv and M^-1 against computeABADerivatives
  *
- * A line is trusted if Pinocchio's accelerations need the given torques, max |RNEA(a') - tau| / max |h|, and if its
- * torques for the library's accelerations are the given ones, both to (4 + bodies) eps. Here h is the bias force or 1. The
- * mass matrices agree to the same bound of their largest entry, and derivatives of trees without free bodies to 1e-9 of
- * theirs; derivatives by the rotation of a free body have another meaning there. */
+ * A line is trusted if Pinocchio's accelerations need the given torques by RNEA of the library, and if its torques for
+ * the library's accelerations are the given ones. The bound is (4 + bodies) eps of the largest bias force. The mass
+ * matrices agree to the same bound of their largest entry. Derivatives are compared for trees without free bodies, since
+ * those by the rotation of a free body have another meaning there. */
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>

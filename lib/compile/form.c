@@ -14,8 +14,8 @@
 #include <float.h>
 
 /* What an elimination costs in nanoseconds on a processor of 2023: an operation, a link, a loop, and an entry of the
- * mass matrix. The numbers are fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages
- * with 8 to 123 coordinates, within 30 %. Ladders of 30 to 60 rungs take 0.8 to 0.2 of the time by fronts. */
+ * mass matrix. The numbers are fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages,
+ * within a third. */
 typedef struct form_price {
     double operation, link, loop, entry;
 } form_price;
@@ -32,8 +32,8 @@ static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [t
 #define WORTH_FREE 0.125
 enum { FREE_LEAST = 10 };
 
-/* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. Microseconds
- * of an evaluation: 3 windows 1.1, and 1.2 by dense matrices; 10 windows 2.9 and 6.1. */
+/* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. A row of
+ * three windows takes nearly the same time by dense matrices, and one of ten windows twice as much. */
 enum { KT_FRONT4_LINKS = 10 };
 
 static double form_cost(const form_price *of, double operations, const kt_group *group) {
