@@ -20,7 +20,8 @@ CLOSURE = 1e-12
 SECONDS = 0.2
 TEXT = [
     "Loops that share bodies, as in the published benchmarks of closed chains. *Growth* is the exponent of the number of cells:",
-    f"the instructions of an evaluation of the accelerations at {COUNTED[0]} and {COUNTED[1]} cells are counted by valgrind. *Closure*",
+    f"the instructions of an evaluation of the accelerations at {COUNTED[0]} and {COUNTED[1]} cells are counted by valgrind, at the lowest",
+    "level of the instruction set. *Closure*",
     "is the largest gap of a loop over the length of the mechanism. It is taken after a projection from 1e-6 away, and after ten",
     "steps of `rk4` of 1 ms; the larger one counts. A mechanism of n cells is n metres long. Rows in space and grids have dependent",
     "equations: more equations than the rank."]
