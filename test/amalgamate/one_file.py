@@ -13,8 +13,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 STEPS = 100
-FLAGS = ["-std=c17", "-O0", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
-TEST_FLAGS = ["-std=c17", "-O0", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", "-Ilib", "-Itest"]
+FLAGS = ["-std=c17", "-O1", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
+TEST_FLAGS = ["-std=c17", "-O1", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", "-Ilib", "-Itest"]
 LAPACK = ["-llapacke", "-lopenblas"]
 MODES = {"small": ["-DKINETREE_SMALL"], "trees": ["-DKINETREE_TREES"], "plain": []}
 

@@ -1,6 +1,10 @@
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 
+#include "kinetree/joint.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -295,4 +299,34 @@ double *kt_generated_number(kt_tree *tree, const char *name) {
     }
     kt_check_true(name, found != NULL);
     return found;
+}
+
+static bool semi_implicit_library_step(const kt_tree *tree, double h, const kt_tree_state *s, double *next) {
+    const int nq = kt_model_nq(tree->model);
+    double a[KT_TREE_NV];
+    kt_error error = {0};
+    kt_status status = kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
+    for (int i = 0; i < tree->nv && status == KT_OK; i++) {
+        next[nq + i] = s->v[i] + h * a[i];
+        a[i] = h * next[nq + i];
+    }
+    if (status == KT_OK)
+        kt_position_add(tree->model, s->q, a, next);
+    if (status == KT_OK && kt_loop_count(tree->model) > 0)
+        status = kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error);
+    return kt_tree_fine("semi-implicit step", status, &error);
+}
+
+bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
+                               double *next) {
+    if (method == NULL)
+        return semi_implicit_library_step(tree, h, s, next);
+    const kt_step step = {.method = method, .h = h, .tau = s->tau};
+    const size_t size = kt_step_work_size(tree->model, method);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_error error = {0};
+    const kt_status status = kt_step_evaluate(tree->model, tree->data, work, size, &step, s->q, s->v, next,
+                                              next + kt_model_nq(tree->model), &error);
+    free(work);
+    return kt_tree_fine("step", status, &error);
 }

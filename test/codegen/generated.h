@@ -5,6 +5,7 @@
 #include "../dynamics/tree.h"
 
 #include "kinetree/codegen.h"
+#include "kinetree/sensitivity.h"
 
 /* All functions but those that some models cannot have, or that have tests of their own. */
 enum {
@@ -68,6 +69,11 @@ bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned fun
 /* The same with all numbers fixed: there are no parameters, and the functions ignore their model. */
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
 void kt_generated_free(kt_generated *g);
+
+/* The library's step to the positions and velocities `next`; for the method NULL v += h a, then q (+) h v, and with loops a
+ * projection. A failure fails the test. */
+bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
+                               double *next);
 
 /* The number of a description that a parameter represents; NULL fails the test. */
 double *kt_generated_number(kt_tree *tree, const char *name);

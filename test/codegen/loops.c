@@ -263,33 +263,6 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
     return true;
 }
 
-/* The library's step; for NULL v += h a, then q (+) h v, then a projection. */
-static bool take_loop_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
-                           double *next) {
-    const int nq = kt_model_nq(tree->model);
-    kt_error error = {0};
-    double a[NV];
-    if (method == NULL) {
-        kt_status status = kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
-        for (int i = 0; i < tree->nv && status == KT_OK; i++) {
-            next[nq + i] = s->v[i] + h * a[i];
-            a[i] = h * next[nq + i];
-        }
-        if (status == KT_OK) {
-            kt_position_add(tree->model, s->q, a, next);
-            status = kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error);
-        }
-        return kt_tree_fine("semi-implicit step", status, &error);
-    }
-    const kt_step step = {.method = method, .h = h, .tau = s->tau};
-    const size_t size = kt_step_work_size(tree->model, method);
-    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
-    const kt_status status =
-        kt_step_evaluate(tree->model, tree->data, work, size, &step, s->q, s->v, next, next + nq, &error);
-    free(work);
-    return kt_tree_fine("step", status, &error);
-}
-
 /* The bound follows from the accelerations: velocities differ by h times their error. A projection divides the rounding
  * of phi by the size of a direction, which accelerations contain twice. */
 static void compare_loop_steps(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double most,
@@ -301,7 +274,7 @@ static void compare_loop_steps(kt_generated *g, const kt_tree *tree, const kt_tr
         double next[NQ + NV], own[NQ + NV];
         memcpy(own, s->q, (size_t)nq * sizeof *own);
         memcpy(own + nq, s->v, (size_t)tree->nv * sizeof *own);
-        if (!take_loop_step(tree, method[k], 1e-4, s, next) ||
+        if (!kt_generated_library_step(tree, method[k], 1e-4, s, next) ||
             !kt_check_equal_int("step", take[k](g->model, own, own + nq, s->tau, 1e-4, own, own + nq), 0))
             return;
         for (int i = 0; i < count; i++)

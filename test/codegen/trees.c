@@ -231,30 +231,6 @@ static void compare_effects(kt_generated *g, const kt_tree *tree, const kt_tree_
                           i);
 }
 
-/* The library's step; v += h a and q (+) h v for the method NULL. */
-static bool take_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s, double *next) {
-    const int nq = kt_model_nq(tree->model);
-    kt_error error = {0};
-    double a[KT_TREE_NV];
-    if (method == NULL) {
-        const kt_status status =
-            kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
-        for (int i = 0; i < tree->nv; i++) {
-            next[nq + i] = s->v[i] + h * a[i];
-            a[i] = h * next[nq + i];
-        }
-        kt_position_add(tree->model, s->q, a, next);
-        return kt_tree_fine("semi-implicit step", status, &error);
-    }
-    const kt_step step = {.method = method, .h = h, .tau = s->tau};
-    const size_t size = kt_step_work_size(tree->model, method);
-    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
-    const kt_status status =
-        kt_step_evaluate(tree->model, tree->data, work, size, &step, s->q, s->v, next, next + nq, &error);
-    free(work);
-    return kt_tree_fine("step", status, &error);
-}
-
 /* Both take the same stages. Positions and velocities differ by the rounding errors of the accelerations, h times
  * `sensitivity`, which the other coordinates share in later stages. The outputs are the inputs. */
 static void compare_steps(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
@@ -272,7 +248,7 @@ static void compare_steps(kt_generated *g, const kt_tree *tree, const kt_tree_st
         double next[KT_TREE_NQ + KT_TREE_NV], own[KT_TREE_NQ + KT_TREE_NV];
         memcpy(own, s->q, (size_t)nq * sizeof *own);
         memcpy(own + nq, s->v, (size_t)tree->nv * sizeof *own);
-        if (!take_step(tree, method[k], h, s, next))
+        if (!kt_generated_library_step(tree, method[k], h, s, next))
             return;
         kt_check_equal_int("step", take[k](g->model, own, own + nq, s->tau, h, own, own + nq), 0);
         for (int i = 0; i < count; i++)
