@@ -42,6 +42,11 @@ def instructions(context, shape, cells):
     return int(re.search(r"Collected : (\d+)", run(context, shape, cells, 0, tool=tool).stderr).group(1))
 
 
+def plain(number):
+    """Three digits without an exponent."""
+    return f"{float(f'{number:.3g}'):.10g}"
+
+
 def add_shape(context, shape, kept, times):
     gap, small = 0.0, None
     for cells in SIZES[:2] if context.short else SIZES:
@@ -50,7 +55,7 @@ def add_shape(context, shape, kept, times):
         gap = max(both) if all(map(math.isfinite, both)) else math.nan
         kept.add(shape, cells, int(freedoms), int(equations), int(rank), "closure", observed=gap, bound=CLOSURE)
         seconds = float(seconds)
-        times.add(shape, cells, f"{1e6 * seconds:.4g}", f"{1e6 * seconds / cells:.3g}", None if small is None else f"{math.log10(seconds / small):.2f}")
+        times.add(shape, cells, plain(1e6 * seconds), plain(1e6 * seconds / cells), None if small is None else f"{math.log10(seconds / small):.2f}")
         small = seconds
 
 
