@@ -100,7 +100,8 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * kt_step_evaluate. NAME_inverse, NAME_bias and NAME_mass stay those of the tree: tau = M a + h is the sum of the joint
  * forces and of the forces A' lambda of the loops. These have no power in a closed motion. NAME_loops has one row for
  * each independent equation (NAME_NR), with axes of its own. Equations that repeat others are left out, as when the
- * model was compiled.
+ * model was compiled. If a loop depends on time, NAME_forward, NAME_loops, NAME_project and steps have the time as an
+ * argument before q.
  *
  * Forces of effects are in NAME_effects and in the
  * steps alone; add them to the tau of NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on
@@ -119,9 +120,9 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
- * that roll, slide on curves or surfaces, screw, are driven or depend on time; loops that contradict each other by
- * rounding; derivatives with loops; bodies of variable mass, coordinates that move no mass, hard contacts, forces along
- * paths, and effects and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the
+ * that roll, slide on curves or surfaces, screw or have given rates; loops that contradict each other by rounding;
+ * derivatives with loops; bodies of variable mass, coordinates that move no mass, hard contacts, forces along paths,
+ * and effects and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the
  * files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);

@@ -65,7 +65,7 @@ static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
                                 .input = {"q", "v"},
                                 .output = {"phi", "A", "right"},
                                 .is_apart = true},
-    [KT_CODEGEN_PROJECT_INDEX] = {.equation = "phi = 0 and A v = 0; outputs may be the inputs",
+    [KT_CODEGEN_PROJECT_INDEX] = {.equation = "phi = 0, and its rate is 0; outputs may be the inputs",
                                   .input = {"q", "v"},
                                   .output = {"next_q", "next_v"},
                                   .is_text = true},
@@ -101,7 +101,7 @@ static const code_kind inner_kinds[CODE_COUNT - KT_CODEGEN_COUNT] = {
      .output = {"step", "gap"}},
     {.name = "settle_velocities",
      .meaning = "velocities after the impulse of the loops",
-     .equation = "M (next_v - v) = A' lambda, A next_v = 0; gap: phi over its scales",
+     .equation = "M (next_v - v) = A' lambda, A next_v = rate; gap: phi over its scales",
      .input = {"q", "v"},
      .output = {"next_v", "gap"}},
 };
@@ -129,13 +129,19 @@ const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) 
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a function has forces of effects, or rates of auxiliary states. It then has the time as an argument if these
- * depend on it, and the states if there are any. */
+/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. It then has the time
+ * as an argument if these depend on it. With effects it has the states if there are any. */
 static bool has_effects(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
 }
-static bool has_time(const kt_model *model, int k) { return has_effects(k) && kt_code_has_time(model); }
+static bool has_equations(int k) {
+    return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_LOOPS_INDEX ||
+           k == KT_CODEGEN_PROJECT_INDEX || k == CODE_CLOSE || k == CODE_SETTLE;
+}
+static bool has_time(const kt_model *model, int k) {
+    return (has_effects(k) && kt_code_has_time(model)) || (has_equations(k) && kt_code_loops_have_time(model));
+}
 static bool has_states(const kt_model *model, int k) { return has_effects(k) && model->n.x > 0; }
 
 /* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
@@ -484,7 +490,8 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
     const kt_code_names called = {.name = name,
                                   .take = tree->constant ? "" : take,
                                   .pass = tree->constant ? "" : "model, ",
-                                  .has_time = kt_code_has_time(tree->model)};
+                                  .effects_have_time = kt_code_has_time(tree->model),
+                                  .loops_have_time = kt_code_loops_have_time(tree->model)};
     if (fine)
         kt_code_print_steps(file, &called, tree->model, functions, (const char *const *)signature);
     for (int i = 0; i < KT_CODE_STEPS; i++)

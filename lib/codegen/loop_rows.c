@@ -2,10 +2,10 @@
  *
  * With d, u and g of loops.c, w = w_2 - w_1, and al = al_2 - al_1, a row with the moment m and the force f has
  *
- *   A v = m . w + f . u,    right = -(m . al + f . g + drift)
+ *   A v = m . w + f . u,    right = -(m . al + f . g + drift),    rate = 0
  *
  *   along e        phi = e . d,           f = e
- *   distance       phi = |d| - L,         f = n = d / |d|,  drift = |n x u|^2 / |d|
+ *   distance       phi = |d| - L,         f = n = d / |d|,  drift = |n x u|^2 / |d| - L'',  rate = L'
  *   one axis       phi = F h_k            components of 4 tan(theta / 4) n of the rotation that takes e_z to f_z
  *   orientation    phi = p_k              components of 4 tan(theta / 4) n of the whole rotation
  *   right angle    phi = 2 tan(eps / 2),  sin(eps) = e_z . f_z
@@ -82,12 +82,17 @@ static int count_coincidence(const kt_model *model, const kt_loop_record *r, uns
     return count_bits(active & CODE_POINT) >= least ? least : 0;
 }
 
+/* Whether a loop has one equation with a function of time. */
+static bool has_function(const kt_loop_record *r) {
+    return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING || r->type == KT_LOOP_MOTION;
+}
+
 bool kt_code_has_loop_type(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
     if (r->group < 0) /* it is switched off */
         return false;
-    if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
-        return kt_curve_rests(&r->curve) && !(r->type == KT_LOOP_COUPLING && r->form);
+    if (has_function(r))
+        return kt_code_has_curve(model, &r->curve) && !(r->type == KT_LOOP_COUPLING && r->form);
     return r->type >= 0 && r->type < KT_LOOP_TYPE_COUNT && part_of_type[r->type][0] != KT_PART_NONE;
 }
 
@@ -95,7 +100,7 @@ int kt_code_rows_of_loop(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
     if (!kt_code_has_loop_type(model, loop))
         return 0;
-    if (r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING)
+    if (has_function(r))
         return is_chosen(model, r, 0) ? 1 : 0;
     const unsigned active = active_parts(model, r);
     const int points = count_coincidence(model, r, active);
@@ -130,6 +135,7 @@ static void add_code_row(const kt_code_closing *c, kt_code_loop_rows *rows, cons
         kt_op_name(g, a[v], "A%d_%d", at, (int)v);
     }
     rows->phi[at] = row->phi;
+    rows->rate[at] = kt_op_number(g, 0.0);
     rows->scaled[at] = is_angle ? row->phi : kt_op_divide(g, row->phi, c->tree->loop_length);
     const kt_op3 alpha = kt_op3_subtract(g, c->alpha[1], c->alpha[0]);
     const kt_op linear = kt_op_add(g, kt_op3_dot(g, row->moment, alpha), kt_op3_dot(g, row->force, c->bias));
@@ -194,11 +200,13 @@ static void add_distance(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const kt_op norm = kt_op3_length(g, c->d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
     const kt_op3 n = kt_op3_scale(g, inverse, c->d), across = kt_op3_cross(g, n, c->u);
-    const code_row row = {.moment = kt_op3_zero(g),
-                          .force = n,
-                          .phi = kt_op_subtract(g, norm, c->number->value),
-                          .drift = kt_op_multiply(g, kt_op3_dot(g, across, across), inverse)};
+    const code_row row = {
+        .moment = kt_op3_zero(g),
+        .force = n,
+        .phi = kt_op_subtract(g, norm, c->function[0]),
+        .drift = kt_op_subtract(g, kt_op_multiply(g, kt_op3_dot(g, across, across), inverse), c->function[2])};
     add_code_row(c, rows, &row, false);
+    rows->rate[rows->count - 1] = c->function[1];
 }
 
 /* ---- orientations ------------------------------------------------------------------------------------------------ */

@@ -11,6 +11,7 @@ typedef struct kt_code_closing {
     const kt_code_loop *number;
     const kt_code_places *place; /* of the links on both paths */
     bool moves;
+    kt_op function[3]; /* of the length, the offset or the position: its value and two derivatives by time */
     kt_op3 point[2];
     kt_op33 axes[2]; /* of the ends, columns */
     kt_op3 omega[2], velocity[2], alpha[2],

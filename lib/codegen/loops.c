@@ -1,4 +1,4 @@
-/* The equations of loops as nodes: phi = 0, A v = 0, A a = right.
+/* The equations of loops as nodes: phi = 0, A v = rate, A a = right.
  *
  * A loop joins two frames. The links of its two paths are followed from their nearest common ancestor, whose origin
  * counts as at rest. All vectors are in the axes of the ancestor. Let P be the point of the second end, and v_i(P),
@@ -10,7 +10,9 @@
  * These are u and the sum of all accelerations in lib/loop/relative.h: a_1(P) contains alpha_1 x d and
  * w_1 x (w_1 x d). So neither A nor the right-hand side needs the point of the first end.
  *
- * The equations follow in loop_rows.c. A coupling needs no ends: phi = sum of c q - offset, A v = sum of c v.
+ * The equations follow in loop_rows.c. Couplings and driven joints need no ends:
+ *
+ *   phi = sum of c q - f(t),   A v = sum of c v = f',   A a = f''
  */
 #include "codegen/loop_rows.h"
 #include "kinetree/loop.h"
@@ -38,10 +40,9 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     if (r->group < 0 || model->family != NULL)
         return "parts of the mechanism are switched on and off";
     if (!kt_code_has_loop_type(model, loop))
-        return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING
-                   ? "its function depends on time or on a formula"
-                   : "wheels, skates, screws, curves, surfaces, driven joints and functions in C are not among the "
-                     "types";
+        return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING || r->type == KT_LOOP_MOTION
+                   ? "its function depends on other values than the time, or its table is too long"
+                   : "wheels, skates, screws, curves, surfaces, given rates and functions in C are not among the types";
     if (model->disagreement > 0.0)
         return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];
@@ -51,6 +52,14 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     return count != group->rank[KT_ROWS_ALL]
                ? "its equations repeat those of other loops, and the choice among them depends on the position"
                : NULL;
+}
+
+bool kt_code_loops_have_time(const kt_model *model) {
+    for (int i = 0; i < (int)model->n.loop; i++)
+        if (kt_code_rows_of_loop(model, i) > 0 && model->loop[i].curve.type != KT_FUNCTION_NONE &&
+            !kt_curve_rests(&model->loop[i].curve))
+            return true;
+    return false;
 }
 
 int kt_code_count_loop_rows(const kt_model *model) {
@@ -76,14 +85,17 @@ static void read_loop(kt_code_tree *tree, int index) {
     for (char *at = l->name; *at != '\0'; at++)
         *at = *at == '-' ? '_' : *at;
     l->value = kt_op_number(tree->graph, 0.0);
-    if (r->type == KT_LOOP_DISTANCE)
+    if (r->type == KT_LOOP_DISTANCE && kt_curve_rests(&r->curve))
         l->value = kt_code_curve(tree, &r->curve, l->name, "length", "of the loop, m");
-    if (r->type == KT_LOOP_COUPLING)
-        l->value = kt_code_curve(tree, &r->curve, l->name, "offset", "of the loop, rad or m");
+    if (r->term_count > 0 && kt_curve_rests(&r->curve))
+        l->value = kt_code_curve(tree, &r->curve, l->name, r->type == KT_LOOP_MOTION ? "position" : "offset",
+                                 "of the loop, rad or m");
     for (int k = 0; k < r->term_count; k++) {
         const kt_term_record *term = &model->term[r->term + k];
         const char *joint = tree->body_name[model->link[term->link].body];
-        tree->coefficient[r->term + k] = kt_code_number(tree, l->name, joint, "coefficient", term->coefficient);
+        tree->coefficient[r->term + k] = r->type == KT_LOOP_MOTION
+                                             ? kt_op_number(tree->graph, 1.0)
+                                             : kt_code_number(tree, l->name, joint, "coefficient", term->coefficient);
     }
     for (int k = 0; k < 2 && r->term_count == 0; k++)
         l->at[k] = kt_code_place_in_link(tree, r->body[k], place_of_loop_end(model, r, k), l->name, k);
@@ -242,8 +254,9 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph_section(g, "%s: sum of coefficients and positions - offset", c->number->name);
     rows->loop[at] = (int)(r - tree->model->loop);
     rows->block[at] = at;
-    rows->phi[at] = kt_op_negate(g, c->number->value);
-    rows->right[at] = kt_op_number(g, 0.0);
+    rows->phi[at] = kt_op_negate(g, c->function[0]);
+    rows->rate[at] = c->function[1];
+    rows->right[at] = c->function[2];
     kt_op scale = kt_op_number(g, 0.0);
     for (size_t v = 0; v < tree->model->n.v; v++)
         rows->a[(size_t)at * tree->model->n.v + v] = rows->size[(size_t)at * tree->model->n.v + v] =
@@ -270,6 +283,7 @@ void kt_code_free_loop_rows(kt_code_loop_rows *rows) {
     free(rows->a);
     free(rows->phi);
     free(rows->scaled);
+    free(rows->rate);
     free(rows->right);
     free(rows->block);
     free(rows->size);
@@ -287,6 +301,15 @@ static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
     return omega;
 }
 
+/* A function of time belongs to the function of the file that reads it. */
+static void set_function_of_loop(kt_code_closing *c) {
+    kt_graph *g = c->tree->graph;
+    const bool rests = c->record->curve.type == KT_FUNCTION_NONE || kt_curve_rests(&c->record->curve);
+    c->function[0] = rests ? c->number->value : kt_code_curve(c->tree, &c->record->curve, NULL, NULL, NULL);
+    for (int k = 1; k < 3; k++)
+        c->function[k] = rests ? kt_op_number(g, 0.0) : kt_code_rate_of_time(g, c->function[k - 1]);
+}
+
 static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place, bool moves, kt_code_loop_rows *rows) {
     kt_graph *g = tree->graph;
     kt_code_closing c = {.tree = tree,
@@ -296,6 +319,8 @@ static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place,
                          .moves = moves};
     if (kt_code_rows_of_loop(tree->model, index) == 0)
         return; /* others close it */
+    kt_graph_section(g, "%s: its function of time", c.number->name);
+    set_function_of_loop(&c);
     if (c.record->term_count > 0) {
         add_relation(&c, rows);
         return;
@@ -314,13 +339,14 @@ void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *r
                                 .a = calloc(count * (tree->model->n.v + 1), sizeof *rows->a),
                                 .phi = calloc(count, sizeof *rows->phi),
                                 .scaled = calloc(count, sizeof *rows->scaled),
+                                .rate = calloc(count, sizeof *rows->rate),
                                 .right = calloc(count, sizeof *rows->right),
                                 .block = calloc(count, sizeof *rows->block),
                                 .size = calloc(count * (tree->model->n.v + 1), sizeof *rows->size)};
     const kt_code_places place = {calloc(links, sizeof *place.turn), calloc(links, sizeof *place.position)};
     g->failed |= rows->loop == NULL || rows->a == NULL || rows->phi == NULL || rows->scaled == NULL ||
-                 rows->block == NULL || rows->size == NULL || rows->right == NULL || place.turn == NULL ||
-                 place.position == NULL;
+                 rows->block == NULL || rows->size == NULL || rows->rate == NULL || rows->right == NULL ||
+                 place.turn == NULL || place.position == NULL;
     for (int i = 0; i < (int)tree->model->n.loop && know_loops(tree); i++)
         add_loop(tree, i, &place, moves, rows);
     free(place.turn);

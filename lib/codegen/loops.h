@@ -4,14 +4,15 @@
 
 #include "codegen/recursion.h"
 
-/* The independent equations of all loops at a state: A a = right. */
+/* The independent equations of all loops at a state. */
 typedef struct kt_code_loop_rows {
     int count;
     int *loop;     /* of each equation */
     kt_op *a;      /* A, row by row, with nv entries each */
     kt_op *phi;    /* residuals */
     kt_op *scaled; /* residuals over their scales, a radian or the mechanism's length */
-    kt_op *right;  /* that of accelerations; of velocities it is zero */
+    kt_op *rate;   /* A v = rate: those of functions of time */
+    kt_op *right;  /* A a = right */
     int *block;    /* of each equation: the first one with which it is compared (multiplier.c) */
     kt_op *size;   /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
 } kt_code_loop_rows;
@@ -25,6 +26,9 @@ bool kt_code_has_loop_type(const kt_model *model, int loop);
 /* How many equations a loop has in a generated file. Equations that repeat others are left out, as they were when the
  * model was compiled. */
 int kt_code_rows_of_loop(const kt_model *model, int loop);
+
+/* Whether the equations of loops depend on time. */
+bool kt_code_loops_have_time(const kt_model *model);
 
 /* How many equations the loops of a model have in a generated file. */
 int kt_code_count_loop_rows(const kt_model *model);

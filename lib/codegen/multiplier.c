@@ -4,7 +4,7 @@
  * forces of the loops:
  *
  *   forward dynamics   x = a,  W = M,       y = tau - h,  b = right
- *   velocities         x = dv, W = M,       y = 0,        b = - A v
+ *   velocities         x = dv, W = M,       y = 0,        b = rate - A v
  *   positions          x = dq, W = 1 or M,  y = 0,        b = - phi
  *
  * W = L'D L is factored by kt_code_factor_mass. With Y = L'^-1 A', z = L'^-1 y and S = Y' D^-1 Y = A W^-1 A',
@@ -143,6 +143,20 @@ static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *ro
     free(memory);
 }
 
+/* A driven joint that carries nothing has a row of zeros. Its acceleration does not depend on its inertia, which may be
+ * 1 then. */
+static void load_driven_joints(kt_code_tree *tree, kt_op *mass) {
+    const kt_model *model = tree->model;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *r = &model->loop[i];
+        if (r->type != KT_LOOP_MOTION || kt_code_rows_of_loop(model, (int)i) == 0)
+            continue;
+        kt_op *diagonal = &mass[(size_t)model->link[model->term[r->term].link].v * (model->n.v + 1)];
+        if (kt_op_is(tree->graph, *diagonal, 0.0))
+            *diagonal = kt_op_number(tree->graph, 1.0);
+    }
+}
+
 /* Factors the mass matrix. Returns 1 / D, which the caller frees; NULL if memory is insufficient. */
 static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *guard) {
     const size_t nv = tree->model->n.v;
@@ -151,6 +165,7 @@ static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *g
     if (inverse == NULL)
         return NULL;
     kt_code_mass(tree, work);
+    load_driven_joints(tree, work);
     for (size_t k = 0; k < nv; k++)
         guard[k] = (kt_code_guard){.limit = work[k * (nv + 1)]};
     kt_code_factor_mass(tree, work, inverse, guard);
@@ -209,7 +224,7 @@ void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_c
                 const kt_op v = kt_op_input(g, KT_OP_RATE, k);
                 sum = kt_op_add(g, sum, kt_op_multiply(g, rows.a[(size_t)r * (size_t)nv + (size_t)k], v));
             }
-            rows.right[r] = kt_op_negate(g, sum);
+            rows.right[r] = kt_op_subtract(g, rows.rate[r], sum);
         }
         solve_loop_equations(tree, &rows, work, inverse, rows.right, out, guard + nv);
         for (int k = 0; k < nv; k++)

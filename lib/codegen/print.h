@@ -73,7 +73,7 @@ void kt_code_print_sincos(FILE *file, const char *name);
  * are fixed. */
 typedef struct kt_code_names {
     const char *name, *take, *pass;
-    bool has_time; /* forces of effects have the time as an argument */
+    bool effects_have_time, loops_have_time; /* as an argument of forces, and of equations */
 } kt_code_names;
 
 /* The heads of project, heun, rk4 and semi_implicit, and of A and B of the steps. */

@@ -99,8 +99,11 @@ static void print_walk(FILE *file, const kt_model *model, const char *plain, con
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 /* Arguments that only some models have. */
-static const char *take_time(const kt_code_names *n) { return n->has_time ? "real t, " : ""; }
-static const char *pass_time(const kt_code_names *n) { return n->has_time ? "t, " : ""; }
+static bool steps_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
+static const char *take_time(const kt_code_names *n) { return steps_have_time(n) ? "real t, " : ""; }
+static const char *pass_time(const kt_code_names *n) { return steps_have_time(n) ? "t, " : ""; }
+static const char *pass_time_to_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
+static const char *pass_time_to_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
 static const char *take_states(const kt_model *model) { return model->n.x > 0 ? "const real *x, " : ""; }
 static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? "x, " : ""; }
 
@@ -114,10 +117,10 @@ static void print_rates(FILE *file, const kt_code_names *n, const kt_model *mode
         fprintf(file,
                 "    real force[%d];\n    (void)%s_effects(%s%sq, v, %sforce);\n    for (int i = 0; i < %d; i++)\n"
                 "        force[i] += tau[i];\n",
-                nv, n->name, n->pass, pass_time(n), pass_states(model), nv);
+                nv, n->name, n->pass, pass_time_to_effects(n), pass_states(model), nv);
     if (model->n.x > 0)
-        fprintf(file, "    (void)%s_states(%s%sq, v, x, a + %d);\n", n->name, n->pass, pass_time(n), nv);
-    fprintf(file, "    return %s_forward(%sq, v, %s, a);\n}\n\n", n->name, n->pass,
+        fprintf(file, "    (void)%s_states(%s%sq, v, x, a + %d);\n", n->name, n->pass, pass_time_to_effects(n), nv);
+    fprintf(file, "    return %s_forward(%s%sq, v, %s, a);\n}\n\n", n->name, n->pass, pass_time_to_loops(n),
             model->n.effect > 0 ? "force" : "tau");
 }
 
@@ -147,7 +150,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     fprintf(file, "    for (int i = 0; i <= stages; a += i++) {\n"
                   "        const real *row = i < stages ? a : b;\n");
-    if (n->has_time)
+    if (steps_have_time(n))
         fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n"
@@ -164,7 +167,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
             "        if (i == stages)\n            break;\n"
             "        step_rate(y, y + %d, slope[i]);\n"
             "        code = step_forward(%s%sy, y + %d, ",
-            nq, nq, n->pass, n->has_time ? "t + node * h, " : "", nq);
+            nq, nq, n->pass, steps_have_time(n) ? "t + node * h, " : "", nq);
     if (nx > 0)
         fprintf(file, "y + %d, ", nq + nv);
     fprintf(file, "tau, slope[i] + %d);\n        if (code != 0)\n            return code;\n    }\n", nq);
@@ -173,7 +176,8 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
 /* Projects the state after a step. */
 static void print_projected(FILE *file, const kt_code_names *n, const kt_model *model, const char *q, const char *v) {
     if (kt_code_count_loop_rows(model) > 0)
-        fprintf(file, "    code = step_project(%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass, q, v);
+        fprintf(file, "    code = step_project(%s%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass,
+                n->loops_have_time ? "t + h, " : "", q, v);
 }
 
 static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {

@@ -10,8 +10,8 @@
  */
 #include "codegen/print.h"
 
-static const char *take_time(const kt_code_names *n) { return n->has_time ? "real t, " : ""; }
-static const char *pass_time(const kt_code_names *n) { return n->has_time ? "t, " : ""; }
+static const char *take_time(const kt_code_names *n) { return n->effects_have_time ? "real t, " : ""; }
+static const char *pass_time(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
 
 void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
@@ -61,7 +61,7 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             "    for (int i = 0; i <= stages; a += i++) {\n"
             "        const real *row = i < stages ? a : b;\n",
             n->take, take_time(n), 2 * nv, 2 * nv, 3 * nv * nv, all, all);
-    if (n->has_time)
+    if (n->effects_have_time)
         fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n            real sum = 0;\n"
@@ -73,7 +73,7 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             "            y[l] = (l < %d ? q[l] : v[l - %d]) + h * sum;\n        }\n"
             "        for (int l = 0; l < %d; l++)\n            slope[i][l] = y[%d + l];\n",
             all, 2 * nv + 1, 4 * nv * nv, 2 * nv, nv, nv, nv, nv);
-    const char *const time = n->has_time ? "t + node * h, " : "";
+    const char *const time = n->effects_have_time ? "t + node * h, " : "";
     fprintf(file,
             "        int code = step_forward(%s%sy, y + %d, tau, slope[i] + %d);\n"
             "        if (code == 0)\n            code = step_jacobians(%s%sy, y + %d, tau, f);\n"

@@ -1,7 +1,7 @@
 /* The projection of a state onto the loops, as in lib/closure/project.c.
  *
  *   positions    q := q (+) dq with A dq = -phi, least in the metric of the model, until phi is rounding
- *   velocities   v := v + dv with A dv = -A v, least in kinetic energy
+ *   velocities   v := v + dv with A dv = rate - A v, least in kinetic energy
  *
  * Newton's iteration ends if phi is at most ROUNDING of its scale, or if it is at most CLOSED and no longer halves. It
  * takes at most 10 steps, of which one suffices after a usual step. It calls two functions, and both compute phi: one
@@ -14,6 +14,7 @@
 void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model *model, unsigned functions,
                               const char *signature) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), rows = kt_code_count_loop_rows(model);
+    const char *const time = n->loops_have_time ? "t, " : "";
     fputs("#define ROUNDING (real)(sizeof(real) < sizeof(double) ? 1e-6 : 2e-15)\n"
           "#define CLOSED (real)(sizeof(real) < sizeof(double) ? 1e-4 : 1e-12)\n\n",
           file);
@@ -28,9 +29,9 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
             rows);
     fprintf(file,
             "/* Projects a state onto the loops, in place. */\n"
-            "static int step_project(%sreal *q, real *v) {\n"
+            "static int step_project(%s%sreal *q, real *v) {\n"
             "    static const int loop[%d] = {",
-            n->take, rows);
+            n->take, n->loops_have_time ? "real t, " : "", rows);
     for (int i = 0, at = 0; i < (int)model->n.loop; i++)
         for (int k = kt_code_rows_of_loop(model, i); k > 0; k--, at++)
             fprintf(file, "%s%d", at > 0 ? ", " : "", i + 1);
@@ -38,24 +39,24 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
             "}; /* of each equation */\n"
             "    real step[%d], u[%d], gap[%d];\n    int code, widest = 0;\n"
             "    for (int i = 0; i < 10; i++) {\n"
-            "        code = close_positions(%sq, step, gap);\n"
+            "        code = close_positions(%s%sq, step, gap);\n"
             "        if (code != 0)\n            return code;\n"
             "        const real before = step_gap(gap, &widest);\n"
             "        if (!(before <= ROUNDING))\n            code = step_move(q, step, q);\n"
-            "        if (code == 0)\n            code = settle_velocities(%sq, v, u, gap);\n"
+            "        if (code == 0)\n            code = settle_velocities(%s%sq, v, u, gap);\n"
             "        if (code != 0)\n            return code;\n"
             "        const real after = step_gap(gap, &widest);\n"
             "        if (after <= ROUNDING || (after <= CLOSED && after > before / 2)) {\n"
             "            for (int k = 0; k < %d; k++)\n                v[k] = u[k];\n            return 0;\n        }\n"
             "    }\n    return -loop[widest];\n}\n\n",
-            nv, nv, rows, n->pass, n->pass, nv);
+            nv, nv, rows, n->pass, time, n->pass, time, nv);
     if (!(functions & KT_CODEGEN_PROJECT))
         return;
     fprintf(file,
             "%s {\n    real p[%d], u[%d];\n    for (int i = 0; i < %d; i++)\n        p[i] = q[i];\n"
             "    for (int i = 0; i < %d; i++)\n        u[i] = v[i];\n"
-            "    const int code = step_project(%sp, u);\n    if (code != 0)\n        return code;\n"
+            "    const int code = step_project(%s%sp, u);\n    if (code != 0)\n        return code;\n"
             "    for (int i = 0; i < %d; i++)\n        next_q[i] = p[i];\n"
             "    for (int i = 0; i < %d; i++)\n        next_v[i] = u[i];\n    return 0;\n}\n\n",
-            signature, nq, nv, nq, nv, n->pass, nq, nv);
+            signature, nq, nv, nq, nv, n->pass, time, nq, nv);
 }

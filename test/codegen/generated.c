@@ -99,6 +99,7 @@ static bool read_method(kt_generated *g) {
         return false;
     while (fgets(line, sizeof line, file) != NULL) {
         g->is_articulated |= strstr(line, "U = A s") != NULL;
+        g->loops_have_time |= strstr(line, "int mech_forward(const mech_model *model, mech_real t, ") != NULL;
         g->has_parts[0] |= strstr(line, " forward_1(") != NULL;
         g->has_parts[1] |= strstr(line, " mass_1(") != NULL;
     }
@@ -150,6 +151,9 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
         memcpy(symbol[i].target, &at, sizeof at);
     }
     memcpy(&g->effects_at, &g->effects, sizeof g->effects);
+    memcpy(&g->forward_at, &g->forward, sizeof g->forward);
+    memcpy(&g->project_at, &g->project, sizeof g->project);
+    memcpy(&g->loops_at, &g->loops, sizeof g->loops);
     memcpy(&g->heun_at, &g->heun, sizeof g->heun);
     memcpy(&g->rk4_at, &g->rk4, sizeof g->rk4);
     memcpy(&g->semi_implicit_at, &g->semi_implicit, sizeof g->semi_implicit);
@@ -301,11 +305,11 @@ double *kt_generated_number(kt_tree *tree, const char *name) {
     return found;
 }
 
-static bool semi_implicit_library_step(const kt_tree *tree, double h, const kt_tree_state *s, double *next) {
+static bool semi_implicit_library_step(const kt_tree *tree, double t, double h, const kt_tree_state *s, double *next) {
     const int nq = kt_model_nq(tree->model);
     double a[KT_TREE_NV];
     kt_error error = {0};
-    kt_status status = kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
+    kt_status status = kt_acceleration_evaluate(tree->model, tree->data, t, s->q, s->v, s->tau, NULL, a, &error);
     for (int i = 0; i < tree->nv && status == KT_OK; i++) {
         next[nq + i] = s->v[i] + h * a[i];
         a[i] = h * next[nq + i];
@@ -313,15 +317,15 @@ static bool semi_implicit_library_step(const kt_tree *tree, double h, const kt_t
     if (status == KT_OK)
         kt_position_add(tree->model, s->q, a, next);
     if (status == KT_OK && kt_loop_count(tree->model) > 0)
-        status = kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error);
+        status = kt_state_project(tree->model, tree->data, t + h, next, next + nq, NULL, &error);
     return kt_tree_fine("semi-implicit step", status, &error);
 }
 
-bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
+bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
                                double *next) {
     if (method == NULL)
-        return semi_implicit_library_step(tree, h, s, next);
-    const kt_step step = {.method = method, .h = h, .tau = s->tau};
+        return semi_implicit_library_step(tree, t, h, s, next);
+    const kt_step step = {.method = method, .t = t, .h = h, .tau = s->tau};
     const size_t size = kt_step_work_size(tree->model, method);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     kt_error error = {0};

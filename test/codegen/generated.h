@@ -29,6 +29,12 @@ typedef int kt_generated_loops(const void *model, const double *q, const double 
 typedef int kt_generated_step(const void *model, const double *q, const double *v, const double *tau, double h,
                               double *next_q, double *next_v);
 typedef int kt_generated_timed(const void *model, double t, const double *q, const double *v, double *out);
+typedef int kt_generated_timed_given(const void *model, double t, const double *q, const double *v, const double *x,
+                                     double *out);
+typedef int kt_generated_timed_pair(const void *model, double t, const double *q, const double *v, double *at,
+                                    double *rate);
+typedef int kt_generated_timed_loops(const void *model, double t, const double *q, const double *v, double *phi,
+                                     double *a, double *right);
 typedef int kt_generated_timed_step(const void *model, double t, const double *q, const double *v, const double *tau,
                                     double h, double *next_q, double *next_v);
 typedef void kt_generated_prepare(const double *parameters, double *model);
@@ -40,6 +46,7 @@ typedef struct kt_generated {
     char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
     bool is_articulated;    /* its accelerations do not follow from the mass matrix */
     bool has_parts[2];      /* the functions forward and mass are divided */
+    bool loops_have_time;   /* forward, loops, project and steps have it as an argument */
     const double *standard; /* NAME_default */
     double model[KT_GENERATED_PREPARED];
     kt_generated_prepare *prepare;
@@ -53,6 +60,10 @@ typedef struct kt_generated {
     kt_generated_step *heun, *rk4, *semi_implicit;
     /* If forces depend on time, the functions of these addresses have it as an argument. */
     kt_generated_timed *effects_at;
+    /* The same of loops. */
+    kt_generated_timed_given *forward_at;
+    kt_generated_timed_pair *project_at;
+    kt_generated_timed_loops *loops_at;
     kt_generated_timed_step *heun_at, *rk4_at, *semi_implicit_at;
 } kt_generated;
 
@@ -70,9 +81,9 @@ bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned fun
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
 void kt_generated_free(kt_generated *g);
 
-/* The library's step to the positions and velocities `next`; for the method NULL v += h a, then q (+) h v, and with loops a
- * projection. A failure fails the test. */
-bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double h, const kt_tree_state *s,
+/* The library's step at the time t to the positions and velocities `next`; for the method NULL v += h a, then
+ * q (+) h v, and with loops a projection. A failure fails the test. */
+bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
                                double *next);
 
 /* The number of a description that a parameter represents; NULL fails the test. */

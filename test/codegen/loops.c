@@ -18,6 +18,9 @@
 
 #define EPS DBL_EPSILON
 
+static const double now = 0.3; /* the time of all states */
+static const double length_of_step = 1e-4;
+
 enum { LOOPS = 2, EQUATIONS = 5 * 40, NQ = KT_TREE_NQ, NV = KT_TREE_NV };
 
 static int count_mechanisms(int usual) {
@@ -39,11 +42,35 @@ typedef struct closed_tree {
 static const kt_loop_type loop_types[] = {KT_LOOP_SPHERICAL, KT_LOOP_REVOLUTE,   KT_LOOP_DISTANCE,    KT_LOOP_COUPLING,
                                           KT_LOOP_INLINE,    KT_LOOP_INPLANE,    KT_LOOP_PARALLEL,    KT_LOOP_COAXIAL,
                                           KT_LOOP_WELD,      KT_LOOP_ORTHOGONAL, KT_LOOP_CYLINDRICAL, KT_LOOP_PLANAR,
-                                          KT_LOOP_PRISMATIC, KT_LOOP_UNIVERSAL};
+                                          KT_LOOP_PRISMATIC, KT_LOOP_UNIVERSAL,  KT_LOOP_MOTION};
 
 enum { TYPES = sizeof loop_types / sizeof *loop_types };
 
 static const char *const loop_names[LOOPS] = {"lock", "ring-2"};
+
+/* A function with this value now; in half of the cases it depends on time. */
+static kt_function draw_function(kt_random *random, double value) {
+    const double size = kt_random_uniform(random, 0.1, 0.3), speed = kt_random_uniform(random, 0.5, 2.0);
+    const double phase = kt_random_uniform(random, -3.0, 3.0);
+    if (kt_random_int(random, 0, 1) == 0)
+        return kt_function_constant(value);
+    return kt_function_sine(size, speed, phase, value - size * sin(6.283185307179586 * speed * now + phase));
+}
+
+/* A joint of one coordinate has a given motion. */
+static bool draw_motion(closed_tree *c, kt_random *random, int k) {
+    kt_loop *loop = &c->loop[k];
+    loop->type = KT_LOOP_MOTION;
+    for (int tries = 0; tries < 50; tries++) {
+        const int b = kt_random_int(random, 1, c->tree.count - 1);
+        const kt_coordinates at = kt_body_coordinates(c->tree.model, b);
+        loop->joint = c->tree.description.bodies[kt_body_source(c->tree.model, b)].name;
+        loop->function = draw_function(random, c->state.q[at.q]);
+        if (at.nv == 1)
+            return true;
+    }
+    return false;
+}
 
 /* Two joints of one coordinate follow each other. */
 static bool draw_coupling(closed_tree *c, kt_random *random, int k) {
@@ -99,7 +126,7 @@ static bool draw_ends(closed_tree *c, kt_random *random, int k, kt_loop_type typ
     for (int i = 0; i < 2; i++)
         loop->between[i].rotation = kt_rotation_matrix(kt_mat3_multiply(kt_mat3_transpose(pose[i].rotation), axes));
     if (type == KT_LOOP_DISTANCE)
-        loop->function = kt_function_constant(kt_vec3_norm(kt_vec3_sub(away, here)));
+        loop->function = draw_function(random, kt_vec3_norm(kt_vec3_sub(away, here)));
     return true;
 }
 
@@ -131,7 +158,9 @@ static bool draw_loops(closed_tree *c, kt_random *random, kt_loop_type type, int
             const kt_loop_type own = k == 0 ? type : loop_types[kt_random_int(random, 0, TYPES - 1)];
             c->loop[k] = kt_loop_default();
             c->loop[k].name = loop_names[k];
-            fine = own == KT_LOOP_COUPLING ? draw_coupling(c, random, k) : draw_ends(c, random, k, own);
+            fine = own == KT_LOOP_COUPLING ? draw_coupling(c, random, k)
+                   : own == KT_LOOP_MOTION ? draw_motion(c, random, k)
+                                           : draw_ends(c, random, k, own);
         }
         if (!fine)
             continue;
@@ -193,8 +222,8 @@ static double size_of_forces(const kt_tree *tree, const kt_tree_state *s, const 
     kt_error error = {0};
     if (kt_dynamics_mass(tree->model, tree->data, s->q, mass, &error) != KT_OK ||
         kt_dynamics_inverse(tree->model, tree->data, s->q, s->v, zero, NULL, h, &error) != KT_OK ||
-        kt_loop_equations(tree->model, tree->data, 0.0, s->q, s->v, matrix, NULL, NULL, NULL, &error) != KT_OK ||
-        kt_multiplier_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, lambda, &error) != KT_OK)
+        kt_loop_equations(tree->model, tree->data, now, s->q, s->v, matrix, NULL, NULL, NULL, &error) != KT_OK ||
+        kt_multiplier_evaluate(tree->model, tree->data, now, s->q, s->v, s->tau, NULL, lambda, &error) != KT_OK)
         return (double)INFINITY;
     for (int i = 0; i < tree->nv; i++) {
         double sum = fabs(h[i]) + fabs(s->tau[i]);
@@ -224,7 +253,7 @@ static double sensitivity_of(const kt_tree *tree, const kt_tree_state *s, const 
             b[i] = 1e-7 * kt_random_uniform(random, -1.0, 1.0);
         }
         kt_position_add(tree->model, s->q, b, other.q);
-        if (kt_acceleration_evaluate(tree->model, tree->data, 0.0, other.q, other.v, other.tau, NULL, b, &error) !=
+        if (kt_acceleration_evaluate(tree->model, tree->data, now, other.q, other.v, other.tau, NULL, b, &error) !=
             KT_OK)
             return (double)INFINITY;
         for (int i = 0; i < tree->nv; i++)
@@ -233,23 +262,48 @@ static double sensitivity_of(const kt_tree *tree, const kt_tree_state *s, const 
     return most;
 }
 
+/* ---- functions of the file, now ---- */
+
+static int forward_now(const kt_generated *g, const kt_tree_state *s, double *a) {
+    return g->loops_have_time ? g->forward_at(g->model, now, s->q, s->v, s->tau, a)
+                              : g->forward(g->model, s->q, s->v, s->tau, a);
+}
+
+static int loops_now(const kt_generated *g, const kt_tree_state *s, double *phi, double *matrix, double *right) {
+    return g->loops_have_time ? g->loops_at(g->model, now, s->q, s->v, phi, matrix, right)
+                              : g->loops(g->model, s->q, s->v, phi, matrix, right);
+}
+
+static int project_now(const kt_generated *g, double *q, double *v) {
+    return g->loops_have_time ? g->project_at(g->model, now, q, v, q, v) : g->project(g->model, q, v, q, v);
+}
+
+static int step_now(const kt_generated *g, int k, double *q, double *v, const double *tau) {
+    kt_generated_step *const take[3] = {g->heun, g->rk4, g->semi_implicit};
+    kt_generated_timed_step *const take_at[3] = {g->heun_at, g->rk4_at, g->semi_implicit_at};
+    return g->loops_have_time ? take_at[k](g->model, now, q, v, tau, length_of_step, q, v)
+                              : take[k](g->model, q, v, tau, length_of_step, q, v);
+}
+
+/* ---- comparisons of functions ---- */
+
 /* Returns false if the state is so near to a singular one that a comparison has no meaning. */
 static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, kt_worst *worst,
                                   loop_comparison *c, kt_random *random, int n) {
     double a[NV], own[NV], phi[EQUATIONS], matrix[EQUATIONS * NV], right[EQUATIONS];
     kt_error error = {0};
     const kt_status status =
-        kt_acceleration_evaluate(tree->model, tree->data, 0.0, s->q, s->v, s->tau, NULL, a, &error);
+        kt_acceleration_evaluate(tree->model, tree->data, now, s->q, s->v, s->tau, NULL, a, &error);
     if (!kt_tree_fine("accelerations", status, &error))
         return false;
     const double most = sensitivity_of(tree, s, a, random);
     if (!(most < 1e7))
         return false;
-    if (!kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, own), 0))
+    if (!kt_check_equal_int("forward", forward_now(g, s, own), 0))
         return false;
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(worst, own[i], a[i], 200.0 * EPS * most, "mechanism %d coordinate %d", n, i);
-    if (!kt_check_equal_int("loops", g->loops(g->model, s->q, s->v, phi, matrix, right), 0))
+    if (!kt_check_equal_int("loops", loops_now(g, s, phi, matrix, right), 0))
         return false;
     const int rows = kt_model_mobility(tree->model).rank;
     for (int r = 0; r < rows; r++) {
@@ -268,14 +322,13 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
 static void compare_loop_steps(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double most,
                                loop_comparison *c, int n) {
     const kt_method *const method[3] = {kt_method_find("heun"), kt_method_find("rk4"), NULL};
-    kt_generated_step *const take[3] = {g->heun, g->rk4, g->semi_implicit};
     const int nq = kt_model_nq(tree->model), count = nq + tree->nv;
     for (int k = 0; k < 3; k++) {
         double next[NQ + NV], own[NQ + NV];
         memcpy(own, s->q, (size_t)nq * sizeof *own);
         memcpy(own + nq, s->v, (size_t)tree->nv * sizeof *own);
-        if (!kt_generated_library_step(tree, method[k], 1e-4, s, next) ||
-            !kt_check_equal_int("step", take[k](g->model, own, own + nq, s->tau, 1e-4, own, own + nq), 0))
+        if (!kt_generated_library_step(tree, method[k], now, length_of_step, s, next) ||
+            !kt_check_equal_int("step", step_now(g, k, own, own + nq, s->tau), 0))
             return;
         for (int i = 0; i < count; i++)
             kt_worst_near(&c->step, own[i], next[i], 40.0 * EPS * most, "mechanism %d method %d number %d", n, k, i);
@@ -299,8 +352,8 @@ static void compare_projection(kt_generated *g, const kt_tree *tree, const kt_tr
     memcpy(next, s->q, (size_t)nq * sizeof *own);
     memcpy(next + nq, s->v, (size_t)tree->nv * sizeof *own);
     memcpy(own, next, (size_t)count * sizeof *own);
-    if (kt_state_project(tree->model, tree->data, 0.0, next, next + nq, NULL, &error) != KT_OK ||
-        !kt_check_equal_int("project", g->project(g->model, own, own + nq, own, own + nq), 0))
+    if (kt_state_project(tree->model, tree->data, now, next, next + nq, NULL, &error) != KT_OK ||
+        !kt_check_equal_int("project", project_now(g, own, own + nq), 0))
         return;
     for (int i = 0; i < count; i++)
         kt_worst_near(&c->projected, own[i], next[i], 40.0 * EPS * most * (1.0 + length_of_loops(g)),
@@ -316,12 +369,12 @@ static int compare_state(kt_generated *g, const closed_tree *m, kt_random *rando
     for (int i = 0; i < tree->nv; i++)
         by[i] = kt_random_uniform(random, -0.15, 0.15);
     kt_position_add(tree->model, m->state.q, by, s.q);
-    if (kt_state_project(tree->model, tree->data, 0.0, s.q, s.v, NULL, &error) != KT_OK)
+    if (kt_state_project(tree->model, tree->data, now, s.q, s.v, NULL, &error) != KT_OK)
         return 0;
     if (!compare_accelerations(g, tree, &s, &c->closed, c, random, n))
         return 0;
     double a[NV];
-    if (kt_acceleration_evaluate(tree->model, tree->data, 0.0, s.q, s.v, s.tau, NULL, a, &error) != KT_OK)
+    if (kt_acceleration_evaluate(tree->model, tree->data, now, s.q, s.v, s.tau, NULL, a, &error) != KT_OK)
         return 0;
     const double most = sensitivity_of(tree, &s, a, random);
     compare_loop_steps(g, tree, &s, most, c, n);
@@ -384,7 +437,7 @@ static double *number_of_loop(closed_tree *m, const char *name) {
         double *const at[3] = {&loop->between[1].at.x, &loop->between[1].at.y, &loop->between[1].at.z};
         if (strncmp(what, "at2_", 4) == 0)
             return at[what[4] - 'x'];
-        if (strcmp(what, "length") == 0)
+        if (strcmp(what, "length") == 0 || strcmp(what, "position") == 0)
             return &loop->function.value;
         if (strcmp(what, "offset") == 0)
             return &loop->offset;
@@ -398,7 +451,7 @@ static double *number_of_loop(closed_tree *m, const char *name) {
 /* Moves the first ends of loops to the markers where they were. */
 static void follow_markers(closed_tree *m) {
     for (int k = 0; k < m->tree.description.loop_count; k++)
-        for (int b = 0; b < m->tree.description.body_count && m->loop[k].term_count == 0; b++)
+        for (int b = 0; b < m->tree.description.body_count && m->loop[k].between[0].body != NULL; b++)
             if (strcmp(m->tree.body[b].name, m->loop[k].between[0].body) == 0)
                 m->loop[k].between[0].at = m->tree.body[b].markers[0].at;
 }
@@ -407,7 +460,7 @@ static void follow_markers(closed_tree *m) {
 static bool stays_in_plane(const closed_tree *m) {
     for (int k = 0; k < m->tree.description.loop_count; k++) {
         kt_loop_motion motion;
-        if (m->loop[k].type == KT_LOOP_COUPLING || kt_vec3_norm(m->tree.normal) == 0.0)
+        if (m->loop[k].terms != NULL || m->loop[k].joint != NULL || kt_vec3_norm(m->tree.normal) == 0.0)
             continue;
         if (!kt_tree_kinematics(&m->tree, &m->state) ||
             !kt_loop_motion_evaluate(m->tree.model, m->tree.data, k, &motion))
@@ -428,7 +481,7 @@ static bool has_redundant_equations(const closed_tree *m) {
     int count = 0;
     kt_error error = {0};
     if (!kt_tree_fine("equations",
-                      kt_loop_equations(m->tree.model, m->tree.data, 0.0, m->state.q, m->state.v, matrix, NULL, NULL,
+                      kt_loop_equations(m->tree.model, m->tree.data, now, m->state.q, m->state.v, matrix, NULL, NULL,
                                         NULL, &error),
                       &error))
         return true;
@@ -520,7 +573,7 @@ static int compare_scene(const char *name, kt_random *random, loop_comparison *c
         for (int i = 0; i < m.tree.nv; i++)
             m.state.tau[i] = kt_random_uniform(random, -1.0, 1.0);
         const bool fine =
-            kt_tree_fine(name, kt_state_project(m.tree.model, m.tree.data, 0.0, m.state.q, m.state.v, NULL, &error),
+            kt_tree_fine(name, kt_state_project(m.tree.model, m.tree.data, now, m.state.q, m.state.v, NULL, &error),
                          &error) &&
             kt_generated_make_some(&g, m.tree.model, KT_GENERATED_WITH_LOOPS, "cc -O0", false);
         compared = 0;

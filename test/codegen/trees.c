@@ -248,7 +248,7 @@ static void compare_steps(kt_generated *g, const kt_tree *tree, const kt_tree_st
         double next[KT_TREE_NQ + KT_TREE_NV], own[KT_TREE_NQ + KT_TREE_NV];
         memcpy(own, s->q, (size_t)nq * sizeof *own);
         memcpy(own + nq, s->v, (size_t)tree->nv * sizeof *own);
-        if (!kt_generated_library_step(tree, method[k], h, s, next))
+        if (!kt_generated_library_step(tree, method[k], 0.0, h, s, next))
             return;
         kt_check_equal_int("step", take[k](g->model, own, own + nq, s->tau, h, own, own + nq), 0);
         for (int i = 0; i < count; i++)
