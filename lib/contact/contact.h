@@ -169,8 +169,9 @@ double kt_contact_margin(const kt_simulation *simulation, int k);
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
-/* The speed behind an impact below which adaptive steps do not resolve the bounce, so that the contact comes to rest:
- * the height of the bounce is ten tolerances of its gap. Requires the same. */
+/* The speed behind an impact below which steps do not resolve the bounce, so that the contact comes to rest. Adaptive
+ * steps: the height of the bounce is ten tolerances of its gap. Fixed steps: this bounce and all later ones end within
+ * the length of a step. Requires the same. */
 double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
 
 /* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint

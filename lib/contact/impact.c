@@ -13,7 +13,8 @@
  * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
  * rate is W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is
  * below ten of their tolerances, and e = 0 for it, too. The height follows from e |u| and from the acceleration without
- * contacts.
+ * contacts. Fixed steps resolve the first EXACT instants of events within the length of a step. Behind these, e = 0 if
+ * all further bounces end within that length. So the number of impacts within a step is bounded.
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
  * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
@@ -32,7 +33,7 @@
 
 #include <math.h>
 
-enum { HALVINGS = 10 };
+enum { HALVINGS = 10, EXACT = 16 };
 
 KT_ARENA_LAYOUT(lay_out_phase, kt_impact_phase, KT_IMPACT_PHASE_FIELDS, size_t n, size_t list)
 
@@ -96,9 +97,14 @@ static bool any_bounces(const kt_simulation *simulation, const double *u) {
     return any;
 }
 
-/* Sets the restitutions. adapts: steps are adaptive, and accelerations without contacts are known. *compression: the
- * first phase of Poisson's rule; empty if all contacts follow Newton's rule. */
-static bool begin(kt_simulation *simulation, const double *W, const double *u, bool adapts,
+/* Whether steps may not resolve a bounce. */
+static bool may_be_unresolved(const kt_simulation *simulation) {
+    return simulation->step == 0.0 || simulation->memory.event_many > EXACT;
+}
+
+/* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known.
+ * *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's rule. */
+static bool begin(kt_simulation *simulation, const double *W, const double *u, bool limits,
                   kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
     bool compresses = false;
@@ -111,7 +117,7 @@ static bool begin(kt_simulation *simulation, const double *W, const double *u, b
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
         const double rate = loop->poisson ? W[i * c->touching + i] * compression->p[i] : -u[i];
         e[i] = rate > loop->rest_velocity ? loop->restitution : 0.0;
-        if (adapts && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
+        if (limits && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
             e[i] = 0.0;
     }
     return true;
@@ -152,14 +158,14 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
     const size_t nv = simulation->size.nv;
     kt_impact_phase *compression = c->compression, *phase = c->phase;
     double *e = c->e, size;
-    const bool adapts = simulation->step == 0.0 && any_bounces(simulation, u);
-    if (adapts) {
+    const bool limits = may_be_unresolved(simulation) && any_bounces(simulation, u);
+    if (limits) {
         const kt_status status =
             kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
         if (status != KT_OK)
             return status;
     }
-    bool found = begin(simulation, W, u, adapts, compression, e);
+    bool found = begin(simulation, W, u, limits, compression, e);
     phase->rows = 0;
     for (int halving = 0; found; halving++) {
         begin_expansion(simulation, u, e, compression, phase);

@@ -137,13 +137,16 @@ static double tolerance_of_gap(const kt_simulation *simulation, int k) {
     return most;
 }
 
+/* The bounces after a speed u against the acceleration w take 2 u / w (1 + e + e^2 + ...) = 2 u / (w (1 - e)). */
 double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k) {
     static const double tolerances = 10.0;
+    const kt_loop_record *loop = kt_contact_loop(simulation, k);
     double size;
-    if (!(kt_contact_loop(simulation, k)->rest_velocity > 0.0))
+    if (!(loop->rest_velocity > 0.0))
         return 0.0;
     const double w = fmax(-kt_contact_acceleration(simulation->contacts, W, k, &size), 0.0);
-    return sqrt(2.0 * w * tolerances * tolerance_of_gap(simulation, k));
+    return simulation->step > 0.0 ? 0.5 * w * fmax(1.0 - loop->restitution, 0.0) * simulation->step
+                                  : sqrt(2.0 * w * tolerances * tolerance_of_gap(simulation, k));
 }
 
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
