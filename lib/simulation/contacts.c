@@ -216,7 +216,6 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;
-    simulation->memory.shortened = 0.0;
     kt_data_adapt(open, simulation->data);
     status = kt_contacts_find_response(simulation, open, t, y, W, error);
     if (status == KT_OK)

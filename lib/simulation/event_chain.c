@@ -102,6 +102,8 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     const double t = kt_integrator_time(simulation->integrator);
     char where[KT_WHERE_SIZE];
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
+    if (missed && simulation->step > 0.0) /* the next step grows from this length (retry.c) */
+        simulation->memory.shortened = t - kt_integrator_previous_time(simulation->integrator);
     if (simulation->memory.event_missed <= MISSED)
         return KT_OK;
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);

@@ -3,8 +3,11 @@
  * Slip of a contact may end, or turn, within a step. Before the search for events has shortened the step, stages lie
  * behind that time. Their friction has a direction in which it may wedge the contact, so that no acceleration exists
  * (contact/slip.c). For the same reason an implicit method may find no solution of its equations. The step is therefore
- * repeated with half of its length, and again, until it passes. Adaptive methods shorten their steps themselves, except
- * where a value of an event cannot be computed.
+ * repeated with a quarter of its length, and again, until it passes. Adaptive methods shorten their steps themselves,
+ * except where a value of an event cannot be computed.
+ *
+ * The dense output of such a step may also show an event that no shorter step reaches. Fixed steps behind an event that
+ * was missed, or behind a failed try, grow slowly, also across impacts: the next full step would fail likewise.
  *
  * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step. The
  * contact is then freed (simulation/contacts.c). */
@@ -21,7 +24,7 @@ enum { MOST = 10000 };
 /* The shortest step, which is as long as an instant of events, s. */
 static double shortest(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
 
-/* Steps that follow a shortened one are at most longer by this factor, each. */
+/* Each try of a step that failed is shorter by this factor. Each step behind it is at most longer by this factor. */
 static const double growth = 4.0;
 
 /* The length of the step that failed. A step that is undone is the proposal of the next one. */
@@ -50,11 +53,11 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
         *h = 0.0;
 }
 
-/* Whether the step may be tried with half of its length, which becomes its end *t_limit. */
+/* Whether the step may be tried with a part of its length, which becomes its end *t_limit. */
 static bool shorten(kt_simulation *simulation, kt_status status, double *t_limit) {
     kt_simulation_memory *memory = &simulation->memory;
     kt_integrator_memory *m = &simulation->integrator->memory;
-    const double h = 0.5 * length_of(simulation, *t_limit);
+    const double h = length_of(simulation, *t_limit) / growth;
     if (!may_pass(simulation, status) || !(h > shortest(m->t)))
         return false;
     const bool is_within = memory->retries > 0 && m->t - memory->retried_since <= simulation->step;
