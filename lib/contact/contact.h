@@ -159,6 +159,8 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* Holds friction k for a short time, whatever its limit (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
+/* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
+bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Counts a reversal of slip, at which friction k is due (directions.c). */
 void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k

@@ -18,6 +18,11 @@
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
  * step comes to rest at whatever speed, since the step does not resolve it.
  *
+ * Stages behind a reversal have the opposite friction. The search for the reversal may then find it at another time in
+ * each repetition of the step, now before its end and now behind. Slip that is due to reverse at the end of a step, at
+ * the third repetition, and is no faster than its rest velocity there, ends. All slip that reverses below this speed
+ * comes to rest if friction can hold it.
+ *
  * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Stick that ends TURNS
  * times at intervals of at most `briefly` is therefore held for the time `hold`.
  *
@@ -154,6 +159,13 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     memory->left_at = due ? t : memory->left_at;
     simulation->memory.contacts.rested += due && count_end(memory, t);
     return due || memory->left > 1;
+}
+
+bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_contact *friction = &c->item[k];
+    return kt_contact_rubs(c, (int)k) && !kt_contact_is_closed(simulation->model, friction) &&
+           fabs(slip) <= simulation->model->loop[c->item[friction->of].loop].rest_velocity;
 }
 
 void kt_contact_hold(kt_simulation *simulation, int k) {

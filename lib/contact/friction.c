@@ -194,7 +194,8 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
-    if (speed > (c->stops ? stops : kt_contact_resting)) {
+    const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
+    if (speed > (ends ? stops : kt_contact_resting)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;

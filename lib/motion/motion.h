@@ -319,6 +319,8 @@ typedef struct kt_contact_calls {
     /* Lets contact k come to rest at this instant, at which it closes, since bounces accumulate. A contact without a
      * rest velocity does not come to rest. Returns whether it does. */
     bool (*rest)(kt_simulation *simulation, size_t k);
+    /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
+    bool (*ends)(const kt_simulation *simulation, size_t k, double value);
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
     void (*take_back)(kt_simulation *simulation);

@@ -305,6 +305,7 @@ static bool rest(kt_simulation *simulation, size_t k) {
 }
 
 static const kt_contact_calls calls = {.rest = rest,
+                                       .ends = kt_contact_slip_ends,
                                        .open = open_all,
                                        .resolve = resolve,
                                        .follow = kt_contacts_put_directions,

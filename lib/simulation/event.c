@@ -41,7 +41,7 @@
 #include <string.h>
 
 /* Samples of a panel; samples with the vertices of parabolas; vertices at three samples. */
-enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, ROOT_STEPS = 128 };
+enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, SETTLES = 3, ROOT_STEPS = 128 };
 _Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
 
 /* The largest turn of a joint in a panel, by the rates at both ends of the step. */
@@ -336,8 +336,10 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
     return slope * last < 0.0 ? *end - last / slope : HUGE_VAL;
 }
 
-/* Finds the roots of all events in a panel, in `root` and `side`; *first: the earliest one so far. */
-static kt_status find_roots_in(kt_simulation *simulation, const double *times, double *first, kt_error *error) {
+/* Finds the roots of all events in a panel, in `root` and `side`; *first: the earliest one so far. settles: an awaited
+ * end of slip is at the end of the step if the slip is below its rest velocity there. */
+static kt_status find_roots_in(kt_simulation *simulation, const double *times, bool settles, double *first,
+                               kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++) {
@@ -352,12 +354,14 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, d
         if (is_armed(simulation, k))
             status = find_root(simulation, k, times, &root, &side, error);
         const bool is_awaited = found->due && found->time == t1;
+        const bool settled = is_awaited && settles && times[LOOKS - 1] == t1 && kt_simulation_ends_slip(simulation, k);
+        root = settled ? HUGE_VAL : root;
         found->due = root < HUGE_VAL || is_awaited;
         if (root < HUGE_VAL) {
             found->time = root;
             found->side = side;
         } else if (is_awaited && times[LOOKS - 1] == t1) {
-            found->time = arrival_of(simulation, k, times);
+            found->time = settled ? t1 : arrival_of(simulation, k, times);
             found->due = found->time < HUGE_VAL;
         }
         if (found->due)
@@ -505,7 +509,7 @@ static void count_cut(kt_simulation *simulation, const reach *r) {
 /* Finds the roots of all events in the first panel of the last step that has any, and the roots of the same instant.
  * The earliest root, or HUGE_VAL, goes to *first. If the search of an adaptive step takes too many values, the end of
  * the repeated step goes to *shorter, else HUGE_VAL. */
-static kt_status find_roots(kt_simulation *simulation, bool may_shorten, double *first, double *shorter,
+static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool settles, double *first, double *shorter,
                             kt_error *error) {
     const size_t n = simulation->size.event;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
@@ -531,7 +535,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, double 
             kt_copy(value, value + (LOOKS - 1) * n, n * sizeof(double));
         status = sample_panel(simulation, from, to, times, error);
         if (status == KT_OK)
-            status = find_roots_in(simulation, times, first, error);
+            status = find_roots_in(simulation, times, settles, first, error);
         from = to;
         i += to == even;
     }
@@ -637,7 +641,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     forget_beyond(simulation, repetition);
     const size_t aim = aim_of(simulation);
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
-    kt_status status = find_roots(simulation, may_shorten, &first, &shorter, error);
+    kt_status status = find_roots(simulation, may_shorten, repetition >= SETTLES, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
     const bool ends =
         repetition >= REPETITIONS && !(t1 - instant > together(t1) && kt_simulation_skips_contact(simulation));

@@ -133,6 +133,11 @@ bool kt_simulation_skips_contact(const kt_simulation *simulation) {
     return skips;
 }
 
+bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
+    const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
+    return k < kt_simulation_contact_events(simulation) && simulation->contact_calls->ends(simulation, k, last);
+}
+
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k) {
     const double *value = simulation->event_value + k;
     const double last = value[(KT_EVENT_VALUES - 2) * simulation->size.event];
