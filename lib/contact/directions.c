@@ -24,7 +24,8 @@
  * comes to rest if friction can hold it.
  *
  * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Stick that ends TURNS
- * times at intervals of at most `briefly` is therefore held for the time `hold`.
+ * times at intervals of at most `briefly` is therefore held for the time `hold`, or for the length of a fixed step if
+ * that is longer.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
@@ -137,14 +138,14 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
     return changes;
 }
 
-/* Counts an end of stick. Returns whether it is held from now on. */
-static bool count_end(kt_contact_memory *memory, double t) {
+/* Counts an end of stick. Returns whether it is held from now on. step: the length of a fixed step, or 0. */
+static bool count_end(kt_contact_memory *memory, double t, double step) {
     memory->ends = t - memory->ended_at <= briefly ? memory->ends + 1 : 0;
     memory->ended_at = t;
     if (memory->ends < TURNS)
         return false;
     memory->ends = 0;
-    memory->held = t + hold;
+    memory->held = t + fmax(hold, step);
     return true;
 }
 
@@ -157,7 +158,7 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
-    simulation->memory.contacts.rested += due && count_end(memory, t);
+    simulation->memory.contacts.rested += due && count_end(memory, t, simulation->step);
     return due || memory->left > 1;
 }
 

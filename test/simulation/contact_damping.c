@@ -173,7 +173,7 @@ KT_TEST(damping_of_slip_is_that_of_differences) {
 }
 
 /* A slider on a spring pulls a plate on two feet to and fro, next to the limit of friction. There stick ends again and
- * again at once, until it is held. Measured: 24,008 evaluations, and 225,780 unless it is held. */
+ * again at once, until it is held for a step. Measured: 17,000 evaluations, and 225,780 unless it is held. */
 KT_TEST(stick_that_ends_at_once_is_held) {
     const double q[] = {0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, -0.00500687039};
     const double v[] = {0.00220823682, 0.0233498897, 0.0, 0.0, 0.0, -9.39028019e-8, 0.0};
@@ -199,8 +199,8 @@ KT_TEST(stick_that_ends_at_once_is_held) {
     for (int k = 0; k < 50 && status == KT_OK; k++)
         status = kt_simulation_tick(simulation, 0.01, &error);
     if (kt_fine("runs", status, &error)) {
-        kt_check_below("evaluations", (double)kt_simulation_counts_get(simulation).evaluations, 60000.0);
-        kt_check_above("ends of stick that are held", (double)kt_simulation_contacts(simulation).rested, 10.0);
+        kt_check_below("evaluations", (double)kt_simulation_counts_get(simulation).evaluations, 40000.0);
+        kt_check_above("ends of stick that are held", (double)kt_simulation_contacts(simulation).rested, 3.0);
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
