@@ -245,6 +245,9 @@ KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error 
  * reverse the slip. Returns false if there are none. Otherwise u and c->v become the values after these impulses, and
  * *lost grows by the dissipated energy. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
+/* Whether such an impulse is to stop a contact that friction wedges, which still slips: an impact at this instant may
+ * have stopped it. */
+bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u);
 
 /* Prepares the masks, at the start (model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);

@@ -163,6 +163,13 @@ static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const do
     return NULL;
 }
 
+bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u) {
+    bool slips = false;
+    for (int i = 0; c->jams && i < c->meeting; i++)
+        slips = slips || (c->list[i] == c->wedged && is_slipping(c, i, u));
+    return slips;
+}
+
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     double energy = 0.0;

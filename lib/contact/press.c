@@ -143,7 +143,7 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
 static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
                                      kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
-    const bool jams = simulation->contacts->jams;
+    const bool jams = kt_contacts_must_jam(simulation->contacts, u);
     kt_status status = kt_contacts_find_free(simulation, t, y, error);
     if (status == KT_OK && !jams)
         status = kt_contacts_press(simulation, t, W, u, error);

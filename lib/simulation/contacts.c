@@ -44,7 +44,7 @@
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* Attempts to free a contact that friction wedges. */
-enum { STOP, RELEASE, HOLD, IMPULSES = 4, ATTEMPTS = HOLD + 1 + IMPULSES };
+enum { STOP, RELEASE, HOLD, IMPULSES = 4, LAST = HOLD + 1 + IMPULSES, ATTEMPTS };
 
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
@@ -253,12 +253,13 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
-/* Frees the contact that friction wedged in the last evaluation. There are four attempts, in this order:
+/* Frees the contact that friction wedged in the last evaluation. There are five attempts, in this order:
  *
  *     STOP       slow slip comes to rest
  *     RELEASE    the contact is released, if it then parts
  *     HOLD       slow slip is held for a short time
  *     then       impulses without a collision stop the slip, up to IMPULSES times
+ *     LAST       slip is held for a short time, at whatever speed
  *
  * Returns false if no attempt is left. */
 static bool free_wedged(kt_simulation *simulation, int *attempt) {
@@ -272,15 +273,20 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
             continue;
         for (int k = 0; k < c->n; k++)
             c->item[k].meets = c->item[k].leaves = false;
-        c->stops = now == STOP || now == HOLD;
+        double *stops_below = &simulation->contact_state[c->wedged].stops_below;
+        *stops_below = now == LAST ? HUGE_VAL : 0.0;
+        c->holds = now == HOLD || now == LAST;
+        c->stops = now == STOP || c->holds;
         c->releases = now == RELEASE;
-        c->holds = now == HOLD;
-        c->jams = now > HOLD;
+        c->jams = now > HOLD && now < LAST;
         if (c->holds)
             kt_contact_hold(simulation, c->item[c->wedged].of);
         status = resolve_once(simulation, &made);
         simulation->memory.contacts.rested += c->stops && status == KT_OK;
+        if (c->jams && status != KT_OK) /* another impulse would fail, too */
+            *attempt = LAST;
         c->stops = c->releases = c->holds = c->jams = false;
+        *stops_below = 0.0;
     }
     return status == KT_OK;
 }
