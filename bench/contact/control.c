@@ -165,6 +165,14 @@ typedef struct line {
     double time;
 } line;
 
+/* The cells that run: every stride-th one, from the cell `offset` on, with `only` in their names. */
+typedef struct choice {
+    double duration;
+    int stride, offset;
+    const char *only;
+    double most; /* evaluations of a tick */
+} choice;
+
 static void print_line(const cell *c, const line *l) {
     printf("%10s %7s %7s %-8s |%5d%7d%11.0f%10.1f%10.2f\n", robots[c->robot].name, task_names[c->task],
            ways[c->way].name, ways[c->way].fixed ? "1 ms" : "adaptive", l->runs, l->failed, (double)l->worst,
@@ -185,8 +193,9 @@ static void add_run(const cell *c, double duration, line *l) {
                o.error.message);
 }
 
-/* Every stride-th cell, from the cell `offset` on, for this time. Returns the number of runs that failed. */
-static int run_grid(double duration, int stride, int offset, const char *only) {
+/* Runs the cells. Returns the number of runs that failed, and of lines with a tick that takes too many evaluations. */
+static int run_grid(const choice *what) {
+    int expensive = 0;
     line l = {0}, all = {0};
     printf("%34s |%5s%7s%11s%10s%10s\n", "", "runs", "failed", "worst tick", "mean tick", "impacts/s");
     for (int i = 0; i < CELLS; i++) {
@@ -194,42 +203,45 @@ static int run_grid(double duration, int stride, int offset, const char *only) {
         char name[64];
         (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
                        ways[c.way].fixed ? "fixed" : "adaptive");
-        if (i % stride == offset && (only == NULL || strstr(name, only) != NULL))
-            add_run(&c, duration, &l);
+        if (i % what->stride == what->offset && (what->only == NULL || strstr(name, what->only) != NULL))
+            add_run(&c, what->duration, &l);
         if (l.runs == 0 || (c.way == next.way && c.task == next.task && c.robot == next.robot))
             continue;
         print_line(&c, &l);
         all.runs += l.runs;
         all.failed += l.failed;
+        expensive += (double)l.worst > what->most;
         l = (line){0};
     }
-    printf("%d runs of %g s, %d failed\n", all.runs, duration, all.failed);
-    return all.failed;
+    printf("%d runs of %g s, %d failed\n", all.runs, what->duration, all.failed);
+    if (expensive > 0)
+        printf("%d lines have a tick of more than %.0f evaluations\n", expensive, what->most);
+    return all.failed + expensive;
 }
 
 int main(int argc, char **argv) {
-    double duration = 10.0;
-    int stride = 1, offset = 0;
-    const char *only = NULL;
+    choice what = {.duration = 10.0, .stride = 1, .most = HUGE_VAL};
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (value != NULL && strcmp(argv[i], "--duration") == 0)
-            duration = strtod(argv[++i], NULL);
+            what.duration = strtod(argv[++i], NULL);
         else if (value != NULL && strcmp(argv[i], "--stride") == 0)
-            stride = (int)strtol(argv[++i], NULL, 10);
+            what.stride = (int)strtol(argv[++i], NULL, 10);
         else if (value != NULL && strcmp(argv[i], "--offset") == 0)
-            offset = (int)strtol(argv[++i], NULL, 10);
+            what.offset = (int)strtol(argv[++i], NULL, 10);
         else if (value != NULL && strcmp(argv[i], "--only") == 0)
-            only = argv[++i];
+            what.only = argv[++i];
+        else if (value != NULL && strcmp(argv[i], "--most") == 0)
+            what.most = strtod(argv[++i], NULL);
         else
-            stride = 0;
+            what.stride = 0;
     }
-    if (stride < 1 || offset < 0 || offset >= stride || !(duration > 0.0)) {
+    if (what.stride < 1 || what.offset < 0 || what.offset >= what.stride || !(what.duration > 0.0)) {
         (void)fprintf(stderr,
-                      "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS]\n"
+                      "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS] [--most E]\n"
                       "Runs every N-th cell of the grid for S seconds, from the cell M < N on. WORDS: a part of "
-                      "a line's name.\n");
+                      "a line's name.\nReturns 1 if a run fails, or if a tick takes more than E evaluations.\n");
         return 2;
     }
-    return run_grid(duration, stride, offset, only) == 0 ? 0 : 1;
+    return run_grid(&what) == 0 ? 0 : 1;
 }
