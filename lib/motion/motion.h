@@ -384,6 +384,7 @@ struct kt_simulation {
     uint64_t contact_released; /* the contacts that are released at first */
     double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
     double event_beyond;       /* the end of a try of this step that went beyond an event */
+    double event_end;          /* the end of the first try of this step */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
     int event_most;            /* the number of values with which the search after this try ends */
     kt_progress_callback *progress;

@@ -53,9 +53,23 @@ _Static_assert((REPETITIONS + 1) * AT_LEAST + 2 <= KT_EVENT_EVALUATIONS_LEAST, "
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 static double together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
-static double least_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
+/* The size that rounding of times in a step is relative to. A step from t = 0 would shrink without end towards a root
+ * there. It is bounded by a rounding of the end of its first try: in a rounding of this time, no state changes. */
+static double extent_of_times(const kt_simulation *simulation, double t) {
+#if KT_HAS_EVENTS
+    return fmax(fabs(t), DBL_EPSILON * fabs(simulation->event_end));
+#else
+    (void)simulation;
+    return fabs(t);
+#endif
+}
+static double least_width(const kt_simulation *simulation, double t) {
+    return 4.0 * DBL_EPSILON * extent_of_times(simulation, t);
+}
 /* No step is shorter. */
-static double shortest(double t) { return 64.0 * DBL_EPSILON * fabs(t); }
+static double shortest(const kt_simulation *simulation, double t) {
+    return 64.0 * DBL_EPSILON * extent_of_times(simulation, t);
+}
 
 /* If the step was to end at a root, values below this part of the largest along the step are the root. */
 static const double reached = 1e-3;
@@ -231,7 +245,7 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
     a.g -= threshold;
     b.g -= threshold;
     const int side = sign_of(b.g);
-    const double width = fmax(least_width(b.t), DBL_MIN), kappa = 0.2 / (b.t - a.t);
+    const double width = fmax(least_width(simulation, b.t), DBL_MIN), kappa = 0.2 / (b.t - a.t);
     double radius = width * exp2(ceil(log2((b.t - a.t) / width)));
     for (int i = 0; i < ROOT_STEPS && b.t - a.t > width; i++) {
         const double half = 0.5 * (a.t + b.t), length = b.t - a.t;
@@ -527,7 +541,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
         const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
                      corner = next_corner(simulation, from, &r.of);
         const double to = end_of_panel(simulation, from, fmin(even, corner), t1, &r);
-        if (may_shorten && r.cut && r.half > t0 + shortest(t0)) {
+        if (may_shorten && r.cut && r.half > t0 + shortest(simulation, t0)) {
             *shorter = r.half;
             break;
         }
@@ -579,13 +593,16 @@ static void pass(kt_simulation *simulation, bool fires) {
     simulation->memory.fires = fires;
 }
 
-static void forget_beyond(kt_simulation *simulation, int repetition) {
+/* Begins the tries of a step, the first of which ends at t1. */
+static void begin_tries(kt_simulation *simulation, double t1) {
 #if KT_HAS_EVENTS
-    if (repetition == 0)
-        simulation->event_beyond = HUGE_VAL;
+    simulation->event_beyond = HUGE_VAL;
+    simulation->event_end = t1;
 #else
-    (void)simulation, (void)repetition;
+    (void)t1;
 #endif
+    for (size_t k = 0; k < simulation->event_count; k++)
+        simulation->event_root[k].due = false;
 }
 
 /* The end of the repeated step. If the step has not reached the instant, this is beyond its end t1, but not beyond a
@@ -636,16 +653,15 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     if (is_first_search(simulation))
         for (size_t k = 0; k < simulation->event_count; k++)
             simulation->event_search[k].spent = 0;
-    for (size_t k = 0; repetition == 0 && k < simulation->event_count; k++)
-        simulation->event_root[k].due = false;
-    forget_beyond(simulation, repetition);
+    if (repetition == 0)
+        begin_tries(simulation, t1);
     const size_t aim = aim_of(simulation);
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
     kt_status status = find_roots(simulation, may_shorten, repetition >= SETTLES, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
     const bool ends =
         repetition >= REPETITIONS && !(t1 - instant > together(t1) && kt_simulation_skips_contact(simulation));
-    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(t1) || ends);
+    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(simulation, t1) || ends);
     if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
@@ -666,7 +682,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : within(simulation, instant, t1);
     kt_integrator_retreat(simulation->integrator, instant - t0);
-    *again = instant - t0 > shortest(instant);
+    *again = instant - t0 > shortest(simulation, instant);
     *t_limit = instant;
     if (!*again) { /* no step is so short: the event happens at the present state */
         for (size_t k = 0; k < simulation->event_count; k++)

@@ -290,3 +290,48 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
     kt_model_free(model);
     kt_check_above("refused", refused, 0.5);
 }
+
+/* A function that jumps behind t = 0, and the earliest time above zero at which it was evaluated. */
+typedef struct jump_behind_zero {
+    double earliest;
+    int calls;
+} jump_behind_zero;
+
+static int jumps(const kt_instant *at, double *value, kt_error *error, void *user) {
+    jump_behind_zero *jump = user;
+    (void)error;
+    jump->calls++;
+    jump->earliest = at->t > 0.0 ? fmin(jump->earliest, at->t) : jump->earliest;
+    *value = at->t > 0.0 ? -1.0 : 1.0;
+    return 0;
+}
+
+/* A root at t = 0 happens at 0, since steps have a floor. Without it the step shrank to 1e-144 s, where radau5 found no
+ * number. */
+KT_TEST(steps_from_zero_do_not_shrink_without_end) {
+    static const struct {
+        const char *method;
+        double step;
+    } ways[] = {{"radau5", 1e-3}, {"rk4", 1e-3}, {"dopri5", 1e-3}, {"radau5", 0.0}, {"dopri5", 0.0}};
+    kt_lone lone;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    lone.body.joint.velocity[0] = 1.0;
+    kt_model *model = kt_scene_compile(&lone.description);
+    for (size_t i = 0; model != NULL && i < sizeof ways / sizeof *ways; i++) {
+        jump_behind_zero jump = {.earliest = HUGE_VAL};
+        const kt_event event = {.name = "jump", .function = jumps, .user = &jump};
+        const kt_run run = kt_run_fixed(ways[i].method, ways[i].step, 1.0);
+        kt_simulation_options options = kt_simulation_options_default();
+        kt_error error = {0};
+        options.events = 1;
+        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        if (simulation != NULL && kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error) &&
+            kt_fine(ways[i].method, kt_simulation_tick(simulation, 1e-3, &error), &error)) {
+            kt_check_equal_int("happens", (long)kt_simulation_event_count(simulation, "jump"), 1);
+            kt_check_above("earliest time above 0, s", jump.earliest, 1e-35);
+            kt_check_below("values", jump.calls, 400.0);
+        }
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
+}
