@@ -75,7 +75,7 @@ static double energy_of(kt_simulation *simulation) {
 }
 
 /* Throws a rod for half a second in ticks of 10 ms. Returns the largest growth of its energy in a tick. */
-static double run_rod(kt_random *random, const char *method, double step, bool *ends, uint64_t *jammed) {
+static double run_rod(kt_random *random, const char *method, double step, bool *ends, kt_contact_counts *counts) {
     rods s;
     make_rod(&s, kt_random_uniform(random, 1.5, 3.0), kt_random_uniform(random, 0.0, 0.5));
     kt_run run = kt_run_fixed(method, step, 10.0);
@@ -96,7 +96,8 @@ static double run_rod(kt_random *random, const char *method, double step, bool *
     *ends = status == KT_OK;
     if (!*ends)
         kt_note("%s: %s", error.where, error.message);
-    *jammed += kt_simulation_contacts(simulation).jammed;
+    counts->jammed += kt_simulation_contacts(simulation).jammed;
+    counts->unconverged += kt_simulation_contacts(simulation).unconverged;
     kt_simulation_free(simulation);
     kt_model_free(model);
     return growth;
@@ -111,17 +112,18 @@ KT_TEST(sliding_rods_are_not_wedged) {
     } ways[] = {{"dopri5", 0.0, 1e-10}, {"heun", 1e-3, 1e-2}, {"rk4", 5e-3, 1e-2}};
     for (int w = 0; w < 3; w++) {
         kt_random random = kt_random_of_test();
-        uint64_t jammed = 0;
+        kt_contact_counts counts = {0};
         int failed = 0;
         double growth = 0.0;
         for (int i = 0; i < RODS; i++) {
             bool ends;
-            growth = larger(growth, run_rod(&random, ways[w].method, ways[w].step, &ends, &jammed));
+            growth = larger(growth, run_rod(&random, ways[w].method, ways[w].step, &ends, &counts));
             failed += !ends;
         }
         kt_note("%s", ways[w].method);
         kt_check_below("runs that fail", failed, 0.0);
         kt_check_below("growth of energy in a tick, J", growth, ways[w].growth);
-        kt_check_above("impulses without a collision", (double)jammed, 1.0);
+        kt_check_above("impulses without a collision", (double)counts.jammed, 1.0);
+        kt_check_above("evaluations in which slow slip has no direction", (double)counts.unconverged, 1.0);
     }
 }
