@@ -14,7 +14,7 @@
 
 static const struct subject {
     const char *name;
-    void (*make)(kt_mechanism *m);
+    void (*make)(kt_contact_mechanism *m);
     int closed; /* the first contacts */
     bool sticks;
 } subjects[] = {
@@ -58,7 +58,7 @@ static void evaluate(void *user, long repetitions) {
 
 /* The set in which the first contacts are closed, and stick or slip. A contact has two switches: that of its friction
  * comes second. */
-static uint64_t set_of(const struct subject *s, const kt_mechanism *m, const kt_model *model) {
+static uint64_t set_of(const struct subject *s, const kt_contact_mechanism *m, const kt_model *model) {
     const int each = kt_switch_count(model) / m->items;
     uint64_t set = 0;
     for (int k = 0; k < s->closed * each; k++)
@@ -67,8 +67,8 @@ static uint64_t set_of(const struct subject *s, const kt_mechanism *m, const kt_
 }
 
 /* The velocities agree with the closed contacts, so that dependent equations do not contradict each other. */
-static kt_status make(const struct subject *s, const kt_mechanism *m, kt_isa isa, way ways[WAYS], double *q, double *v,
-                      kt_error *error) {
+static kt_status make(const struct subject *s, kt_contact_mechanism *m, kt_isa isa, way ways[WAYS], double *q,
+                      double *v, kt_error *error) {
     kt_status status = KT_OK;
     for (int k = 0; k < WAYS && status == KT_OK; k++) {
         way *w = &ways[k];
@@ -102,7 +102,7 @@ static double acceleration_of(const kt_mechanism_item *item, const way *w, bool 
 }
 
 /* The same of all, as a part of the largest free acceleration; NaN if there is none. */
-static double moving(const struct subject *s, const kt_mechanism *m, const way ways[WAYS]) {
+static double moving(const struct subject *s, const kt_contact_mechanism *m, const way ways[WAYS]) {
     const way *w = &ways[CLOSED];
     double most = 0.0, size = 0.0;
     kt_error error;
@@ -136,7 +136,7 @@ static int report(const struct subject *s, const kt_bench_times times[WAYS], dou
 
 static int measure(size_t index, const kt_bench_options *options, kt_csv *csv) {
     const struct subject *s = &subjects[index];
-    static kt_mechanism m;
+    static kt_contact_mechanism m;
     static way ways[WAYS];
     static kt_bench_times times[WAYS];
     kt_bench_task tasks[WAYS];

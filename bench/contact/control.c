@@ -21,7 +21,7 @@ static const double tries_most = 100.0 / 1e-3;
 
 static const struct robot {
     const char *name;
-    void (*make)(kt_mechanism *m);
+    void (*make)(kt_contact_mechanism *m);
     double stiffness, damping, armature;
     double swing; /* of the joints that lift a leg, rad */
 } robots[] = {{"quadruped", kt_mechanism_quadruped, 120.0, 3.0, 0.01, 0.3},
@@ -68,7 +68,7 @@ typedef struct outcome {
     uint64_t worst, evaluations, impacts; /* worst: evaluations of a tick */
 } outcome;
 
-static kt_status build(const cell *c, kt_model **model, kt_mechanism *m, kt_error *error) {
+static kt_status build(const cell *c, kt_model **model, kt_contact_mechanism *m, kt_error *error) {
     memset(m, 0, sizeof *m);
     robots[c->robot].make(m);
     for (int i = 1; i < m->bodies; i++)
@@ -81,7 +81,7 @@ static kt_status build(const cell *c, kt_model **model, kt_mechanism *m, kt_erro
 }
 
 /* The height of the lowest contact above the floor. */
-static double clearance(const kt_model *model, kt_data *data, const kt_mechanism *m, const double *q) {
+static double clearance(const kt_model *model, kt_data *data, const kt_contact_mechanism *m, const double *q) {
     double least = HUGE_VAL;
     kt_error error;
     if (kt_kinematics_update(model, data, q, NULL, NULL, &error) != KT_OK)
@@ -94,7 +94,7 @@ static double clearance(const kt_model *model, kt_data *data, const kt_mechanism
 }
 
 /* The targets at time t: while a leg is lifted its hip and knee bend. */
-static void control(const cell *c, const kt_mechanism *m, const double *rest, double t, const double *q,
+static void control(const cell *c, const kt_contact_mechanism *m, const double *rest, double t, const double *q,
                     const double *v, double *tau) {
     const struct robot *r = &robots[c->robot];
     const double phase = sin(4.0 * acos(-1.0) * t);
@@ -111,8 +111,8 @@ static void control(const cell *c, const kt_mechanism *m, const double *rest, do
     }
 }
 
-static kt_status begin(const cell *c, const kt_model *model, const kt_mechanism *m, double *rest, double duration,
-                       kt_simulation **simulation, kt_error *error) {
+static kt_status begin(const cell *c, const kt_model *model, const kt_contact_mechanism *m, double *rest,
+                       double duration, kt_simulation **simulation, kt_error *error) {
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
     kt_data *data = NULL;
@@ -133,7 +133,7 @@ static kt_status begin(const cell *c, const kt_model *model, const kt_mechanism 
 }
 
 static outcome run_cell(const cell *c, double duration) {
-    static kt_mechanism m;
+    static kt_contact_mechanism m;
     outcome o = {.time = 0.0};
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;

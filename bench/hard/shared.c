@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-kt_twin kt_hard_twin(kt_hard *h) { return (kt_twin){&h->description, h->parent, h->pose, h->twist}; }
+kt_twin kt_hard_twin(kt_hard *h) { return (kt_twin){&h->description, h->parent, h->pose, h->twist, NULL}; }
 
 bool kt_hard_peer_begin(kt_hard *h, char *words) {
     kt_data *data = NULL;

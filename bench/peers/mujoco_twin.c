@@ -23,6 +23,28 @@ static void write_joint(FILE *xml, int i, const kt_joint *joint) {
                       joint->axis.x, joint->axis.y, joint->axis.z);
 }
 
+/* Spheres collide with planes, and with spheres if these touch. */
+static void write_spheres(FILE *xml, const kt_twin_ground *ground, int body) {
+    for (int k = 0; ground && k < ground->sphere_count; k++) {
+        const kt_twin_sphere *s = &ground->sphere[k];
+        if (s->body == body)
+            (void)fprintf(xml,
+                          "<geom type='sphere' size='%.17g' pos='%.17g %.17g %.17g' contype='1' conaffinity='%d'"
+                          " friction='%.17g 0 0'/>",
+                          s->radius, s->at.x, s->at.y, s->at.z, ground->touch, ground->friction);
+    }
+}
+
+static void write_planes(FILE *xml, const kt_twin_ground *ground) {
+    for (int k = 0; ground && k < ground->plane_count; k++) {
+        const kt_twin_plane *p = &ground->plane[k];
+        (void)fprintf(xml,
+                      "<geom type='plane' size='100 100 1' pos='%.17g %.17g %.17g' zaxis='%.17g %.17g %.17g'"
+                      " contype='0' conaffinity='1' friction='%.17g 0 0'/>",
+                      p->at.x, p->at.y, p->at.z, p->normal.x, p->normal.y, p->normal.z, ground->friction);
+    }
+}
+
 /* A body and all that it carries. */
 static void write_body(FILE *xml, const kt_twin *twin, int i) {
     const kt_body *b = &twin->description->bodies[i];
@@ -39,6 +61,7 @@ static void write_body(FILE *xml, const kt_twin *twin, int i) {
     write_pose(xml, (kt_pose){kt_matrix_from_quat(axes), com});
     (void)fprintf(xml, " mass='%.17g' diaginertia='%.17g %.17g %.17g'/>", b->mass, moments.x, moments.y, moments.z);
     write_joint(xml, i, &b->joint);
+    write_spheres(xml, twin->ground, i);
     for (int k = 0; k < twin->description->body_count; k++)
         if (twin->parent[k] == i)
             write_body(xml, twin, k);
@@ -79,9 +102,11 @@ char *kt_mujoco_twin_write(const kt_twin *twin, double step, size_t *size) {
         xml,
         "<mujoco><compiler angle='radian' inertiafromgeom='false'/>"
         "<option gravity='%.17g %.17g %.17g' timestep='%.17g' integrator='RK4' solver='Newton' iterations='100'"
-        " tolerance='1e-14'><flag contact='disable'/></option>"
+        " tolerance='1e-14'><flag contact='%s'/></option>%s"
         "<default><equality solref='%.17g 1' solimp='0.9999 0.9999 0.001'/></default><worldbody>",
-        g.x, g.y, g.z, step, 2.0 * step);
+        g.x, g.y, g.z, step, twin->ground ? "enable" : "disable",
+        twin->ground ? "<size njmax='4000' nconmax='1000'/>" : "", 2.0 * step);
+    write_planes(xml, twin->ground);
     for (int i = 0; i < twin->description->body_count; i++)
         if (twin->parent[i] < 0)
             write_body(xml, twin, i);
@@ -102,6 +127,23 @@ void kt_mujoco_twin_rates(const kt_model *model, const double *v, const mjModel 
         const int joint = mj_name2id(m, mjOBJ_JOINT, name);
         if (joint >= 0)
             memcpy(d->qvel + m->jnt_dofadr[joint], v + c.v, (size_t)c.nv * sizeof *v);
+    }
+}
+
+void kt_mujoco_twin_read(const mjModel *m, mjData *d, const kt_twin *to) {
+    mj_kinematics(m, d);
+    mj_comPos(m, d);
+    mj_comVel(m, d);
+    for (int i = 0; i < to->description->body_count; i++) {
+        char name[24];
+        mjtNum rate[6];
+        (void)snprintf(name, sizeof name, "b%d", i);
+        const int b = mj_name2id(m, mjOBJ_BODY, name);
+        const mjtNum *p = d->xpos + 3 * (size_t)b, *r = d->xquat + 4 * (size_t)b;
+        mj_objectVelocity(m, d, mjOBJ_XBODY, b, rate, 0);
+        to->pose[i].position = kt_vec3_make(p[0], p[1], p[2]);
+        to->pose[i].rotation = kt_matrix_from_quat(kt_quat_make(r[0], r[1], r[2], r[3]));
+        to->twist[i] = (kt_twist){kt_vec3_make(rate[0], rate[1], rate[2]), kt_vec3_make(rate[3], rate[4], rate[5])};
     }
 }
 

@@ -1,7 +1,8 @@
-/* A mechanism in MuJoCo. Its tree is written as nested bodies, placed at their start, so that all joints start at zero.
- * Body i of the description has the name bi, and its joint the name ji. Its loops are `connect` constraints, one for a
- * point. A hinge that is not in the plane has a second one, 1 m along the axis. Constraints, which are soft by design,
- * have the advised stiffness, with a time constant of two steps. The integrator is a Runge-Kutta method of order 4. */
+/* A mechanism in MuJoCo. Its tree is written as nested bodies, placed at their start, so that all joints start at
+ * zero. Body i of the description has the name bi, and its joint the name ji. Its loops are `connect` constraints,
+ * one for a point. A hinge that is not in the plane has a second one, 1 m along the axis. Constraints, which are soft
+ * by design, have the advised stiffness, with a time constant of two steps. The ground has geoms with MuJoCo's
+ * defaults. The integrator is a Runge-Kutta method of order 4. */
 #ifndef KT_BENCH_PEERS_MUJOCO_TWIN_H
 #define KT_BENCH_PEERS_MUJOCO_TWIN_H
 
@@ -16,6 +17,9 @@ char *kt_mujoco_twin_write(const kt_twin *twin, double step, size_t *size);
 /* Writes the velocities v of a model into those of its twin. They are the same numbers: a ball's in its own axes, and
  * those of a free body's place in the world's. */
 void kt_mujoco_twin_rates(const kt_model *model, const double *v, const mjModel *m, mjData *d);
+
+/* Finds the poses and twists of the bodies. */
+void kt_mujoco_twin_read(const mjModel *m, mjData *d, const kt_twin *to);
 
 enum { KT_MUJOCO_REASON = 300 };
 

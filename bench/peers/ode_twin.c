@@ -9,6 +9,9 @@ struct kt_ode_twin {
     dBodyID *body;
     kt_vec3 *com;
     bool is_quick;
+    dJointID *joint;        /* between a body and its parent; NULL: free */
+    dSpaceID space;         /* of spheres and planes */
+    dJointGroupID contacts; /* of a step */
 };
 
 static void start_body(const kt_ode_twin *t, int i) {
@@ -45,31 +48,33 @@ static bool add_body(kt_ode_twin *t, int i) {
     return true;
 }
 
-static void add_hinge(const kt_ode_twin *t, dBodyID a, dBodyID b, kt_vec3 at, kt_vec3 axis) {
+static dJointID add_hinge(const kt_ode_twin *t, dBodyID a, dBodyID b, kt_vec3 at, kt_vec3 axis) {
     dJointID joint = dJointCreateHinge(t->world, 0);
     dJointAttach(joint, a, b);
     dJointSetHingeAnchor(joint, at.x, at.y, at.z);
     dJointSetHingeAxis(joint, axis.x, axis.y, axis.z);
+    return joint;
 }
 
-static void add_ball(const kt_ode_twin *t, dBodyID a, dBodyID b, kt_vec3 at) {
+static dJointID add_ball(const kt_ode_twin *t, dBodyID a, dBodyID b, kt_vec3 at) {
     dJointID joint = dJointCreateBall(t->world, 0);
     dJointAttach(joint, a, b);
     dJointSetBallAnchor(joint, at.x, at.y, at.z);
+    return joint;
 }
 
-static void add_joint(const kt_ode_twin *t, int i) {
+static void add_joint(kt_ode_twin *t, int i) {
     const kt_joint *j = &t->source.description->bodies[i].joint;
     const dBodyID own = t->body[i], parent = t->source.parent[i] >= 0 ? t->body[t->source.parent[i]] : NULL;
     const kt_pose pose = t->source.pose[i];
     const kt_vec3 axis = kt_mat3_apply(pose.rotation, kt_vec3_normalize(j->axis));
-    dJointID joint;
+    dJointID joint = NULL;
     switch (j->type) {
     case KT_JOINT_REVOLUTE:
-        add_hinge(t, own, parent, pose.position, axis);
+        joint = add_hinge(t, own, parent, pose.position, axis);
         break;
     case KT_JOINT_SPHERICAL:
-        add_ball(t, own, parent, pose.position);
+        joint = add_ball(t, own, parent, pose.position);
         break;
     case KT_JOINT_PRISMATIC:
         joint = dJointCreateSlider(t->world, 0);
@@ -84,6 +89,7 @@ static void add_joint(const kt_ode_twin *t, int i) {
     default:
         break;
     }
+    t->joint[i] = joint;
 }
 
 static void add_loop(const kt_ode_twin *t, const kt_loop *loop) {
@@ -92,9 +98,40 @@ static void add_loop(const kt_ode_twin *t, const kt_loop *loop) {
     (void)kt_twin_end(&t->source, &loop->between[1], &b);
     const dBodyID first = a >= 0 ? t->body[a] : NULL, second = b >= 0 ? t->body[b] : NULL;
     if (loop->type == KT_LOOP_REVOLUTE)
-        add_hinge(t, first, second, frame.position, kt_mat3_apply(frame.rotation, kt_vec3_normalize(loop->axis)));
+        (void)add_hinge(t, first, second, frame.position, kt_mat3_apply(frame.rotation, kt_vec3_normalize(loop->axis)));
     else
-        add_ball(t, first, second, frame.position);
+        (void)add_ball(t, first, second, frame.position);
+}
+
+enum { PLANES = 1, SPHERES = 2 };
+
+/* ODE's bodies have their origins at their centres of mass. */
+static void add_ground(kt_ode_twin *t, const kt_twin_ground *ground) {
+    t->space = dSimpleSpaceCreate(NULL);
+    t->contacts = dJointGroupCreate(0);
+    for (int k = 0; k < ground->plane_count; k++) {
+        const kt_twin_plane *p = &ground->plane[k];
+        const kt_vec3 n = p->normal;
+        dGeomID plane = dCreatePlane(t->space, n.x, n.y, n.z, kt_vec3_dot(n, p->at));
+        dGeomSetCategoryBits(plane, PLANES);
+        dGeomSetCollideBits(plane, SPHERES);
+    }
+    for (int k = 0; k < ground->sphere_count; k++) {
+        const kt_twin_sphere *s = &ground->sphere[k];
+        const kt_vec3 offset = kt_vec3_sub(s->at, t->com[s->body]);
+        dGeomID sphere = dCreateSphere(t->space, s->radius);
+        dGeomSetBody(sphere, t->body[s->body]);
+        dGeomSetOffsetPosition(sphere, offset.x, offset.y, offset.z);
+        dGeomSetCategoryBits(sphere, SPHERES);
+        dGeomSetCollideBits(sphere, ground->touch ? PLANES | SPHERES : PLANES);
+    }
+}
+
+static void add_contact(void *data, dGeomID a, dGeomID b) {
+    const kt_ode_twin *t = data;
+    dContact contact = {.surface = {.mode = dContactApprox1, .mu = t->source.ground->friction}};
+    if (dCollide(a, b, 1, &contact.geom, sizeof contact.geom) == 1)
+        dJointAttach(dJointCreateContact(t->world, t->contacts, &contact), dGeomGetBody(a), dGeomGetBody(b));
 }
 
 static bool build(kt_ode_twin *t) {
@@ -107,6 +144,8 @@ static bool build(kt_ode_twin *t) {
         add_joint(t, i);
     for (int i = 0; i < d->loop_count; i++)
         add_loop(t, &d->loops[i]);
+    if (t->source.ground)
+        add_ground(t, t->source.ground);
     t->is_quick = d->body_count > 50;
     return true;
 }
@@ -124,16 +163,25 @@ kt_ode_twin *kt_ode_twin_create(const kt_twin *source) {
         return NULL;
     dInitODE2(0);
     dSetMessageHandler(say_nothing);
-    *t = (kt_ode_twin){*source, dWorldCreate(), calloc(count, sizeof *t->body), calloc(count, sizeof *t->com), false};
-    if (t->body != NULL && t->com != NULL && build(t))
+    t->source = *source;
+    t->world = dWorldCreate();
+    t->body = calloc(count, sizeof(dBodyID));
+    t->com = calloc(count, sizeof *t->com);
+    t->joint = calloc(count, sizeof(dJointID));
+    if (t->body != NULL && t->com != NULL && t->joint != NULL && build(t))
         return t;
     kt_ode_twin_free(t);
     return NULL;
 }
 
 void kt_ode_twin_free(kt_ode_twin *t) {
+    if (t->space != NULL) {
+        dJointGroupDestroy(t->contacts);
+        dSpaceDestroy(t->space);
+    }
     dWorldDestroy(t->world);
     dCloseODE();
+    free(t->joint);
     free(t->body);
     free(t->com);
     free(t);
@@ -145,9 +193,23 @@ void kt_ode_twin_start(kt_ode_twin *t) {
 }
 
 void kt_ode_twin_step(kt_ode_twin *t, double step, long count) {
-    for (long k = 0; k < count; k++)
+    for (long k = 0; k < count; k++) {
+        if (t->space != NULL)
+            dSpaceCollide(t->space, t, add_contact);
         (void)(t->is_quick ? dWorldQuickStep(t->world, step) : dWorldStep(t->world, step));
+        if (t->space != NULL)
+            dJointGroupEmpty(t->contacts);
+    }
 }
+
+void kt_ode_twin_set_quick(kt_ode_twin *t) { t->is_quick = true; }
+
+double kt_ode_twin_angle(const kt_ode_twin *t, int i, double *rate) {
+    *rate = dJointGetHingeAngleRate(t->joint[i]);
+    return dJointGetHingeAngle(t->joint[i]);
+}
+
+void kt_ode_twin_turn(kt_ode_twin *t, int i, double torque) { dJointAddHingeTorque(t->joint[i], torque); }
 
 void kt_ode_twin_read(const kt_ode_twin *t, const kt_twin *to) {
     for (int i = 0; i < t->source.description->body_count; i++) {

@@ -50,7 +50,7 @@ static bool open_run(peer_request *request, void **given) {
 }
 
 static bool write_poses(ode_run *run, double *poses) {
-    const kt_twin now = {NULL, NULL, run->pose, run->twist};
+    const kt_twin now = {NULL, NULL, run->pose, run->twist, NULL};
     kt_ode_twin_read(run->twin, &now);
     for (int i = 0; i < run->scene.count; i++) {
         if (!kt_vec3_is_finite(run->pose[i].position))

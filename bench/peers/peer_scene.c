@@ -16,9 +16,9 @@ static bool find_start(peer_request *request, peer_scene *scene) {
     for (int b = 1; b < kt_model_body_count(e->model); b++) {
         const int i = kt_body_source(e->model, b), up = kt_body_parent(e->model, b);
         scene->parent[i] = up > 0 ? kt_body_source(e->model, up) : -1;
-        scene->pose[i] = kt_body_pose(e->model, e->data, b);
-        scene->twist[i] = kt_body_twist(e->model, e->data, b);
     }
+    const kt_twin twin = peer_scene_twin(scene);
+    kt_twin_read(e->model, e->data, &twin);
     return true;
 }
 
@@ -51,7 +51,7 @@ void peer_scene_close(peer_scene *scene) {
 }
 
 kt_twin peer_scene_twin(const peer_scene *scene) {
-    return (kt_twin){&scene->e.scene.description, scene->parent, scene->pose, scene->twist};
+    return (kt_twin){&scene->e.scene.description, scene->parent, scene->pose, scene->twist, NULL};
 }
 
 void peer_pose_write(kt_pose pose, double *numbers) {

@@ -13,6 +13,14 @@ bool kt_twin_flat(const kt_twin *twin) {
     return true;
 }
 
+void kt_twin_read(const kt_model *model, const kt_data *data, const kt_twin *to) {
+    for (int b = 1; b < kt_model_body_count(model); b++) {
+        const int i = kt_body_source(model, b);
+        to->pose[i] = kt_body_pose(model, data, b);
+        to->twist[i] = kt_body_twist(model, data, b);
+    }
+}
+
 void kt_twin_mass(const kt_twin *twin, int body, kt_vec3 *com, kt_sym3 *inertia) {
     const kt_body *b = &twin->description->bodies[body];
     *com = b->com;
