@@ -46,7 +46,7 @@ typedef struct kt_contact {
     X(double, gap, s->n, "of all contacts")                                                                            \
     X(double, W, s->list * s->list, "J M^-1 J' of the rows that touch")                                                \
     X(double, u, s->list, "their rates")                                                                               \
-    X(double, L, s->list * s->list, "scratch: Cholesky factor of independent rows")                                    \
+    X(double, L, s->list *(s->nv + 1), "scratch: Cholesky factor of independent rows, at most nv, and of a row")       \
     X(int, independent, s->list, "scratch: these rows")                                                                \
     X(double, e, s->n, "restitutions of an impact")                                                                    \
     X(int, pressing, s->n, "rows that can have a reaction")                                                            \

@@ -192,7 +192,7 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W)
             const bool depends = !(left > kt_contact_rounding * W[i * m + i]);
             if (pass > 0 && depends)
                 held |= item->bit;
-            if (pass == 0 && !depends) {
+            if (pass == 0 && !depends && n < (int)c->all->n.v) {
                 L[n] = sqrt(left);
                 row[n++] = i;
             }

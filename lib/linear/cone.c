@@ -21,6 +21,8 @@ kt_cone *kt_cone_init(int n, void *memory) {
     return cone;
 }
 
+double *kt_cone_matrix(kt_cone *cone) { return cone->W; }
+
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
 /* Computes x of one contact that slips in the direction (cos, sin), from u_n = 0. Returns e x u_t; *along: e . u_t. */

@@ -61,6 +61,9 @@ typedef struct kt_cone kt_cone;
 size_t kt_cone_size(int n);
 kt_cone *kt_cone_init(int n, void *memory);
 
+/* Memory for W of a problem, where a caller may build W. The solver then scales W in place. */
+double *kt_cone_matrix(kt_cone *cone);
+
 /* Solves the problem from the start p, which becomes the best p that was found. */
 kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, double *p);
 

@@ -55,8 +55,8 @@ static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
 static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
     int row[3], column[3];
-    double by[3], unused[3];
-    memset(p->W, 0, (size_t)(m * m) * sizeof *p->W);
+    double by[3], unused[3], *W = kt_cone_matrix(p->cone);
+    memset(W, 0, (size_t)(m * m) * sizeof *W);
     memset(p->b, 0, (size_t)m * sizeof *p->b);
     p->has_limit = false;
     p->symmetric = true;
@@ -74,7 +74,7 @@ static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
         p->b[r] = c->b[row[0]];
         for (int s = 0; s < m; s++)
             for (int k = rows_of(&c->item[s / 3], s % 3, column, by) - 1; k >= 0; k--)
-                p->W[r * m + s] += by[k] * kt_coulomb_entry(c, row[0], column[k]);
+                W[r * m + s] += by[k] * kt_coulomb_entry(c, row[0], column[k]);
     }
 }
 
@@ -149,7 +149,7 @@ static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
 static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     pose(c, solver);
     const kt_cone_problem problem = {.n = c->n,
-                                     .W = solver->W,
+                                     .W = kt_cone_matrix(solver->cone),
                                      .b = solver->b,
                                      .mu = solver->mu,
                                      .least = solver->least,

@@ -85,19 +85,20 @@ typedef struct kt_coulomb_solution {
     KT_ARENA_DECLARE(KT_COULOMB_SOLUTION_FIELDS)
 } kt_coulomb_solution;
 
-/* The unknowns of a combination: p = P x + fixed, of which row equation[k] is that of x_k. Matrices are stored by
- * rows. */
+/* The unknowns of a combination: p = P x + fixed. A unit of x_k is a unit in row equation[k], and by[k] in the
+ * tangential rows from across[k] on, unless that is negative. Matrices are stored by rows. Once A is solved, its rows
+ * behind the rank take its null vectors. */
 #define KT_COULOMB_SYSTEM_FIELDS(X)                                                                                    \
     X(int, item, rows, "of each unknown")                                                                              \
     X(int, equation, rows, "its row")                                                                                  \
     X(bool, is_normal, rows, "whether it is a normal impulse")                                                         \
     X(bool, is_tangential, rows, "whether it is a tangential one that sticks")                                         \
     X(double, least, rows, "of the item's normal impulse")                                                             \
-    X(double, P, rows *rows, "a row of each unknown")                                                                  \
+    X(int, across, rows, "the first tangential row of a normal impulse that slips; -1")                                \
+    X(kt_coulomb_pair, by, rows, "impulses in these rows")                                                             \
     X(double, fixed, rows, "impulses that are known")                                                                  \
     X(double, A, rows *(rows + 1 + items), "equations, and their right-hand sides behind them")                        \
     X(double, x, (1 + items) * rows, "unknowns, then dx/de of each direction")                                         \
-    X(double, null, rows *rows, "null vectors of A")                                                                   \
     X(double, unit, rows, "of the unknowns")                                                                           \
     X(double, dp, rows, "change of p with a direction")                                                                \
     X(int, order, rows, "of the columns")
@@ -168,8 +169,7 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 
 /* The arrays of the solver: an item has three rows in the cone solver. */
 #define KT_COULOMB_SOLVER_FIELDS(X)                                                                                    \
-    X(double, W, 9 * items * items, "of the cone solver")                                                              \
-    X(double, b, 3 * items, "likewise")                                                                                \
+    X(double, b, 3 * items, "of the cone solver")                                                                      \
     X(double, x, 3 * items, "likewise")                                                                                \
     X(double, mu, items, "likewise")                                                                                   \
     X(double, least, items, "likewise")                                                                                \

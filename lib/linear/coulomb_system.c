@@ -68,8 +68,7 @@ static void add_unknown(kt_coulomb_system *s, int item, int row, int normal) {
     s->is_normal[s->n] = row == normal;
     s->is_tangential[s->n] = false;
     s->least[s->n] = normal < 0 ? 0.0 : s->fixed[normal];
-    memset(row_of(s->P, s->n, s->most), 0, (size_t)s->most * sizeof *s->P);
-    row_of(s->P, s->n++, s->most)[row] = 1.0;
+    s->across[s->n++] = -1;
 }
 
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
@@ -97,9 +96,11 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
         if (presses)
             add_unknown(s, i, item->row, item->row);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
+            if (presses)
+                s->across[s->n - 1] = item->across;
             for (int k = 0; k < 2; k++) {
                 if (presses)
-                    row_of(s->P, s->n - 1, s->most)[item->across + k] = -item->friction * to->e[i][k];
+                    s->by[s->n - 1][k] = -item->friction * to->e[i][k];
                 s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
             }
         } else if (item->type == KT_COULOMB_CONE) {
@@ -117,6 +118,21 @@ double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) {
     return sum;
 }
 
+/* The rate of a row due to a unit of x_k: W P. */
+static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, int row, int k) {
+    double sum = kt_coulomb_entry(c, row, s->equation[k]);
+    for (int i = 0; s->across[k] >= 0 && i < 2; i++)
+        sum += kt_coulomb_entry(c, row, s->across[k] + i) * s->by[k][i];
+    return sum;
+}
+
+/* Adds the impulses P of x_k, times a factor. */
+static void add_unit_impulses(const kt_coulomb_system *s, int k, double x, double factor, double *p) {
+    p[s->equation[k]] += x * factor;
+    for (int i = 0; s->across[k] >= 0 && i < 2; i++)
+        p[s->across[k] + i] += s->by[k][i] * x * factor;
+}
+
 /* A x = -(b + W fixed), and behind it the right-hand sides of dx/de. */
 static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
     s->columns = 1;
@@ -124,7 +140,7 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
         const int row = s->equation[k];
         double *A = row_of(s->A, k, s->width);
         for (int j = 0; j < s->n; j++)
-            A[j] = kt_coulomb_along(c, row, row_of(s->P, j, s->most));
+            A[j] = along_unknown(c, s, row, j);
         A[s->n] = -c->b[row] - kt_coulomb_along(c, row, s->fixed);
     }
     for (int i = 0; i < c->n; i++) {
@@ -189,12 +205,12 @@ static void find_null_vector(const kt_coulomb_system *s, int rank, int k, double
         z[i] /= s->unit[i];
 }
 
-/* Takes the part along the null vectors before the k-th from that one; its length becomes 1. */
-static void make_orthonormal(kt_coulomb_system *s, int k) {
-    double *z = row_of(s->null, k, s->most), norm = 0.0;
+/* Takes the part along the null vectors in rows of A from `rank` on from the one in row k; its length becomes 1. */
+static void make_orthonormal(kt_coulomb_system *s, int rank, int k) {
+    double *z = row_of(s->A, k, s->width), norm = 0.0;
     for (int pass = 0; pass < 2; pass++)
-        for (int j = 0; j < k; j++) {
-            const double *other = row_of(s->null, j, s->most);
+        for (int j = rank; j < k; j++) {
+            const double *other = row_of(s->A, j, s->width);
             double dot = 0.0;
             for (int i = 0; i < s->n; i++)
                 dot += z[i] * other[i];
@@ -228,9 +244,9 @@ static void reduce_to_least(kt_coulomb_system *s, int rank) {
         if (pass > 0)
             set_units_of_system(s);
         for (int k = rank; k < s->n; k++) {
-            double *z = row_of(s->null, k - rank, s->most);
+            double *z = row_of(s->A, k, s->width);
             find_null_vector(s, rank, k, z);
-            make_orthonormal(s, k - rank);
+            make_orthonormal(s, rank, k);
             for (int i = 0; i < s->n; i++)
                 s->shares = s->shares || (s->is_normal[i] && fabs(z[i]) > 1e-8);
             remove_along(s, z);
@@ -293,8 +309,7 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     to->shares = s->shares;
     memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
     for (int k = 0; k < s->n; k++)
-        for (int j = 0; j < c->rows; j++)
-            to->p[j] += row_of(s->P, k, s->most)[j] * s->x[k];
+        add_unit_impulses(s, k, s->x[k], 1.0, to->p);
     for (int j = 0; j < c->rows; j++)
         to->u[j] = kt_coulomb_along(c, j, to->p) + c->b[j];
 }
@@ -306,8 +321,7 @@ static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     const double N = to->p[c->item[i].row], *x = row_of(s->x, 1 + m, s->most);
     memset(s->dp, 0, (size_t)c->rows * sizeof *s->dp);
     for (int j = 0; j < s->n; j++)
-        for (int r = 0; r < c->rows; r++)
-            s->dp[r] += row_of(s->P, j, s->most)[r] * x[j] * N;
+        add_unit_impulses(s, j, x[j], N, s->dp);
     s->dp[across] += c->item[i].friction * N * to->e[i][1];
     s->dp[across + 1] -= c->item[i].friction * N * to->e[i][0];
 }

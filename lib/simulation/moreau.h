@@ -26,10 +26,9 @@
     X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
     X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
     X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
-    X(double, W, 9 * s->items * s->items, "of the cone solver")                                                        \
-    X(double, b, 3 * s->items, "likewise")                                                                             \
+    X(double, b, 3 * s->items, "of the cone solver")                                                                   \
     X(double, p, 3 * s->items, "likewise: impulses")                                                                   \
-    X(char, cone_memory, s->cone, "the cone solver")                                                                   \
+    X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one of the same size")               \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
     X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \

@@ -227,14 +227,15 @@ kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const doubl
 static void write_matrix(kt_simulation *simulation, int count, bool normal) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
+    double *W = kt_cone_matrix(m->cone);
     const int size = 3 * count;
-    kt_clear(m->W, (size_t)(size * size) * sizeof *m->W);
+    kt_clear(W, (size_t)(size * size) * sizeof *W);
     for (int i = 0; i < count; i++)
         for (int k = 0; k < count; k++) {
             const int a = m->chosen[i], b = m->chosen[k], rows = normal ? 1 : kt_moreau_rows(m, a);
             for (int r = 0; r < rows; r++)
                 for (int s = 0; s < (normal ? 1 : kt_moreau_rows(m, b)); s++)
-                    m->W[(3 * i + r) * size + 3 * k + s] = c->W[(m->first[a] + r) * m->stride + m->first[b] + s];
+                    W[(3 * i + r) * size + 3 * k + s] = c->W[(m->first[a] + r) * m->stride + m->first[b] + s];
         }
 }
 
@@ -262,6 +263,7 @@ static double bound_of(const kt_moreau *m, int i) {
 /* Solves with the present restitutions. Returns false if there is no finite solution. */
 static bool solve_once(kt_simulation *simulation) {
     kt_moreau *m = simulation->moreau;
+    write_matrix(simulation, m->count, false);
     kt_clear(m->b, 3 * (size_t)m->count * sizeof *m->b);
     for (int i = 0; i < m->count; i++) {
         const double bound = bound_of(m, i);
@@ -269,8 +271,13 @@ static bool solve_once(kt_simulation *simulation) {
             m->b[3 * i + k] = m->free[m->first[i] + k];
         m->b[3 * i] -= m->limit[i] < 0.0 ? bound : 0.0;
     }
-    const kt_cone_problem problem = {
-        .n = m->count, .W = m->W, .b = m->b, .mu = m->mu, .limit = m->limit, .symmetric = true, .enough = enough};
+    const kt_cone_problem problem = {.n = m->count,
+                                     .W = kt_cone_matrix(m->cone),
+                                     .b = m->b,
+                                     .mu = m->mu,
+                                     .limit = m->limit,
+                                     .symmetric = true,
+                                     .enough = enough};
     const kt_cone_result result = kt_cone_solve(m->cone, &problem, m->p);
     m->counts.newton += (uint64_t)result.newton;
     m->counts.failures += !(result.residual <= enough);
@@ -301,7 +308,6 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
         m->chosen[i] = i;
         bounces = bounces || m->e[i] > 0.0;
     }
-    write_matrix(simulation, m->count, false);
     for (int halving = 0; found; halving++) {
         found = solve_once(simulation);
         lost = found ? dissipation_of(simulation, &size) : 0.0;
@@ -336,7 +342,7 @@ void kt_moreau_correct(kt_simulation *simulation, double h) {
     for (int i = 0; i < count; i++)
         m->b[3 * i] = c->gap[m->item[m->chosen[i]]] + h * bound_of(m, m->chosen[i]);
     const kt_cone_problem problem = {
-        .n = count, .W = m->W, .b = m->b, .mu = m->none, .symmetric = true, .enough = enough};
+        .n = count, .W = kt_cone_matrix(m->cone), .b = m->b, .mu = m->none, .symmetric = true, .enough = enough};
     m->counts.newton += (uint64_t)kt_cone_solve(m->cone, &problem, m->shift).newton;
     kt_clear(m->change, nv * sizeof *m->change);
     for (int i = 0; i < count; i++)

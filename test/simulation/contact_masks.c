@@ -416,6 +416,31 @@ KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
                    2.0 * 1.1);
 }
 
+/* All contacts may strike at once. With 3 rows of each, an impact has four matrices for the cone solver, one of the
+ * contacts, and a system with one more column for a row and an item. That makes 9 (4 + 1) + 12 numbers for each pair of
+ * contacts, and 10.5 of other arrays. The memory of time stepping has no more. */
+KT_TEST(simulations_have_few_numbers_for_a_pair_of_contacts) {
+    static const int feet[] = {50, 100, 200};
+    for (int stepping = 0; stepping < 2; stepping++) {
+        double size[3];
+        kt_run run = kt_run_default();
+        kt_simulation_options options = kt_simulation_options_default();
+        run.integrator = stepping ? NULL : "dopri5";
+        run.step = stepping ? 1e-3 : 0.0;
+        options.contact = stepping ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
+        for (int i = 0; i < 3; i++) {
+            scene s;
+            scene_plate(&s, feet[i], 0.4);
+            kt_model *model = kt_scene_compile(&s.description);
+            size[i] = (double)kt_simulation_size(model, &run, &options);
+            kt_model_free(model);
+        }
+        kt_note(stepping ? "time stepping" : "events");
+        kt_check_below("numbers for a pair of contacts",
+                       ((size[2] - size[1]) / 100.0 - (size[1] - size[0]) / 50.0) / 150.0 / sizeof(double), 68.0);
+    }
+}
+
 /* A plate on many feet that slide: the same motion as on three. Without friction it goes on. */
 KT_TEST(plate_on_many_feet_slides_as_on_three) {
     const double mu = 0.3, v0 = 1.2, path = v0 * v0 / (2.0 * mu * g);
