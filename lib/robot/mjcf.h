@@ -7,6 +7,7 @@
 #include "robot/contact.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
@@ -166,6 +167,12 @@ enum {
  * that the whole does not have itself, but in copies by a <replicate>. */
 enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
 
+/* Likewise of a body that a <composite> makes: default classes do not apply to it, nor to anything in it. */
+enum { KT_MJCF_BARE = -5 };
+
+/* The name of the element that replaces the plugin of cables in a body. */
+#define KT_MJCF_ELASTICITY "mujoco.elasticity.cable"
+
 typedef struct kt_mjcf {
     kt_reader *r;
     const kt_robot_source *source;
@@ -194,6 +201,8 @@ typedef struct kt_mjcf {
     kt_list reaches;       /* kt_mjcf_reach */
     kt_left armatures;     /* of spatial tendons */
     double armature_share; /* the largest part of the inertia along a tendon */
+    kt_left cables;        /* bodies whose elastic torque differs from MuJoCo's */
+    double cable_share;    /* the largest such difference, as a part of the torque */
     kt_left activations;
     int ctrl_count;
 
@@ -284,6 +293,14 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 /* Adds an element at the end of another's. */
 void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
+
+/* ---- mjcf_composite.c, mjcf_cable.c ------------------------------------------------------------------------------ */
+
+/* Replaces each cable of a document with its bodies, after the compiler's settings have been read. */
+void kt_mjcf_make_cables(kt_mjcf *m, int document);
+
+/* Adds the elastic torque between a body and the one before it in a cable. */
+void kt_mjcf_add_elasticity(kt_mjcf *m, const kt_mjcf_body *b);
 
 /* ---- mjcf_attach.c ----------------------------------------------------------------------------------------------- */
 
@@ -527,6 +544,9 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
+
+/* Whether a text that may be missing equals another. */
+static inline bool kt_mjcf_is_equal(const char *a, const char *b) { return a != NULL && strcmp(a, b) == 0; }
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
 /* Whether a body is another one, or is carried by it. */

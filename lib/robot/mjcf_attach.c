@@ -58,22 +58,20 @@ static kt_element *read_model(kt_mjcf *m, const kt_element *model, int document,
     return NULL;
 }
 
-static bool is_equal(const char *a, const char *b) { return a != NULL && strcmp(a, b) == 0; }
-
 /* The root of the model that an asset of a document names; one without a name has that of its file's root. NULL after
  * reporting. */
 static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, const char *name, const char **path) {
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
     for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
         for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model"))
-            if (is_equal(kt_xml_attribute(a, "name"), name))
+            if (kt_mjcf_is_equal(kt_xml_attribute(a, "name"), name))
                 return read_model(m, a, document, path);
     for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
         for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model")) {
             kt_element *read = kt_xml_attribute(a, "name") == NULL ? read_model(m, a, document, path) : NULL;
             if (kt_draft_is_wrong(&m->draft))
                 return NULL;
-            if (read != NULL && is_equal(kt_xml_attribute(read, "model"), name))
+            if (read != NULL && kt_mjcf_is_equal(kt_xml_attribute(read, "model"), name))
                 return read;
         }
     (void)kt_mjcf_fault(m, e, "there is no <model> %s in <asset>", kt_name_quote(name).text);
@@ -156,7 +154,9 @@ static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints) {
 static kt_element *find_body(kt_element *within, const char *name) {
     kt_element *found = NULL;
     for (kt_element *e = within->first; e != NULL && found == NULL; e = e->next)
-        found = strcmp(e->name, "body") == 0 && is_equal(kt_xml_attribute(e, "name"), name) ? e : find_body(e, name);
+        found = strcmp(e->name, "body") == 0 && kt_mjcf_is_equal(kt_xml_attribute(e, "name"), name)
+                    ? e
+                    : find_body(e, name);
     return found;
 }
 
@@ -314,6 +314,7 @@ static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
 static void expand_document(kt_mjcf *m, int document, int depth) {
     kt_mjcf_include(m, document, depth);
     kt_mjcf_read_settings(m, document);
+    kt_mjcf_make_cables(m, document);
     attach_within(m, kt_mjcf_document_at(m, document)->root, depth);
     if (!kt_draft_is_wrong(&m->draft))
         kt_mjcf_replicate(m, document);

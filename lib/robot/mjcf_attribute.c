@@ -77,8 +77,9 @@ static void number_elements(kt_mjcf *m, kt_element *within, int around) {
         if (within->parent == NULL && strcmp(e->name, "default") == 0)
             continue;
         const int outer = e->document == within->document ? around : kt_mjcf_document_at(m, e->document)->main;
-        e->number = class_of(m, e, "class", outer);
-        number_elements(m, e, class_of(m, e, "childclass", outer));
+        const bool is_bare = e->number == KT_MJCF_BARE;
+        e->number = is_bare ? NONE : class_of(m, e, "class", outer);
+        number_elements(m, e, is_bare ? NONE : class_of(m, e, "childclass", outer));
     }
 }
 
@@ -368,6 +369,8 @@ static const kt_known known[] = {
               "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
               "actuatorgravcomp springdamper "},
     {"freejoint", " name group align "},
+    {"composite", " type prefix count offset quat curve size vertex initial "},
+    {KT_MJCF_ELASTICITY, " instance twist bend flat "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
              "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
              "shellinertia user "},
@@ -418,7 +421,7 @@ static const kt_known_list all_known = {
         "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
         "octree_maxdepth needsdf ",
-    .moving = " composite flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
+    .moving = " flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
 
 /* In attached models, counts the elements that are not moved to the model: settings and classes. */
 void kt_mjcf_count_strange(kt_mjcf *m) {

@@ -196,8 +196,10 @@ void kt_mjcf_passive(kt_mjcf *m) {
         return;
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         float_body(m, kt_mjcf_body_at(m, i), m->gravity);
-    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
+    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
         kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
+        kt_mjcf_add_elasticity(m, kt_mjcf_body_at(m, i));
+    }
 }
 
 /* ---- fixed tendons ----------------------------------------------------------------------------------------------- */
