@@ -240,6 +240,14 @@ static bool has_forces(const kt_sdf_joint *j) {
     return false;
 }
 
+/* Whether effects that name a loop act in it: a joint of its name comes first. */
+static bool is_joint_name(const kt_sdf *m, const char *name) {
+    for (int i = 0; i < m->joints.count; i++)
+        if (kt_sdf_joint_at(m, i)->name != NULL && strcmp(kt_sdf_joint_at(m, i)->name, name) == 0)
+            return true;
+    return false;
+}
+
 /* The loop of a joint between two links: its type, axes and ends. */
 static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *last, kt_loop *loop) {
     loop->between[0] = end_of(m, first, first->parent);
@@ -250,7 +258,11 @@ static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *
         loop->axis2 = kt_sdf_axis_in(m, last, first->frame);
     loop->pitch = first->pitch;
     kt_left_count(&m->loops, first->element);
-    if (has_forces(first) || has_forces(last))
+    if (!has_forces(first) && !has_forces(last))
+        return;
+    if (first == last && kt_sdf_is_scalar(first) && !is_joint_name(m, loop->name))
+        kt_sdf_resist(m, first, loop->name);
+    else
         kt_left_count(&m->loop_forces, first->element);
 }
 

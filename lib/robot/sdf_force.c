@@ -64,22 +64,20 @@ static void start_joint(kt_sdf *m, const kt_sdf_joint *j) {
         joint->position[0] = kt_sdf_number(m, j->axis, "initial_position", joint->position[0]);
 }
 
-static void act_in_joint(kt_sdf *m, const kt_sdf_joint *j) {
+void kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
     const kt_element *dynamics = j->axis != NULL ? kt_xml_child(j->axis, "dynamics") : NULL;
     const double damping = kt_sdf_number(m, dynamics, "damping", 0.0);
     const double friction = kt_sdf_number(m, dynamics, "friction", 0.0);
     const double stiffness = kt_sdf_number(m, dynamics, "spring_stiffness", 0.0);
     kt_effect *spring =
-        stiffness != 0.0 ? kt_draft_joint_effect(&m->draft, j->element, KT_EFFECT_JOINT_SPRING, j->name) : NULL;
+        stiffness != 0.0 ? kt_draft_joint_effect(&m->draft, j->element, KT_EFFECT_JOINT_SPRING, name) : NULL;
     if (spring != NULL) {
         spring->stiffness = stiffness;
         spring->rest = kt_function_constant(kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     }
-    kt_draft_resistance(&m->draft, j->element, j->name, damping, friction);
+    kt_draft_resistance(&m->draft, j->element, name, damping, friction);
     if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
-    start_joint(m, j);
-    make_stop(m, j);
 }
 
 /* ---- links without weight ---------------------------------------------------------------------------------------- */
@@ -104,8 +102,11 @@ static void float_link(kt_sdf *m, const kt_sdf_link *link) {
 void kt_sdf_make_effects(kt_sdf *m) {
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
         const kt_sdf_joint *j = kt_sdf_joint_at(m, i);
-        if (j->name != NULL && kt_sdf_is_scalar(j))
-            act_in_joint(m, j);
+        if (j->name == NULL || !kt_sdf_is_scalar(j))
+            continue;
+        kt_sdf_resist(m, j, j->name);
+        start_joint(m, j);
+        make_stop(m, j);
     }
     for (int i = 1; i < m->links.count && !m->r->out_of_memory; i++)
         if (!kt_sdf_link_at(m, i)->is_between)

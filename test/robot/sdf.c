@@ -249,6 +249,57 @@ KT_TEST(joints_that_close_loops_are_loops_of_their_kind) {
     }
 }
 
+/* The angle of `crank` after a while. */
+static double crank_after(const char *text, double duration) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    double angle = (double)NAN;
+    if (!parse_right(text, NULL, &scene))
+        return angle;
+    kt_check_true("no force is lost", !has_note(&scene, "damping, friction and springs are left out"));
+    if (kt_check_equal_int("compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK) &&
+        kt_check_equal_int("made", kt_simulation_create(model, &scene.run, NULL, &simulation, &error), KT_OK) &&
+        kt_check_equal_int("run", kt_simulation_advance(simulation, duration, &error), KT_OK))
+        angle = kt_simulation_positions(simulation)[kt_body_coordinates(model, kt_body_find(model, "crank")).q];
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return angle;
+}
+
+/* A linkage whose last joint has a spring, a damper and friction. Either this joint or another closes the loop. */
+#define MASS(at)                                                                                                       \
+    "<inertial><pose>" at " 0 0 0</pose><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>"
+#define BAR(name, at, com) "<link name='" name "'><pose>" at " 0 0 0</pose>" MASS(com) "</link>"
+#define PIN(name, parent, child, within) JOINT(name, "revolute", parent, child, within "<axis><xyz>1 0 0</xyz></axis>")
+#define CUT "<physics><simbody><must_be_loop_joint>true</must_be_loop_joint></simbody></physics>"
+#define FORCES                                                                                                         \
+    "<dynamics><damping>0.5</damping><friction>0.2</friction><spring_stiffness>40</spring_stiffness>"                  \
+    "<spring_reference>0.3</spring_reference></dynamics>"
+#define LINKAGE(cut, other, last)                                                                                      \
+    SDF(BAR("crank", "0 0 0", "0 0 0.2") BAR("coupler", "0 0 0.4", "0 0.5 0") BAR("rocker", "0 1 0", "0 0 0.3")        \
+            PIN("a", "world", "crank", "") PIN("b", "crank", "coupler", other)                                         \
+                JOINT("c", last, "world", "rocker", cut "<axis><xyz>" AXIS "</xyz>" FORCES "</axis>")                  \
+                    PIN("d", "coupler", "rocker", "<pose>0 0 0.4 0 0 0</pose>"))
+
+KT_TEST(forces_act_in_joints_that_close_loops_as_in_others) {
+    static const char *const texts[][2] = {
+#define AXIS "1 0 0"
+        {LINKAGE(CUT, "", "revolute"), LINKAGE("", CUT, "revolute")},
+#undef AXIS
+#define AXIS "0 1 0.2"
+        {LINKAGE(CUT, "", "prismatic"), LINKAGE("", CUT, "prismatic")},
+#undef AXIS
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        const double in_loop = crank_after(texts[i][0], 0.3), in_tree = crank_after(texts[i][1], 0.3);
+        kt_check_above("it moves, rad", fabs(in_tree), 0.02);
+        kt_check_near("angle, rad", in_loop, in_tree, 1e-8);
+    }
+}
+
 KT_TEST(joint_carries_its_parent_where_another_carries_the_child) {
     kt_scene scene;
     if (!parse_right(SDF(LINK("a") LINK("b") LINK("c") JOINT("j", "revolute", "a", "b", "")
