@@ -35,7 +35,7 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
         f->damping += e->damping;
     } else if (f != NULL && is_motor(e) && format == KT_ROBOT_MJCF) {
         x->motors[x->motor_count++] = (kt_export_motor){e, body};
-    } else if (format != KT_ROBOT_MJCF || !kt_export_take_rope(x, e)) {
+    } else if (format != KT_ROBOT_MJCF || !(kt_export_take_rope(x, e) || kt_export_take_actuator(x, e))) {
         kt_export_lose(x, (unsigned)e->type < KT_EFFECT_TYPE_COUNT ? names[e->type] : "effects of a caller's own");
     }
 }
@@ -128,11 +128,14 @@ static bool take_memory(kt_export *x) {
     x->sum = kt_pool_take(&x->pool, count, sizeof *x->sum);
     x->motors = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->motors);
     x->ropes = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->ropes);
+    x->actuators =
+        kt_pool_take(&x->pool, KT_EXPORT_STATES_MOST * ((size_t)x->d->effect_count + 1), sizeof *x->actuators);
+    x->is_kept = kt_pool_take(&x->pool, (size_t)x->d->state_count + 1, sizeof *x->is_kept);
     x->tendons = kt_pool_take(&x->pool, (size_t)x->d->loop_count + 1, sizeof *x->tendons);
     x->mesh_files = kt_pool_take(&x->pool, (size_t)x->mesh_count + 1, sizeof *x->mesh_files);
     if (memory == NULL || x->parent == NULL || x->first_child == NULL || x->next_child == NULL || x->forces == NULL ||
         x->followers == NULL || x->role == NULL || x->sum == NULL || x->motors == NULL || x->ropes == NULL ||
-        x->tendons == NULL || x->mesh_files == NULL)
+        x->actuators == NULL || x->is_kept == NULL || x->tendons == NULL || x->mesh_files == NULL)
         return false;
     kt_names_init(&x->names, names, memory);
     return true;
@@ -170,7 +173,8 @@ static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
 
 static void lose_the_rest(kt_export *x) {
     for (int i = 0; i < x->d->state_count; i++)
-        kt_export_lose(x, "auxiliary states");
+        if (!x->is_kept[i])
+            kt_export_lose(x, "auxiliary states");
     for (int i = 0; i < x->d->body_count; i++)
         if (x->d->bodies[i].variable_mass != NULL)
             kt_export_lose(x, "masses that vary with time, which stay as they are given");

@@ -37,7 +37,22 @@ typedef struct kt_export_rope {
     double stiffness, damping, rest;
 } kt_export_rope;
 
+enum { KT_EXPORT_STATES_MOST = 8 /* auxiliary states in one formula */ };
+
+/* A force by a formula, in a joint or along a path: an actuator. */
+typedef struct kt_export_actuator {
+    const kt_effect *effect;
+    int body, rope;          /* of the joint; in `ropes`; -1: none */
+    int state;               /* the auxiliary state w that its force contains; -1: none */
+    double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
+    bool is_first;           /* of the actuators of one effect: it has the name */
+    double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
+} kt_export_actuator;
+
 enum { KT_LOST_MOST = 64 };
+
+/* An item that the format does not have. */
+#define KT_EXPORT_EFFORTS "motors and servos that MuJoCo limits to the effort of their joints (it is data here)"
 
 typedef struct kt_export {
     const kt_description *d;
@@ -57,6 +72,9 @@ typedef struct kt_export {
     int motor_count;
     kt_export_rope *ropes;
     int rope_count;
+    kt_export_actuator *actuators;
+    int actuator_count;
+    bool *is_kept;           /* of auxiliary states: whether an actuator has it */
     kt_loop const **tendons; /* couplings of several joints, or of one */
     int tendon_count;
     const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
@@ -161,9 +179,21 @@ bool kt_export_find_meshes(kt_export *x, const char *endings);
 /* Adds an effect to the ropes; false if no tendon has its force. */
 bool kt_export_take_rope(kt_export *x, const kt_effect *e);
 
+/* Adds the path of an effect, with a spring and a damper; false if MJCF has no such path. */
+bool kt_export_add_rope(kt_export *x, const kt_effect *e, double stiffness, double damping, double rest);
+
+/* Writes ` attribute="NAME"` of a rope. */
+void kt_export_rope_name(kt_export *x, const char *attribute, int rope);
+
 /* Writes the sites and geoms of ropes that are on a body (-1: the world), and their tendons. */
 void kt_export_rope_points(kt_export *x, int body);
 void kt_export_ropes(kt_export *x);
+
+/* ---- write_actuator.c -------------------------------------------------------------------------------------------- */
+
+/* Adds an effect to the actuators; false if no actuator has its force. */
+bool kt_export_take_actuator(kt_export *x, const kt_effect *e);
+void kt_export_formula_actuators(kt_export *x);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

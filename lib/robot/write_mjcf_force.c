@@ -168,13 +168,14 @@ static void write_motor(kt_export *x, const kt_export_motor *motor) {
     if (!is_steady(e))
         kt_export_lose(x, "functions of time of motors and servos, whose controls are those of the start");
     if (isfinite(kt_export_body(x, motor->body)->joint.limits.effort) && !is_number)
-        kt_export_lose(x, "motors and servos that MuJoCo limits to the effort of their joints (it is data here)");
+        kt_export_lose(x, KT_EXPORT_EFFORTS);
 }
 
 void kt_export_actuators(kt_export *x) {
     fputs("  <actuator>\n", x->stream);
     for (int i = 0; i < x->motor_count; i++)
         write_motor(x, &x->motors[i]);
+    kt_export_formula_actuators(x);
     fputs("  </actuator>\n", x->stream);
 }
 
@@ -252,14 +253,29 @@ static void write_velocity(kt_export *x, int i, int depth) {
     }
 }
 
+static void write_activations(kt_export *x) {
+    bool has_any = false;
+    for (int i = 0; i < x->actuator_count; i++) {
+        if (x->actuators[i].state < 0)
+            continue;
+        if (!has_any)
+            fputs("\"\n      act=\"", x->stream);
+        has_any = true;
+        add_numbers(x, &x->d->states[x->actuators[i].state].initial, 1);
+    }
+}
+
 void kt_export_start(kt_export *x) {
     fputs("  <keyframe>\n    <key name=\"start\" qpos=\"", x->stream);
     kt_export_tree(x, write_position, NULL);
     fputs("\"\n      qvel=\"", x->stream);
     kt_export_tree(x, write_velocity, NULL);
-    if (x->motor_count > 0)
+    if (x->motor_count + x->actuator_count > 0)
         fputs("\"\n      ctrl=\"", x->stream);
     for (int i = 0; i < x->motor_count; i++)
         add_numbers(x, (const double[]){control_of(x, &x->motors[i])}, 1);
+    for (int i = 0; i < x->actuator_count; i++)
+        add_numbers(x, &x->actuators[i].control, 1);
+    write_activations(x);
     fputs("\"/>\n  </keyframe>\n", x->stream);
 }

@@ -66,12 +66,17 @@ bool kt_export_take_rope(kt_export *x, const kt_effect *e) {
     } else {
         return false;
     }
-    const bool divides_first = e->path_count > 0 && e->path[0].divisor > 0.0 && e->path[0].divisor != 1.0;
-    if (!(c[0] >= 0.0 && c[1] >= 0.0 && c[2] >= 0.0) || (c[0] > 0.0 && c[1] == 0.0) || divides_first)
+    if (!(c[0] >= 0.0 && c[1] >= 0.0 && c[2] >= 0.0) || (c[0] > 0.0 && c[1] == 0.0))
         return false;
-    x->ropes[x->rope_count++] =
-        (kt_export_rope){.effect = e, .stiffness = c[1], .damping = c[2], .rest = c[1] > 0.0 ? c[0] / c[1] : 0.0};
-    return true;
+    return kt_export_add_rope(x, e, c[1], c[2], c[1] > 0.0 ? c[0] / c[1] : 0.0);
+}
+
+bool kt_export_add_rope(kt_export *x, const kt_effect *e, double stiffness, double damping, double rest) {
+    const bool divides_first = e->path_count > 0 && e->path[0].divisor > 0.0 && e->path[0].divisor != 1.0;
+    if (!divides_first)
+        x->ropes[x->rope_count++] =
+            (kt_export_rope){.effect = e, .stiffness = stiffness, .damping = damping, .rest = rest};
+    return !divides_first;
 }
 
 /* ---- points ------------------------------------------------------------------------------------------------------ */
@@ -93,6 +98,8 @@ static void write_name(kt_export *x, const char *attribute, int rope, int point,
         fprintf(x->stream, "__%d%s", point + 1, suffix);
     fputs("\"", x->stream);
 }
+
+void kt_export_rope_name(kt_export *x, const char *attribute, int rope) { write_name(x, attribute, rope, -1, ""); }
 
 static void write_site(kt_export *x, int rope, int point, const char *suffix, kt_vec3 at) {
     fputs("<site", x->stream);

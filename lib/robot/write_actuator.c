@@ -1,0 +1,202 @@
+/* Forces by formulas as actuators of MJCF, in a joint of one coordinate or along a path.
+ *
+ * A force is that of an actuator if it is affine in the length L and its rate, and in an auxiliary state w:
+ *     b0 + b1 L + b2 L' + w (g0 + g1 L + g2 L').
+ * The rate of w must be constant, an integrator, or (u - w) / T, a filter. The actuator then has the dynamics of w, the
+ * bias b and the gain g. A force with several such states is the sum of as many actuators. The values at some
+ * positions, rates and states decide whether a formula has this form. */
+#include "model/formula.h"
+#include "model/joint_name.h"
+#include "robot/write.h"
+
+#include "kinetree/effect.h"
+
+#include <float.h>
+#include <math.h>
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+/* A formula of L, L' and w. */
+typedef struct actuator_formula {
+    const kt_expression *formula;
+    kt_formula_names names;
+    int body; /* of the joint; -1: along a path */
+    int states[KT_EXPORT_STATES_MOST], state_count;
+} actuator_formula;
+
+static int find_actuator_state(const actuator_formula *f, int state) {
+    int k = 0;
+    while (k < f->state_count && f->states[k] != state)
+        k++;
+    return k;
+}
+
+static double actuator_value(const actuator_formula *f, double length, double rate, const double *states) {
+    double at[KT_FORMULA_VARIABLE_MAX] = {0.0};
+    for (int k = 0; k < f->names.count; k++) {
+        const int type = (int)f->names.variable[k].type;
+        at[k] = type == KT_VARIABLE_POSITION || type == KT_VARIABLE_LENGTH ? length
+                : type == KT_VARIABLE_STATE ? states[find_actuator_state(f, f->names.variable[k].component)]
+                                            : rate;
+    }
+    return kt_expression_evaluate(f->formula, at);
+}
+
+/* Whether the variables are L, L' and some states, which are found. */
+static bool find_actuator_variables(actuator_formula *f) {
+    for (int k = 0; k < f->names.count; k++) {
+        const kt_variable *v = &f->names.variable[k];
+        const int type = (int)v->type;
+        const bool is_motion = f->body >= 0 ? (type == KT_VARIABLE_POSITION || type == KT_VARIABLE_VELOCITY)
+                                            : (type == KT_VARIABLE_LENGTH || type == KT_VARIABLE_SPEED);
+        if (type == KT_VARIABLE_STATE && f->state_count < KT_EXPORT_STATES_MOST)
+            f->states[f->state_count++] = v->component;
+        else if (!is_motion || (f->body >= 0 && v->body != f->body))
+            return false;
+    }
+    return true;
+}
+
+static bool parse_actuator(kt_export *x, const char *text, const kt_effect *e, actuator_formula *f) {
+    kt_error ignored;
+    f->names = kt_formula_names_of(x->d, e);
+    const kt_symbols symbols = kt_formula_symbols(&f->names);
+    const size_t size = text != NULL ? kt_expression_size(text) : 0;
+    void *memory = size > 0 ? kt_pool_take(&x->pool, size, 1) : NULL;
+    return memory != NULL && kt_expression_parse(text, &symbols, memory, size, &f->formula, NULL, &ignored) == KT_OK;
+}
+
+/* The coefficients of a constant, of L and of L', with one state 1 or none. */
+static void fit_line(const actuator_formula *f, int state, double c[3]) {
+    double states[KT_EXPORT_STATES_MOST] = {0.0};
+    if (state >= 0)
+        states[state] = 1.0;
+    c[0] = actuator_value(f, 0.0, 0.0, states);
+    c[1] = actuator_value(f, 1.0, 0.0, states) - c[0];
+    c[2] = actuator_value(f, 0.0, 1.0, states) - c[0];
+}
+
+/* A difference of two numbers, or zero if it is their rounding. */
+static double coefficient_between(double a, double b) {
+    return fabs(a - b) > 4.0 * DBL_EPSILON * fabs(b) ? a - b : 0.0;
+}
+
+/* Finds b, and g for each state. */
+static bool fit_actuator(const actuator_formula *f, double b[3], double g[KT_EXPORT_STATES_MOST][3]) {
+    static const double lengths[] = {-7.0, 0.02, 0.37, 1.7, 13.0}, rates[] = {-50.0, -0.4, 0.02, 5.3, 80.0},
+                        values[] = {-9.0, -0.3, 0.4, 1.0, 30.0};
+    fit_line(f, -1, b);
+    for (int k = 0; k < f->state_count; k++) {
+        fit_line(f, k, g[k]);
+        for (int i = 0; i < 3; i++)
+            g[k][i] = coefficient_between(g[k][i], b[i]);
+    }
+    for (int i = 0; i < 125; i++) {
+        const double motion[] = {1.0, lengths[i % 5], rates[i / 5 % 5]};
+        double states[KT_EXPORT_STATES_MOST] = {0.0}, sum = 0.0, size = 0.0;
+        for (int k = -1; k < f->state_count; k++) {
+            const double w = k < 0 ? 1.0 : values[(i / 25 + k + k * i) % 5], *c = k < 0 ? b : g[k];
+            if (k >= 0)
+                states[k] = w;
+            for (int n = 0; n < 3; n++) {
+                sum += w * c[n] * motion[n];
+                size += fabs(w * c[n] * motion[n]);
+            }
+        }
+        if (!(fabs(actuator_value(f, motion[1], motion[2], states) - sum) <= 1e-12 * size))
+            return false;
+    }
+    return true;
+}
+
+/* Finds the control and the time constant of a state, or its rate; false if it follows another law. */
+static bool find_actuator_dynamics(kt_export *x, kt_export_actuator *to) {
+    static const double states[] = {-9.0, -0.3, 0.4, 2.0, 30.0};
+    const kt_effect none = kt_effect_default();
+    actuator_formula f = {.body = -1};
+    if (!parse_actuator(x, x->d->states[to->state].rate, &none, &f) || !find_actuator_variables(&f) ||
+        f.state_count > 1 || (f.state_count == 1 && f.states[0] != to->state))
+        return false;
+    const double constant = actuator_value(&f, 0.0, 0.0, &(double){0.0});
+    const double slope = actuator_value(&f, 0.0, 0.0, &(double){1.0}) - constant;
+    for (size_t i = 0; i < sizeof states / sizeof *states; i++)
+        if (!(fabs(actuator_value(&f, 0.0, 0.0, &states[i]) - constant - slope * states[i]) <=
+              1e-12 * (fabs(constant) + fabs(slope * states[i]))))
+            return false;
+    to->time = slope != 0.0 ? -1.0 / slope : 0.0;
+    to->control = slope != 0.0 ? constant * to->time : constant;
+    return to->time >= 0.0;
+}
+
+/* A tendon is shorter than the position of its slider by an offset. */
+static void shift_actuator(const kt_export *x, kt_export_actuator *d) {
+    double own;
+    if (d->body < 0 || x->role[d->body] != KT_EXPORT_SUM)
+        return;
+    const double offset = kt_export_number_offset(x, d->body, &own);
+    d->bias[0] += d->bias[1] * offset;
+    d->gain[0] += d->gain[1] * offset;
+}
+
+bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
+    const bool is_path = e->end_count == 2;
+    actuator_formula f = {.body = is_path ? -1 : kt_export_scalar(x, e->joint)};
+    kt_export_actuator made[KT_EXPORT_STATES_MOST] = {0};
+    double bias[3], gain[KT_EXPORT_STATES_MOST][3];
+    if (e->type != KT_EFFECT_EXPRESSION || e->law != NULL || e->end_count == 1 || (!is_path && f.body < 0) ||
+        !parse_actuator(x, e->formula[0], e, &f) || !find_actuator_variables(&f) || !fit_actuator(&f, bias, gain))
+        return false;
+    const int count = f.state_count > 0 ? f.state_count : 1;
+    for (int k = 0; k < count; k++) {
+        kt_export_actuator *d = &made[k];
+        *d = (kt_export_actuator){.effect = e, .body = f.body, .rope = -1, .is_first = k == 0};
+        d->state = f.state_count > 0 ? f.states[k] : -1;
+        for (int i = 0; i < 3; i++) {
+            d->bias[i] = k == 0 ? bias[i] : 0.0;
+            d->gain[i] = d->state >= 0 ? gain[k][i] : 0.0;
+        }
+        if (d->state >= 0 && !find_actuator_dynamics(x, d))
+            return false;
+        shift_actuator(x, d);
+    }
+    if (is_path && !kt_export_add_rope(x, e, 0.0, 0.0, 0.0))
+        return false;
+    for (int k = 0; k < count; k++) {
+        made[k].rope = is_path ? x->rope_count - 1 : -1;
+        if (made[k].state >= 0)
+            x->is_kept[made[k].state] = true;
+        x->actuators[x->actuator_count++] = made[k];
+    }
+    return true;
+}
+
+/* ---- actuators --------------------------------------------------------------------------------------------------- */
+
+static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
+    fputs("    <general", x->stream);
+    if (d->effect->name != NULL && d->is_first) {
+        fputs(" name=\"", x->stream);
+        kt_export_text(x, d->effect->name);
+        fputs("\"", x->stream);
+    }
+    if (d->rope >= 0)
+        kt_export_rope_name(x, "tendon", d->rope);
+    else
+        fprintf(x->stream, " %s=\"%s\"", x->role[d->body] == KT_EXPORT_SUM ? "tendon" : "joint",
+                kt_joint_name_of(kt_export_body(x, d->body)));
+    if (d->state >= 0)
+        fprintf(x->stream, " dyntype=\"%s\" gaintype=\"affine\"", d->time > 0.0 ? "filterexact" : "integrator");
+    if (d->time > 0.0)
+        kt_export_numbers(x, "dynprm", &d->time, 1);
+    kt_export_numbers(x, "gainprm", d->gain, d->state >= 0 ? 3 : 1);
+    fputs(" biastype=\"affine\"", x->stream);
+    kt_export_numbers(x, "biasprm", d->bias, 3);
+    fputs("/>\n", x->stream);
+    if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort))
+        kt_export_lose(x, KT_EXPORT_EFFORTS);
+}
+
+void kt_export_formula_actuators(kt_export *x) {
+    for (int i = 0; i < x->actuator_count; i++)
+        write_formula_actuator(x, &x->actuators[i]);
+}

@@ -1,0 +1,168 @@
+/* Forces by formulas as actuators of MJCF: models with activations and spatial tendons are written and read back. At
+ * random states the forces and the rates of activations are the same. */
+#include "check.h"
+#include "random.h"
+
+#include "kinetree/export.h"
+#include "kinetree/import.h"
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TRIALS = 20, COORDINATES_MOST = 20 };
+
+typedef struct told {
+    char text[2000];
+} told;
+
+static void hear(void *user, const char *what, int count) {
+    told *t = user;
+    const size_t length = strlen(t->text);
+    (void)snprintf(t->text + length, sizeof t->text - length, "%s %d\n", what, count);
+}
+
+static char *write_model(const kt_description *d, told *t) {
+    kt_error error = {0};
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    memset(t, 0, sizeof *t);
+    if (!kt_check_true("a stream", stream != NULL))
+        return NULL;
+    const kt_status status = kt_robot_write(d, KT_ROBOT_MJCF, stream, hear, t, &error);
+    (void)fclose(stream);
+    kt_check_equal_int("written", status, KT_OK);
+    return text;
+}
+
+typedef struct machine {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+} machine;
+
+static bool read_machine(const char *text, const char *keyframe, machine *m) {
+    const kt_robot_options options = {.keyframe = keyframe};
+    kt_error error = {0};
+    memset(m, 0, sizeof *m);
+    const bool fine = kt_robot_parse("m.xml", text, strlen(text), &options, &m->scene, NULL, NULL, &error) == KT_OK &&
+                      kt_model_compile(&m->scene.description, NULL, &m->model, &error) == KT_OK &&
+                      kt_data_create(m->model, &m->data, &error) == KT_OK && kt_model_nq(m->model) <= COORDINATES_MOST;
+    return kt_check_true("it is read", fine) || (kt_note("%s: %s", error.where, error.message), false);
+}
+
+static void free_machine(machine *m) {
+    kt_data_free(m->data);
+    kt_model_free(m->model);
+    kt_scene_free(&m->scene);
+}
+
+/* Forces and rates of auxiliary states. */
+static bool evaluate(const machine *m, const double *q, const double *v, const double *x, double *force, double *rate) {
+    kt_error error = {0};
+    memcpy(kt_own_states(m->model, m->data), x, (size_t)kt_own_state_count(m->model) * sizeof *x);
+    return kt_effect_forces(m->model, m->data, 0.0, q, v, force, &error) == KT_OK &&
+           kt_own_state_rates(m->model, m->data, 0.0, q, v, rate, &error) == KT_OK;
+}
+
+static void compare_numbers(kt_worst *worst, int count, const double *a, const double *b) {
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, fabs(a[i]));
+    for (int i = 0; i < count; i++)
+        kt_worst_near(worst, b[i], a[i], 1e-12 * fmax(most, 1.0), "%d", i);
+}
+
+/* Both have the same coordinates and states in the same order. */
+static void compare_machines(const machine *a, const machine *b, kt_random *random) {
+    kt_worst forces = kt_worst_make("forces"), rates = kt_worst_make("rates of activations");
+    double q[COORDINATES_MOST], v[COORDINATES_MOST], x[COORDINATES_MOST], force[2][COORDINATES_MOST],
+        rate[2][COORDINATES_MOST];
+    const int nq = kt_model_nq(a->model), count = kt_own_state_count(a->model);
+    if (!kt_check_equal_int("coordinates", kt_model_nq(b->model), nq) ||
+        !kt_check_equal_int("activations", kt_own_state_count(b->model), count))
+        return;
+    compare_numbers(&rates, count, kt_own_states(a->model, a->data), kt_own_states(b->model, b->data));
+    for (int n = 0; n < TRIALS; n++) {
+        for (int i = 0; i < nq; i++) {
+            q[i] = kt_random_uniform(random, -1.0, 1.0);
+            v[i] = kt_random_uniform(random, -2.0, 2.0);
+        }
+        for (int i = 0; i < count; i++)
+            x[i] = kt_random_uniform(random, -1.0, 2.0);
+        if (!kt_check_true("forces",
+                           evaluate(a, q, v, x, force[0], rate[0]) && evaluate(b, q, v, x, force[1], rate[1])))
+            return;
+        compare_numbers(&forces, nq, force[0], force[1]);
+        compare_numbers(&rates, count, rate[0], rate[1]);
+    }
+    kt_check_worst(&forces);
+    kt_check_worst(&rates);
+}
+
+/* Writes a model and reads it back. `lost` is all that the writer reports. */
+static void come_back(const char *text, const char *lost) {
+    kt_random random = kt_random_of_test();
+    machine here, back;
+    told t;
+    if (read_machine(text, "k", &here)) {
+        char *written = write_model(&here.scene.description, &t);
+        kt_check_text("lost", t.text, lost);
+        if (written != NULL && read_machine(written, "start", &back)) {
+            compare_machines(&here, &back, &random);
+            free_machine(&back);
+        }
+        free(written);
+    }
+    free_machine(&here);
+}
+
+#define LINKS                                                                                                          \
+    "<body name='a'><joint name='a' axis='0 1 0'/><geom size='.1' pos='.2 0 0'/><site name='s' pos='.1 0 .1'/>"        \
+    "<body name='b' pos='.5 0 0'><joint name='b' axis='0 .2 1'/><geom size='.1' pos='.3 0 0'/><geom name='g' "         \
+    "type='cylinder' size='.03 .1' contype='0' conaffinity='0' mass='0'/><site name='t' pos='.3 .1 .2'/>"              \
+    "<body name='c' pos='.5 0 0'><joint name='c' type='slide'/><geom size='.1'/></body></body></body>"
+#define MODEL(rest) "<mujoco><compiler angle='radian'/><worldbody>" LINKS "</worldbody>" rest "</mujoco>"
+
+KT_TEST(filters_and_integrators_of_joints_come_back) {
+    come_back(MODEL("<actuator><general name='f' joint='a' gear='2' dyntype='filterexact' dynprm='.4' gainprm='3' "
+                    "biastype='affine' biasprm='.1 -4 -.2'/><intvelocity name='i' joint='b' kp='7' kv='.3'/>"
+                    "<cylinder name='z' joint='c' timeconst='.2' diameter='2' bias='1 -3 0'/>"
+                    "<position name='p' joint='c' kp='5' timeconst='.1'/></actuator>"
+                    "<keyframe><key name='k' ctrl='.7 .2 -.3 .4' act='.1 .5 -.4 .9'/></keyframe>"),
+              "");
+}
+
+KT_TEST(affine_gains_and_forces_that_grow_with_the_length_come_back) {
+    come_back(MODEL("<actuator><general name='f' joint='a' dyntype='filter' dynprm='.3' gaintype='affine' "
+                    "gainprm='2 -1 .5' biastype='affine' biasprm='0 3 .1'/>"
+                    "<general name='g' joint='b' gainprm='2' biastype='affine' biasprm='.2 6 .3'/></actuator>"
+                    "<keyframe><key name='k' ctrl='.7 .2' act='.1'/></keyframe>"),
+              "");
+}
+
+KT_TEST(actuators_of_spatial_tendons_come_back) {
+    come_back(MODEL("<tendon><spatial name='l' stiffness='8' springlength='.4' damping='.2'><site site='s'/>"
+                    "<site site='t'/></spatial></tendon><actuator><motor name='m' tendon='l' gear='3'/>"
+                    "<position name='p' tendon='l' kp='9' kv='.4' gear='-1.5'/><general name='f' tendon='l' "
+                    "dyntype='filterexact' dynprm='.2' gainprm='4' biastype='affine' biasprm='1 -2 0'/></actuator>"
+                    "<keyframe><key name='k' ctrl='.7 .2 .5' act='.3'/></keyframe>"),
+              "");
+}
+
+/* A delay and a bound of an activation are none of these forms. */
+KT_TEST(forces_of_other_forms_are_left_out_and_told) {
+    static const char text[] =
+        MODEL("<actuator><motor name='d' joint='a' delay='.1'/><general name='f' joint='b' dyntype='filterexact' "
+              "dynprm='.2' actrange='-1 .5'/></actuator><keyframe><key name='k' ctrl='.7 0' act='0'/></keyframe>");
+    machine here;
+    told t;
+    if (read_machine(text, "k", &here)) {
+        free(write_model(&here.scene.description, &t));
+        kt_check_text("lost", t.text, "effects of type expression 2\nauxiliary states 1\n");
+    }
+    free_machine(&here);
+}
