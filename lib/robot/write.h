@@ -39,14 +39,22 @@ typedef struct kt_export_rope {
 
 enum { KT_EXPORT_STATES_MOST = 8 /* auxiliary states in one formula */ };
 
+/* A muscle along the length L, with the scaled length l = offset + slope L and the scaled rate v = rate L'. */
+typedef struct kt_export_muscle {
+    double gear, offset, slope, rate;
+    double force, shortest, longest, passive, stretched; /* force, lmin, lmax, fpmax, fvmax */
+    double times[3], control; /* activation, deactivation, width of the smooth transition; control */
+} kt_export_muscle;
+
 /* A force by a formula, in a joint or along a path: an actuator. */
 typedef struct kt_export_actuator {
     const kt_effect *effect;
-    int body, rope;          /* of the joint; in `ropes`; -1: none */
-    int state;               /* the auxiliary state w that its force contains; -1: none */
-    double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
-    bool is_first;           /* of the actuators of one effect: it has the name */
-    double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
+    int body, rope;                 /* of the joint; in `ropes`; -1: none */
+    int state;                      /* the auxiliary state w that its force contains; -1: none */
+    double time, control;           /* w' = (control - w) / time, or w' = control if time is 0 */
+    bool is_first;                  /* of the actuators of one effect: it has the name */
+    double bias[3], gain[3];        /* without w, and per w: a constant, by the length and by its rate */
+    const kt_export_muscle *muscle; /* in place of bias and gain; NULL: it is none */
 } kt_export_actuator;
 
 enum { KT_LOST_MOST = 64 };
@@ -194,6 +202,18 @@ void kt_export_ropes(kt_export *x);
 /* Adds an effect to the actuators; false if no actuator has its force. */
 bool kt_export_take_actuator(kt_export *x, const kt_effect *e);
 void kt_export_formula_actuators(kt_export *x);
+
+/* ---- write_muscle.c ---------------------------------------------------------------------------------------------- */
+
+/* Reads a muscle from the texts of its force and of the rate of its activation w; false if they are none. */
+bool kt_export_read_muscle(const char *force, const char *rate, kt_export_muscle *m);
+
+/* The force and the rate of w that the numbers of a muscle give. */
+double kt_export_muscle_force(const kt_export_muscle *m, double length, double speed, double w);
+double kt_export_muscle_rate(const kt_export_muscle *m, double w);
+
+/* Writes the attributes of a muscle. */
+void kt_export_write_muscle(kt_export *x, const kt_export_muscle *m);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

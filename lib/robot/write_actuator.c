@@ -138,27 +138,30 @@ static void shift_actuator(const kt_export *x, kt_export_actuator *d) {
     d->gain[0] += d->gain[1] * offset;
 }
 
-bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
-    const bool is_path = e->end_count == 2;
-    actuator_formula f = {.body = is_path ? -1 : kt_export_scalar(x, e->joint)};
-    kt_export_actuator made[KT_EXPORT_STATES_MOST] = {0};
-    double bias[3], gain[KT_EXPORT_STATES_MOST][3];
-    if (e->type != KT_EFFECT_EXPRESSION || e->law != NULL || e->end_count == 1 || (!is_path && f.body < 0) ||
-        !parse_actuator(x, e->formula[0], e, &f) || !find_actuator_variables(&f) || !fit_actuator(&f, bias, gain))
+/* Whether a muscle has the force and the rate of its formulas, in and beyond its range. */
+static bool is_muscle(kt_export *x, const actuator_formula *f, const kt_export_muscle *m) {
+    static const double lengths[] = {-0.3, 0.4, 0.63, 0.8, 0.97, 1.0, 1.1, 1.26, 1.4, 1.9},
+                        speeds[] = {-1.4, -0.7, -0.1, 0.0, 0.15, 0.4, 2.0}, values[] = {0.0, 0.13, 0.5, 0.8, 1.0, 1.3};
+    const kt_effect none = kt_effect_default();
+    const double most = fabs(m->gear) * m->force;
+    actuator_formula rate = {.body = -1};
+    if (!parse_actuator(x, x->d->states[f->states[0]].rate, &none, &rate) || !find_actuator_variables(&rate) ||
+        rate.state_count != 1 || rate.states[0] != f->states[0])
         return false;
-    const int count = f.state_count > 0 ? f.state_count : 1;
-    for (int k = 0; k < count; k++) {
-        kt_export_actuator *d = &made[k];
-        *d = (kt_export_actuator){.effect = e, .body = f.body, .rope = -1, .is_first = k == 0};
-        d->state = f.state_count > 0 ? f.states[k] : -1;
-        for (int i = 0; i < 3; i++) {
-            d->bias[i] = k == 0 ? bias[i] : 0.0;
-            d->gain[i] = d->state >= 0 ? gain[k][i] : 0.0;
-        }
-        if (d->state >= 0 && !find_actuator_dynamics(x, d))
+    for (size_t i = 0; i < 420; i++) {
+        const double length = (lengths[i % 10] - m->offset) / m->slope, speed = speeds[i / 10 % 7] / m->rate;
+        const double w = values[i / 70], size = fabs(length * m->slope) + fabs(m->offset) + 1.0;
+        const double force = kt_export_muscle_force(m, length, speed, w), own = kt_export_muscle_rate(m, w);
+        if (!(fabs(actuator_value(f, length, speed, &w) - force) <= 1e-11 * most * size * (1.0 + m->passive)) ||
+            !(fabs(actuator_value(&rate, 0.0, 0.0, &w) - own) <= 1e-12 * (fabs(own) + 1.0 / m->times[0])))
             return false;
-        shift_actuator(x, d);
     }
+    return true;
+}
+
+/* Adds the actuators of an effect. */
+static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *made, int count) {
+    const bool is_path = e->end_count == 2;
     if (is_path && !kt_export_add_rope(x, e, 0.0, 0.0, 0.0))
         return false;
     for (int k = 0; k < count; k++) {
@@ -170,10 +173,56 @@ bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
     return true;
 }
 
+/* A muscle in the slider of a tendon would need other numbers: an import makes none. */
+static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula *f) {
+    kt_export_muscle read, *muscle = NULL;
+    if (f->state_count != 1 || (f->body >= 0 && x->role[f->body] == KT_EXPORT_SUM) ||
+        !kt_export_read_muscle(e->formula[0], x->d->states[f->states[0]].rate, &read) || !is_muscle(x, f, &read) ||
+        (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
+        return false;
+    *muscle = read;
+    kt_export_actuator made = {.effect = e,
+                               .body = f->body,
+                               .state = f->states[0],
+                               .is_first = true,
+                               .control = read.control,
+                               .muscle = muscle};
+    return add_actuators(x, e, &made, 1);
+}
+
+static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula *f) {
+    kt_export_actuator made[KT_EXPORT_STATES_MOST] = {0};
+    double bias[3], gain[KT_EXPORT_STATES_MOST][3];
+    const int count = f->state_count > 0 ? f->state_count : 1;
+    if (!fit_actuator(f, bias, gain))
+        return false;
+    for (int k = 0; k < count; k++) {
+        kt_export_actuator *a = &made[k];
+        *a = (kt_export_actuator){.effect = e, .body = f->body, .is_first = k == 0};
+        a->state = f->state_count > 0 ? f->states[k] : -1;
+        for (int i = 0; i < 3; i++) {
+            a->bias[i] = k == 0 ? bias[i] : 0.0;
+            a->gain[i] = a->state >= 0 ? gain[k][i] : 0.0;
+        }
+        if (a->state >= 0 && !find_actuator_dynamics(x, a))
+            return false;
+        shift_actuator(x, a);
+    }
+    return add_actuators(x, e, made, count);
+}
+
+bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
+    const bool is_path = e->end_count == 2;
+    actuator_formula f = {.body = is_path ? -1 : kt_export_scalar(x, e->joint)};
+    return e->type == KT_EFFECT_EXPRESSION && e->law == NULL && e->end_count != 1 && (is_path || f.body >= 0) &&
+           parse_actuator(x, e->formula[0], e, &f) && find_actuator_variables(&f) &&
+           (take_affine(x, e, &f) || take_muscle(x, e, &f));
+}
+
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
 
 static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
-    fputs("    <general", x->stream);
+    fputs(d->muscle != NULL ? "    <muscle" : "    <general", x->stream);
     if (d->effect->name != NULL && d->is_first) {
         fputs(" name=\"", x->stream);
         kt_export_text(x, d->effect->name);
@@ -184,6 +233,11 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     else
         fprintf(x->stream, " %s=\"%s\"", x->role[d->body] == KT_EXPORT_SUM ? "tendon" : "joint",
                 kt_joint_name_of(kt_export_body(x, d->body)));
+    if (d->muscle != NULL) {
+        kt_export_write_muscle(x, d->muscle);
+        fputs("/>\n", x->stream);
+        return;
+    }
     if (d->state >= 0)
         fprintf(x->stream, " dyntype=\"%s\" gaintype=\"affine\"", d->time > 0.0 ? "filterexact" : "integrator");
     if (d->time > 0.0)

@@ -76,28 +76,41 @@ static void compare_numbers(kt_worst *worst, int count, const double *a, const d
         kt_worst_near(worst, b[i], a[i], 1e-12 * fmax(most, 1.0), "%d", i);
 }
 
-/* Both have the same coordinates and states in the same order. */
+/* The state of `a` that has the name of a state of `b`. If none has, several actuators have become one effect, and
+ * the order is the same. */
+static int find_state(const machine *a, const machine *b, int i) {
+    const int found = kt_own_state_find(a->model, kt_own_state_name(b->model, i));
+    return found >= 0 ? found : i;
+}
+
+/* Both have the same coordinates in the same order. */
 static void compare_machines(const machine *a, const machine *b, kt_random *random) {
     kt_worst forces = kt_worst_make("forces"), rates = kt_worst_make("rates of activations");
-    double q[COORDINATES_MOST], v[COORDINATES_MOST], x[COORDINATES_MOST], force[2][COORDINATES_MOST],
+    double q[COORDINATES_MOST], v[COORDINATES_MOST], x[2][COORDINATES_MOST], force[2][COORDINATES_MOST],
         rate[2][COORDINATES_MOST];
     const int nq = kt_model_nq(a->model), count = kt_own_state_count(a->model);
     if (!kt_check_equal_int("coordinates", kt_model_nq(b->model), nq) ||
         !kt_check_equal_int("activations", kt_own_state_count(b->model), count))
         return;
-    compare_numbers(&rates, count, kt_own_states(a->model, a->data), kt_own_states(b->model, b->data));
+    for (int i = 0; i < count; i++)
+        kt_worst_near(&rates, kt_own_states(b->model, b->data)[i],
+                      kt_own_states(a->model, a->data)[find_state(a, b, i)], 1e-15, "initial %d", i);
     for (int n = 0; n < TRIALS; n++) {
         for (int i = 0; i < nq; i++) {
             q[i] = kt_random_uniform(random, -1.0, 1.0);
             v[i] = kt_random_uniform(random, -2.0, 2.0);
         }
         for (int i = 0; i < count; i++)
-            x[i] = kt_random_uniform(random, -1.0, 2.0);
+            x[0][i] = kt_random_uniform(random, -1.0, 2.0);
+        for (int i = 0; i < count; i++)
+            x[1][i] = x[0][find_state(a, b, i)];
         if (!kt_check_true("forces",
-                           evaluate(a, q, v, x, force[0], rate[0]) && evaluate(b, q, v, x, force[1], rate[1])))
+                           evaluate(a, q, v, x[0], force[0], rate[0]) && evaluate(b, q, v, x[1], force[1], rate[1])))
             return;
         compare_numbers(&forces, nq, force[0], force[1]);
-        compare_numbers(&rates, count, rate[0], rate[1]);
+        for (int i = 0; i < count; i++)
+            x[0][i] = rate[0][find_state(a, b, i)];
+        compare_numbers(&rates, count, x[0], rate[1]);
     }
     kt_check_worst(&forces);
     kt_check_worst(&rates);
@@ -124,7 +137,8 @@ static void come_back(const char *text, const char *lost) {
     "<body name='a'><joint name='a' axis='0 1 0'/><geom size='.1' pos='.2 0 0'/><site name='s' pos='.1 0 .1'/>"        \
     "<body name='b' pos='.5 0 0'><joint name='b' axis='0 .2 1'/><geom size='.1' pos='.3 0 0'/><geom name='g' "         \
     "type='cylinder' size='.03 .1' contype='0' conaffinity='0' mass='0'/><site name='t' pos='.3 .1 .2'/>"              \
-    "<body name='c' pos='.5 0 0'><joint name='c' type='slide'/><geom size='.1'/></body></body></body>"
+    "<body name='c' pos='.5 0 0'><joint name='c' type='slide'/><geom size='.1'/><site name='u' pos='0 .1 0'/></body>"  \
+    "</body></body>"
 #define MODEL(rest) "<mujoco><compiler angle='radian'/><worldbody>" LINKS "</worldbody>" rest "</mujoco>"
 
 KT_TEST(filters_and_integrators_of_joints_come_back) {
@@ -151,6 +165,44 @@ KT_TEST(actuators_of_spatial_tendons_come_back) {
                     "dyntype='filterexact' dynprm='.2' gainprm='4' biastype='affine' biasprm='1 -2 0'/></actuator>"
                     "<keyframe><key name='k' ctrl='.7 .2 .5' act='.3'/></keyframe>"),
               "");
+}
+
+KT_TEST(muscles_of_joints_and_spatial_tendons_come_back) {
+    come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"
+                    "<muscle name='m' joint='a' gear='-1.5' lengthrange='-2 3' force='40' timeconst='.02 .07' "
+                    "range='.6 1.2' lmin='.4' lmax='1.7' vmax='2' fpmax='1.1' fvmax='1.3'/>"
+                    "<muscle name='n' joint='a' lengthrange='-1 1.5' force='25' tausmooth='.3'/>"
+                    "<muscle name='o' tendon='l' lengthrange='.2 .9' force='70' fvmax='1'/>"
+                    "</actuator><keyframe><key name='k' ctrl='.7 .2 .5' act='.3 .1 0'/></keyframe>"),
+              "");
+}
+
+/* A muscle of random numbers in a joint, and one along a path around a cylinder. */
+KT_TEST(random_muscles_come_back) {
+    kt_random random = kt_random_of_test();
+    for (int n = 0; n < 10; n++) {
+        char text[4000], muscles[2][500];
+        for (int i = 0; i < 2; i++) {
+            const double least = kt_random_uniform(&random, -1.0, 0.3);
+            (void)snprintf(muscles[i], sizeof muscles[i],
+                           "lengthrange='%.17g %.17g' force='%.4g' timeconst='%.3g %.3g' tausmooth='%.3g' range='%.3g "
+                           "%.3g' lmin='%.3g' lmax='%.3g' vmax='%.3g' fpmax='%.3g' fvmax='%.3g' gear='%.3g'",
+                           least, least + kt_random_uniform(&random, 0.2, 3.0), kt_random_uniform(&random, 1.0, 1000.0),
+                           kt_random_uniform(&random, 0.005, 0.05), kt_random_uniform(&random, 0.02, 0.09),
+                           n % 2 == 0 ? 0.0 : kt_random_uniform(&random, 0.1, 1.0),
+                           kt_random_uniform(&random, 0.4, 0.9), kt_random_uniform(&random, 1.0, 1.5),
+                           kt_random_uniform(&random, 0.3, 0.7), kt_random_uniform(&random, 1.3, 1.9),
+                           kt_random_uniform(&random, 0.8, 10.0), kt_random_uniform(&random, 0.5, 2.0),
+                           kt_random_uniform(&random, 0.9, 1.6), kt_random_uniform(&random, 0.3, 2.0));
+        }
+        (void)snprintf(text, sizeof text,
+                       MODEL("<tendon><spatial name='l'><site site='s'/><geom geom='g'/><site site='u'/></spatial>"
+                             "</tendon><actuator><muscle name='m' joint='b' %s/><muscle name='o' tendon='l' %s/>"
+                             "</actuator><keyframe><key name='k' ctrl='%.3g %.3g' act='.3 .1'/></keyframe>"),
+                       muscles[0], muscles[1], kt_random_uniform(&random, -0.5, 1.5),
+                       kt_random_uniform(&random, 0.0, 1.0));
+        come_back(text, "");
+    }
 }
 
 /* A delay and a bound of an activation are none of these forms. */
