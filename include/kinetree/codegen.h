@@ -12,6 +12,7 @@
 #define KINETREE_CODEGEN_H
 
 #include "kinetree/model.h"
+#include "kinetree/simulation.h"
 
 #include <stdio.h>
 
@@ -27,6 +28,7 @@ extern "C" {
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
     X(KT_CODEGEN_EFFECTS, effects, "joint forces of all effects, as kt_effect_forces")                                 \
     X(KT_CODEGEN_STATES, states, "rates of auxiliary states, as kt_own_state_rates")                                   \
+    X(KT_CODEGEN_ACCELERATION, acceleration, "accelerations under all effects, as kt_acceleration_evaluate")           \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \
     X(KT_CODEGEN_JACOBIANS, jacobians, "Jacobians of all markers, as kt_point_jacobian")                               \
@@ -50,6 +52,7 @@ enum {
     KT_CODEGEN_MASS_INDEX,                      /* the mass matrix */
     KT_CODEGEN_EFFECTS_INDEX,                   /* forces of effects */
     KT_CODEGEN_STATES_INDEX,                    /* rates of auxiliary states */
+    KT_CODEGEN_ACCELERATION_INDEX,              /* accelerations with effects */
     KT_CODEGEN_ENERGY_INDEX,                    /* energies */
     KT_CODEGEN_MARKERS_INDEX,                   /* places of markers */
     KT_CODEGEN_JACOBIANS_INDEX,                 /* Jacobians of markers */
@@ -103,11 +106,11 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * model was compiled. If a loop depends on time, NAME_forward, NAME_loops, NAME_project and steps have the time as an
  * argument before q.
  *
- * Forces of effects are in NAME_effects and in the
- * steps alone; add them to the tau of NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on
- * time, effects and steps have the time as an argument before q. If there are auxiliary states, effects and steps have
- * them as an argument x behind v, and a step writes the next x behind the next v. Effects call functions of the C
- * library.
+ * Forces of effects are in NAME_effects, in NAME_acceleration and in the steps alone; add them to the tau of
+ * NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on time, effects and steps have the time
+ * as an argument before q. If there are auxiliary states, effects and steps have them as an argument x behind v, and a
+ * step writes the next x behind the next v. NAME_acceleration has both arguments in any case. Effects call functions of
+ * the C library.
  *
  * A step also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from
  * the beginning to the end. With A and B, the next state changes by A (dq, dv) + B dtau. They are for models without
@@ -126,6 +129,53 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
+
+/* Returns the present numbers of a model as NAME_parameters holds them: in the order of the struct, for a file with
+ * these functions. They are those of NAME_default when the file was written. After kt_parameter_set they are the new
+ * ones: copy them to a NAME_parameters, and call NAME_prepare. This call writes at most `room` numbers, and the number
+ * of all to *count.
+ * Errors: those of kt_codegen_write, except for the name and the files. Allocates memory. Cost: that of generating the
+ * equations. */
+KT_API KT_CHECKED kt_status kt_codegen_numbers(const kt_model *model, unsigned functions, double *numbers, int room,
+                                               int *count, kt_error *error);
+
+/* ---- in a simulation --------------------------------------------------------------------------------------------- */
+
+/* NAME_acceleration of a generated file in double precision. Its first argument is a NAME_model. */
+typedef int kt_native_acceleration(const void *generic, double t, const double *q, const double *v, const double *x,
+                                   const double *tau, double *a);
+
+/* A generated file that is linked to the program, or loaded.
+ *
+ *     static arm_model prepared;
+ *     arm_prepare(&arm_default, &prepared);
+ *     kt_native arm = {.structure = arm_STRUCTURE, .acceleration = arm_acceleration, .prepared = &prepared};
+ *     status = kt_native_use(&arm, model, &options, &error);
+ */
+typedef struct kt_native {
+    uint64_t structure;                   /* NAME_STRUCTURE of the header */
+    kt_native_acceleration *acceleration; /* NAME_acceleration */
+    const void *prepared;                 /* a NAME_model with the numbers of the model; NULL if the file has none */
+    const kt_model *model;                /* written by kt_native_use */
+    uint64_t computed;                    /* accelerations that the file has computed */
+    uint64_t left; /* accelerations that the library has computed: with wrenches on bodies, next to singular positions
+                      of loops, and beyond the range of angles */
+} kt_native;
+
+/* Lets simulations with these options compute accelerations by a generated file, with any method. Projections,
+ * derivatives, events and records are those of the library. A record differs from that of the library by rounding, and
+ * with adaptive steps by what the tolerances permit.
+ *
+ * Sets `acceleration`, `user` and `equals_model`. The file must have the numbers of the model. If the numbers of the
+ * model change, prepare the file's model anew (kt_codegen_numbers). An ensemble advances such simulations one after the
+ * other, and batches do not take them.
+ * Ownership: native, the file's model and the model must outlive the simulation. Simulations in several threads need
+ * one kt_native each, and may share the file's model.
+ * Errors: KT_ERROR_ARGUMENT (the file was generated for another structure; the options have a transformation, or
+ * functions of the caller). On failure native and options are unchanged.
+ * Cost: that of kt_codegen_structure. */
+KT_API KT_CHECKED kt_status kt_native_use(kt_native *native, const kt_model *model, kt_simulation_options *options,
+                                          kt_error *error);
 
 #ifdef __cplusplus
 }

@@ -18,7 +18,6 @@
  * kt_simulation_advance and kt_simulation_sense, which allocate nothing.
  *
  * A simulation belongs to one thread at a time; any number of simulations may share a model.
- *
  * Units: SI and radians. Unless a comment differs, the arrays q and v have the lengths nq and nv of the caller's model.
  * The auxiliary states x (kt_state) have the length kt_own_state_count.
  */
@@ -31,7 +30,6 @@
 #include "kinetree/model.h"
 
 #include <stdint.h>
-
 #include <string.h>
 
 #ifdef __cplusplus
@@ -136,7 +134,7 @@ enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
  * If the run names no method, the default is auto. In four cases the default is dopri5.
  *   The step is fixed.
  *   The model has more than KT_RUN_IMPLICIT_MOST velocity coordinates.
- *   The caller provides the equations of motion (kt_simulation_options.acceleration), and `model` is NULL here.
+ *   The caller provides other equations of motion (kt_simulation_options.acceleration), and `model` is NULL here.
  *   The library has no implicit methods.
  * The method auto gives the same bits as dopri5 until the motion becomes stiff. If memory is scarce
  * (kt_simulation_size), name dopri5.
@@ -288,6 +286,8 @@ typedef struct kt_simulation_options {
     double switch_gap;     /* the largest gap of loops that kt_simulation_switch closes, m or rad; 0: 1e-6 times the
                               mechanism's length, or times unity if the length is smaller */
     kt_contact_scheme contact; /* KT_CONTACT_STEPS: with run->step, and without run->integrator; default: events */
+    bool equals_model; /* `acceleration` has the model's results, with unchanged rates (kt_native_use). The default
+                          method, derivatives and watch_works are then those of a simulation without it */
 } kt_simulation_options;
 
 /* Limits of kt_simulation_options.event_evaluations. */

@@ -72,6 +72,7 @@
     X(kt_mode)                                                                                                         \
     X(kt_model_options)                                                                                                \
     X(kt_multiplier)                                                                                                   \
+    X(kt_native)                                                                                                       \
     X(kt_newton)                                                                                                       \
     X(kt_occurrence)                                                                                                   \
     X(kt_parameter)                                                                                                    \

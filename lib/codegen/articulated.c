@@ -116,7 +116,7 @@ static void eliminate_dof(kt_code_tree *tree, const kt_code_link *l, int d, int 
     const kt_op wrench = turns ? kt_op_add(g, x->n.x[k], kt_op_multiply(g, pitch, x->f.x[k])) : x->f.x[k];
     const kt_op inertia = kt_op_add(g, own, armature);
     const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), inertia);
-    const kt_op y = kt_op_subtract(g, kt_op_input(g, KT_OP_GIVEN, v), wrench);
+    const kt_op y = kt_op_subtract(g, kt_code_given_force(tree, v), wrench);
     const bool is_plain = kt_op_is(g, armature, 0.0) && kt_op_is(g, pitch, 0.0);
     guard[v] = (kt_code_guard){
         .pivot = inertia, .limit = kt_op_multiply(g, kt_op_number(g, KT_NO_INERTIA), least_of), .body = l->link->body};

@@ -25,14 +25,17 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned derivatives = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES;
-    const unsigned closed = derivatives | KT_CODEGEN_FORWARD | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
+    const unsigned closed = derivatives | KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS |
+                            KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_loop_fault(model, i);
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
-                                "code for this loop cannot be generated (%s); leave out forward, loops, project and "
-                                "steps, or use the library for this mechanism",
-                                fault);
+                                "code for this loop cannot be generated (%s); %suse the library for this mechanism",
+                                fault,
+                                functions == KT_CODEGEN_ACCELERATION
+                                    ? ""
+                                    : "leave out forward, acceleration, loops, project and steps, or ");
     }
     if (kt_code_count_loop_rows(model) > 0 && (functions & derivatives))
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
@@ -44,7 +47,7 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
 }
 
 kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error) {
-    const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES;
+    const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES | KT_CODEGEN_ACCELERATION;
     const kt_status status = check_loops(model, functions, error);
     if (status != KT_OK)
         return status;
@@ -58,13 +61,16 @@ kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *err
         const kt_effect_record *effect = &model->effect[i];
         const char *fault = kt_code_effect_fault(model, effect);
         if (fault != NULL)
-            return kt_error_set(error, KT_ERROR_MODEL, name_of_effect(model, effect),
-                                functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)
-                                    ? "code for this effect cannot be generated (%s), and steps need it; leave out "
-                                      "effects and steps, and add the force to the tau of forward"
-                                    : "code for this effect cannot be generated (%s); leave out the function effects, "
-                                      "and add the force to tau",
-                                fault);
+            return kt_error_set(
+                error, KT_ERROR_MODEL, name_of_effect(model, effect),
+                functions == KT_CODEGEN_ACCELERATION
+                    ? "code for this effect cannot be generated (%s); use the library for this mechanism"
+                : functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)
+                    ? "code for this effect cannot be generated (%s), and steps need it; leave out "
+                      "effects and steps, and add the force to the tau of forward"
+                    : "code for this effect cannot be generated (%s); leave out the functions effects "
+                      "and acceleration, and add the force to tau",
+                fault);
     }
     if ((functions & KT_CODEGEN_STEP_DERIVATIVES) && (model->n.x > 0 || model->n.q > model->n.v))
         return kt_error_set(error, KT_ERROR_MODEL, model->n.x > 0 ? "auxiliary states" : "quaternions",
@@ -77,11 +83,12 @@ kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *err
                                 "its rate is a function in C; leave out states and steps, or give a formula");
     if (model->n.v == 0)
         return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
-    if ((functions & (KT_CODEGEN_FORWARD | KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_PROJECT)) &&
+    if ((functions &
+         (KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_PROJECT)) &&
         model->n.massless > 0)
         return kt_error_set(error, KT_ERROR_MODEL, "forward",
                             "%d coordinates move no mass, and accelerations do not follow; give the bodies masses, or "
-                            "leave out forward, its derivatives and project",
+                            "leave out forward, its derivatives, acceleration and project",
                             (int)model->n.massless);
     if ((functions & (KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS)) && model->n.marker == 0)
         return kt_error_set(error, KT_ERROR_MODEL, "markers",

@@ -7,8 +7,8 @@
 
 #include "base/require.h"
 #include "codegen/check.h"
+#include "codegen/functions.h"
 #include "codegen/loops.h"
-#include "codegen/print.h"
 #include "document/number.h"
 #include "kinetree/loop.h"
 
@@ -24,10 +24,8 @@ typedef struct code_kind {
     bool is_step;
     bool is_text;  /* it is no graph: it calls other functions */
     bool is_apart; /* no output is an input */
+    bool is_hook;  /* its arguments are the same for all models */
 } code_kind;
-
-/* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
-enum { CODE_CLOSE = KT_CODEGEN_COUNT, CODE_SETTLE, CODE_COUNT };
 
 static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
     [KT_CODEGEN_FORWARD_INDEX] = {.equation = "M a = tau - h", .input = {"q", "v", "tau"}, .output = {"a"}},
@@ -39,6 +37,11 @@ static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
                                .is_apart = true},
     [KT_CODEGEN_EFFECTS_INDEX] = {.equation = "add them to tau", .input = {"q", "v"}, .output = {"tau"}},
     [KT_CODEGEN_STATES_INDEX] = {.equation = "x' = f(t, q, v, x)", .input = {"q", "v"}, .output = {"rate"}},
+    [KT_CODEGEN_ACCELERATION_INDEX] = {.equation = "for kt_native_use; generic: a prepared model; x: may be NULL "
+                                                   "without auxiliary states",
+                                       .input = {"q", "v", "tau"},
+                                       .output = {"a"},
+                                       .is_hook = true},
     [KT_CODEGEN_ENERGY_INDEX] = {.equation = "kinetic, potential", .input = {"q", "v"}, .output = {"energy"}},
     [KT_CODEGEN_MARKERS_INDEX] = {.equation = "three numbers for each marker",
                                   .input = {"q", "v"},
@@ -93,7 +96,7 @@ static const code_kind changes_of_step = {
     .is_step = true,
     .is_text = true};
 
-static const code_kind inner_kinds[CODE_COUNT - KT_CODEGEN_COUNT] = {
+static const code_kind inner_kinds[KT_CODE_FUNCTIONS - KT_CODEGEN_COUNT] = {
     {.name = "close_positions",
      .meaning = "the step of positions towards closed loops",
      .equation = "the least step with A step = - phi; gap: phi over its scales",
@@ -131,7 +134,7 @@ const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) 
 
 /* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. It then has the time
  * as an argument if these depend on it. With effects it has the states if there are any. */
-static bool has_effects(int k) {
+static bool has_code_effects(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
 }
@@ -140,9 +143,12 @@ static bool has_equations(int k) {
            k == KT_CODEGEN_PROJECT_INDEX || k == CODE_CLOSE || k == CODE_SETTLE;
 }
 static bool has_time(const kt_model *model, int k) {
-    return (has_effects(k) && kt_code_has_time(model)) || (has_equations(k) && kt_code_loops_have_time(model));
+    return kind_of(k)->is_hook || (has_code_effects(k) && kt_code_has_time(model)) ||
+           (has_equations(k) && kt_code_loops_have_time(model));
 }
-static bool has_states(const kt_model *model, int k) { return has_effects(k) && model->n.x > 0; }
+static bool has_states(const kt_model *model, int k) {
+    return kind_of(k)->is_hook || (has_code_effects(k) && model->n.x > 0);
+}
 
 /* Prints the head of a function. C++, which reads declarations, has no word for is_apart. */
 static void print_signature(FILE *file, const kt_code_tree *tree, const char *name, int k, bool declares) {
@@ -151,7 +157,9 @@ static void print_signature(FILE *file, const kt_code_tree *tree, const char *na
         fprintf(file, "static int %s(", name_of(k));
     else
         fprintf(file, "int %s_%s(", name, names[k]);
-    if (!tree->constant)
+    if (kind->is_hook)
+        fputs("const void *generic, ", file);
+    else if (!tree->constant)
         fprintf(file, "const %s_model *model, ", name);
     if (has_time(tree->model, k))
         fprintf(file, "%s_real t, ", name);
@@ -272,6 +280,10 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     print_signature(p->file, p->tree, name, k, false);
     fputs(" {\n", p->file);
     const bool has_angles = kt_code_reads(p, f, KT_OP_SINE) || kt_code_reads(p, f, KT_OP_COSINE);
+    if (kind->is_hook && !p->tree->constant)
+        fprintf(p->file, "    const %s_model *model = generic;\n", name);
+    if (kind->is_hook && p->tree->constant)
+        fputs("    (void)generic;\n", p->file);
     if (!p->tree->constant)
         fputs("    const real *k = model->k;\n", p->file);
     if (has_angles)
@@ -313,8 +325,11 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
     }
     fputs("/* ---- functions ---- */\n\n", file);
     if (kt_code_count_loop_rows(tree->model) > 0)
-        fputs("/* Equations of loops whose squared sine is below this depend on others. */\n"
-              "#define SINGULAR (real)(sizeof(real) < sizeof(double) ? 1e-5 : 1e-12)\n\n",
+        fputs("/* Equations of loops whose squared sine is below this depend on others. From the second one on, there "
+              "are\n"
+              " * states for which the library has smaller errors. */\n"
+              "#define SINGULAR (real)(sizeof(real) < sizeof(double) ? 1e-5 : 1e-12)\n"
+              "#define NEAR_SINGULAR (real)1e-4\n\n",
               file);
     if (p->has_parts)
         fputs("#ifdef __GNUC__ /* a part has registers of its own */\n#define PART __attribute__((noinline))\n"
@@ -323,157 +338,7 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
     fputs(functions, file);
 }
 
-/* ---- graphs ------------------------------------------------------------------------------------------------------ */
-
-/* Factors products, with the guards behind the outputs. */
-static void factor_function(kt_graph *g, kt_code_function *f) {
-    kt_op *all = f->out;
-    const int n = f->guard_count;
-    for (int k = 0; k < n; k++) {
-        all[f->out_count + 2 * k] = f->guard[k].pivot;
-        all[f->out_count + 2 * k + 1] = f->guard[k].limit;
-    }
-    for (int pass = 0; pass < 3; pass++)
-        kt_graph_factor(g, all, f->out_count + 2 * n);
-    for (int k = 0; k < n; k++) {
-        f->guard[k].pivot = all[f->out_count + 2 * k];
-        f->guard[k].limit = all[f->out_count + 2 * k + 1];
-    }
-}
-
-static int count_all(const kt_graph *g, const kt_code_function *f) {
-    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
-    return n.multiply + n.add + n.divide + n.call + n.choose;
-}
-
-/* Makes forward dynamics in both ways, and takes the one with fewer operations. work: nv x nv. */
-static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
-    const size_t nv = tree->model->n.v;
-    kt_code_function other = *f;
-    other.out = calloc(3 * nv, sizeof *other.out);
-    other.guard = calloc(nv, sizeof *other.guard);
-    f->guard_count = other.guard_count = (int)nv;
-    const bool fine = other.out != NULL && other.guard != NULL;
-    if (fine) {
-        kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
-        factor_function(tree->graph, f);
-        tree->graph->scope++;
-        kt_code_forward_articulated(tree, other.out, other.guard);
-        factor_function(tree->graph, &other);
-        if (!tree->graph->failed && count_all(tree->graph, &other) < count_all(tree->graph, f)) {
-            memcpy(f->out, other.out, nv * sizeof *f->out);
-            memcpy(f->guard, other.guard, nv * sizeof *f->guard);
-        }
-    }
-    free(other.out);
-    free(other.guard);
-    return fine;
-}
-
-/* Makes the nodes of a function that a model with loops has. Returns false if the function does not depend on loops. */
-static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
-    const size_t nv = tree->model->n.v, rows = (size_t)kt_code_count_loop_rows(tree->model);
-    if (rows == 0)
-        return false;
-    f->output[0] = (int)nv;
-    f->guard_count = (int)(nv + rows);
-    switch (k) {
-    case KT_CODEGEN_FORWARD_INDEX:
-        kt_code_forward_loops(tree, work, f->out, f->guard);
-        f->out_count = (int)nv;
-        return true;
-    case CODE_CLOSE:
-    case CODE_SETTLE:
-        f->output[1] = (int)rows;
-        f->out_count = (int)(nv + rows);
-        if (k == CODE_CLOSE)
-            f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
-        else
-            kt_code_settle_velocities(tree, work, f->out, f->guard);
-        return true;
-    case KT_CODEGEN_LOOPS_INDEX:
-        kt_code_loop_equations(tree, f->out);
-        f->output[0] = f->output[2] = (int)rows;
-        f->output[1] = (int)(rows * nv);
-        f->out_count = (int)(rows * (nv + 2));
-        f->guard_count = 0;
-        return true;
-    default:
-        f->guard_count = 0;
-        return false;
-    }
-}
-
-/* Makes the nodes of another function. Returns false if memory is insufficient. */
-static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
-    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    f->out_count = f->output[0] = (int)nv;
-    switch (k) {
-    case KT_CODEGEN_FORWARD_INDEX:
-        return make_forward(tree, work, f);
-    case KT_CODEGEN_INVERSE_INDEX:
-    case KT_CODEGEN_BIAS_INDEX:
-        kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
-        break;
-    case KT_CODEGEN_MASS_INDEX:
-        kt_code_mass(tree, f->out);
-        f->out_count = f->output[0] = (int)(nv * nv);
-        break;
-    case KT_CODEGEN_EFFECTS_INDEX:
-        kt_code_effects(tree, f->out);
-        break;
-    case KT_CODEGEN_STATES_INDEX:
-        kt_code_states(tree, f->out);
-        f->out_count = f->output[0] = (int)tree->model->n.x;
-        break;
-    case KT_CODEGEN_ENERGY_INDEX:
-        kt_code_energy(tree, f->out);
-        f->out_count = f->output[0] = 2;
-        break;
-    case KT_CODEGEN_JACOBIANS_INDEX:
-        kt_code_jacobians(tree, f->out);
-        f->out_count = f->output[0] = (int)(6 * nv * markers);
-        break;
-    case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
-        kt_code_inverse_derivatives(tree, f->out);
-        f->output[0] = f->output[1] = (int)(nv * nv);
-        f->out_count = (int)(2 * nv * nv);
-        break;
-    case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
-        kt_code_effect_derivatives(tree, f->out);
-        f->output[0] = f->output[1] = (int)(nv * nv);
-        f->out_count = (int)(2 * nv * nv);
-        break;
-    case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
-        kt_code_forward_derivatives(tree, work, f->out, f->guard);
-        f->guard_count = (int)nv;
-        f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
-        f->out_count = (int)(3 * nv * nv);
-        break;
-    default:
-        kt_code_markers(tree, f->out);
-        f->output[0] = f->output[1] = (int)(3 * markers);
-        f->out_count = (int)(6 * markers);
-        break;
-    }
-    return true;
-}
-
-/* Makes the graph of a function. Returns false if memory is insufficient. */
-static bool make_function(kt_code_tree *tree, int k, kt_code_function *f) {
-    const size_t nv = tree->model->n.v;
-    const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
-    const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + rows * (nv + 2) + 2;
-    f->out = calloc(count + 2 * (nv + rows), sizeof *f->out);
-    f->guard = calloc(nv + rows, sizeof *f->guard);
-    f->writes_at_once = kind_of(k)->is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
-    kt_op *work = calloc(count, sizeof *work);
-    tree->graph->scope++;
-    const bool fine = f->out != NULL && f->guard != NULL && work != NULL &&
-                      (fill_with_loops(tree, k, work, f) || fill_function(tree, k, work, f));
-    free(work);
-    return fine && !tree->graph->failed;
-}
+/* ---- text ------------------------------------------------------------------------------------------------------- */
 
 /* Prints the steps, which call other functions. Returns false if memory is insufficient. */
 static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions) {
@@ -508,7 +373,7 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
     bool fine = kt_code_printer_init(&p, tree, memory) && memory != NULL,
          has_angles = kt_code_steps_read_sines(tree->model, functions),
          has_math = kt_code_steps_read_roots(tree->model, functions);
-    for (int k = 0; fine && k < CODE_COUNT; k++)
+    for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
         if (functions & 1u << k && !kind_of(k)->is_text) {
             has_angles |= kt_code_reads(&p, &f[k], KT_OP_SINE) || kt_code_reads(&p, &f[k], KT_OP_COSINE);
             has_math |= kt_code_calls(&p, &f[k]);
@@ -532,13 +397,28 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
 
 /* ---- both files ------------------------------------------------------------------------------------------------- */
 
-kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant, FILE *source,
-                           FILE *header, kt_error *error) {
-    if (KT_IS_MISSING(error, model, name, source, header))
-        return KT_ERROR_ARGUMENT;
-    if (!kt_code_is_identifier(name))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "name",
-                            "'%s' is not a name for C; begin with a letter, go on with letters, digits and _", name);
+/* What a call makes before it prints. */
+typedef struct code_made {
+    unsigned functions; /* with those that they call */
+    kt_graph graph;
+    kt_code_tree tree;
+    kt_code_function f[KT_CODE_FUNCTIONS];
+} code_made;
+
+static void free_made(code_made *made) {
+    for (int k = 0; k < KT_CODE_FUNCTIONS; k++) {
+        free(made->f[k].out);
+        free(made->f[k].guard);
+    }
+    kt_code_tree_free(&made->tree);
+    kt_graph_free(&made->graph);
+    free(made);
+}
+
+/* Makes the graphs of functions. free_made releases *all, which is NULL after an error. */
+static kt_status make_graphs(const kt_model *model, unsigned functions, bool constant, code_made **all,
+                             kt_error *error) {
+    *all = NULL;
     if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "functions", "functions is %#x; give a sum of KT_CODEGEN_ bits",
                             functions);
@@ -547,33 +427,59 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)) /* they call these */
         functions |= KT_CODEGEN_FORWARD | (model->n.effect > 0 ? KT_CODEGEN_EFFECTS : 0u) |
                      (model->n.x > 0 ? KT_CODEGEN_STATES : 0u);
-    kt_status status = kt_code_check(model, functions, error);
+    const kt_status status = kt_code_check(model, functions, error);
     if (status != KT_OK)
         return status;
     if (kt_code_count_loop_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
-        functions |= 1u << CODE_CLOSE | 1u << CODE_SETTLE;
-    kt_graph graph;
-    kt_code_tree tree;
-    kt_code_function f[CODE_COUNT] = {{0}};
-    kt_graph_init(&graph);
-    bool fine = kt_code_tree_read(&tree, model, &graph, constant);
-    if (fine)
-        kt_code_tree_regroup(&tree);
-    for (int k = 0; fine && k < CODE_COUNT; k++)
-        if (functions & 1u << k && !kind_of(k)->is_text) {
-            fine = make_function(&tree, k, &f[k]);
-            if (fine)
-                factor_function(&graph, &f[k]);
-        }
-    if (!fine || graph.failed)
-        status = kt_error_set(error, KT_ERROR_MEMORY, name, "there is not enough memory to generate the files");
-    else
-        status = print_files(&tree, name, functions, f, source, header, error);
-    for (int k = 0; k < CODE_COUNT; k++) {
-        free(f[k].out);
-        free(f[k].guard);
+        functions |= 1u << KT_CODE_CLOSE | 1u << KT_CODE_SETTLE;
+    code_made *made = calloc(1, sizeof *made);
+    bool fine = made != NULL;
+    if (fine) {
+        made->functions = functions;
+        kt_graph_init(&made->graph);
+        fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
+        if (fine)
+            kt_code_tree_regroup(&made->tree);
+        for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
+            if (functions & 1u << k && !kind_of(k)->is_text)
+                fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
+        fine = fine && !made->graph.failed;
+        if (!fine)
+            free_made(made);
     }
-    kt_code_tree_free(&tree);
-    kt_graph_free(&graph);
+    if (!fine)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
+    *all = made;
+    return KT_OK;
+}
+
+kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant, FILE *source,
+                           FILE *header, kt_error *error) {
+    if (KT_IS_MISSING(error, model, name, source, header))
+        return KT_ERROR_ARGUMENT;
+    if (!kt_code_is_identifier(name))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "name",
+                            "'%s' is not a name for C; begin with a letter, go on with letters, digits and _", name);
+    code_made *made;
+    kt_status status = make_graphs(model, functions, constant, &made, error);
+    if (status != KT_OK)
+        return status;
+    status = print_files(&made->tree, name, made->functions, made->f, source, header, error);
+    free_made(made);
     return status;
+}
+
+kt_status kt_codegen_numbers(const kt_model *model, unsigned functions, double *numbers, int room, int *count,
+                             kt_error *error) {
+    if (KT_IS_MISSING(error, model, numbers || room <= 0, count))
+        return KT_ERROR_ARGUMENT;
+    code_made *made;
+    const kt_status status = make_graphs(model, functions, false, &made, error);
+    if (status != KT_OK)
+        return status;
+    *count = made->tree.parameter_count;
+    for (int i = 0; i < *count && i < room; i++)
+        numbers[i] = made->tree.parameter[i].value;
+    free_made(made);
+    return KT_OK;
 }

@@ -78,7 +78,7 @@ void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *mass
     kt_code_factor_mass(tree, work, inverse, guard);
     kt_graph_section(g, "accelerations: L'D L a = tau - h");
     for (int k = 0; k < nv; k++)
-        a[k] = kt_op_subtract(g, kt_op_input(g, KT_OP_GIVEN, k), a[k]);
+        a[k] = kt_op_subtract(g, kt_code_given_force(tree, k), a[k]);
     solve_mass(tree, work, inverse, a);
     for (int k = 0; k < nv && mass_inverse != NULL; k++) {
         kt_op *column = mass_inverse + (size_t)k * (size_t)nv;

@@ -182,7 +182,7 @@ void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_gu
     if (!g->failed) {
         kt_graph_section(g, "tau - h");
         for (int k = 0; k < nv; k++)
-            a[k] = kt_op_subtract(g, kt_op_input(g, KT_OP_GIVEN, k), a[k]);
+            a[k] = kt_op_subtract(g, kt_code_given_force(tree, k), a[k]);
         solve_loop_equations(tree, &rows, work, inverse, rows.right, a, guard + nv);
     }
     kt_code_free_loop_rows(&rows);

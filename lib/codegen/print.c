@@ -338,7 +338,7 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
             continue;
         fputs("    if (!(", p->file);
         print_operand(p, guard->pivot, CODE_SUM);
-        fputs(guard->loop > 0 ? " > SINGULAR * " : " > ", p->file);
+        fputs(guard->loop == 0 ? " > " : guard->is_near ? " > NEAR_SINGULAR * " : " > SINGULAR * ", p->file);
         print_operand(p, guard->limit, guard->loop > 0 ? CODE_PRODUCT_RIGHT : CODE_SUM);
         fprintf(p->file, "))\n        return %d; /* %s */\n", guard->loop > 0 ? -guard->loop : guard->body,
                 guard->loop > 0 ? kt_loop_name(p->tree->model, guard->loop - 1)

@@ -18,6 +18,11 @@ kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index) {
     return is_node ? tree->acceleration[index] : kt_op_input(tree->graph, array, index);
 }
 
+kt_op kt_code_given_force(const kt_code_tree *tree, int index) {
+    const kt_op given = kt_op_input(tree->graph, KT_OP_GIVEN, index);
+    return tree->load != NULL ? kt_op_add(tree->graph, given, tree->load[index]) : given;
+}
+
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear) {
     const kt_code_link *l = &tree->link[link];
     kt_graph *g = tree->graph;

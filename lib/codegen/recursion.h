@@ -30,6 +30,7 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass);
 typedef struct kt_code_guard {
     kt_op pivot, limit;
     int body, loop; /* loop: 0 if the guard is that of a body */
+    bool is_near;   /* NEAR_SINGULAR takes the place of SINGULAR */
 } kt_code_guard;
 
 /* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. inverse: M^-1, column by

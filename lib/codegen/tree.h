@@ -59,6 +59,7 @@ typedef struct kt_code_tree {
     kt_op3 *marker;                  /* positions of markers in their links, once they are used; before, -1 */
     const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
     bool is_at_rest;                 /* rates are zero */
+    const kt_op *load;               /* joint forces besides KT_OP_GIVEN of forward dynamics; NULL: none */
     kt_op *force;                    /* joint forces of effects, once they are made; before, NULL */
     kt_code_loop *loop;              /* all loops, once their equations are made; before, NULL */
     kt_op *coefficient;              /* likewise, of their terms */
@@ -101,6 +102,8 @@ kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j);
 
 /* A rate or an acceleration: an input, or a node of tree->acceleration. */
 kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index);
+/* The force in a joint, of forward dynamics: an input, and a node of tree->load. */
+kt_op kt_code_given_force(const kt_code_tree *tree, int index);
 /* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear);
 /* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if it is zero or fixed. `meaning` must

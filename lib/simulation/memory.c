@@ -23,6 +23,11 @@ typedef struct kt_simulation_request {
     unsigned record;
 } kt_simulation_request;
 
+/* Whether the accelerations are those of the model, by the engine or by the caller. */
+static bool has_model_equations(const kt_simulation_request *settings) {
+    return settings->options.acceleration == NULL || settings->options.equals_model;
+}
+
 /* Rejects options that cannot be combined with coordinates that move no mass. */
 static kt_status refuse_massless(const kt_simulation_request *settings, kt_error *error) {
     const kt_simulation_options *options = &settings->options;
@@ -100,13 +105,13 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     const kt_simulation_options *given = options;
     if (KT_HAS_SIZES || options == NULL) {
         own = kt_simulation_options_default();
-        given = KT_OPTIONS(kt_simulation_options, contact, &own, options, error);
+        given = KT_OPTIONS(kt_simulation_options, equals_model, &own, options, error);
     }
     if (KT_HAS_SIZES && given == NULL)
         return KT_ERROR_ARGUMENT;
     settings->options = *given;
     settings->model = settings->options.transformation ? settings->options.transformation->model : model;
-    const kt_model *known = settings->options.acceleration == NULL ? settings->model : NULL;
+    const kt_model *known = has_model_equations(settings) ? settings->model : NULL;
     settings->method = settings->options.method != NULL ? settings->options.method
                                                         : kt_run_method(&settings->run, known, &settings->by_rho);
 #if KT_HAS_EVENTS
@@ -144,11 +149,11 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     return KT_OK;
 }
 
-/* The solver of Newton's equations: that of the simulation. NULL if the accelerations are the caller's, nothing moves,
+/* The solver of Newton's equations: that of the simulation. NULL if the equations are the caller's, nothing moves,
  * coordinates follow from the balance of forces, or the library was built without. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own =
-        settings->options.acceleration == NULL && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
+        has_model_equations(settings) && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
     return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
@@ -346,7 +351,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
 #endif
     simulation->records_contacts = settings->options.record_contacts;
-    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && simulation->acceleration == NULL &&
+    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
     simulation->corners.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);

@@ -2,6 +2,8 @@
 #define _XOPEN_SOURCE 700
 #include "effect_set.h"
 
+#include "../dynamics/oracle.h"
+
 #include "kinetree/descriptor.h"
 #include "kinetree/joint.h"
 #include "kinetree/mechanism.h"
@@ -16,12 +18,12 @@
 
 #define EPS DBL_EPSILON
 
-enum { FILES_OF_STEPS = KT_CODEGEN_EFFECTS | KT_CODEGEN_STEPS };
+enum { FILES_OF_STEPS = KT_CODEGEN_ACCELERATION | KT_CODEGEN_EFFECTS | KT_CODEGEN_STEPS };
 
 /* ---- comparisons ------------------------------------------------------------------------------------------------- */
 
 typedef struct comparison {
-    kt_worst force, step;
+    kt_worst force, step, acceleration;
     double largest; /* force in joints but that of the last effect */
 } comparison;
 
@@ -67,6 +69,30 @@ static int last_coordinate(const kt_tree *tree) {
     return e->joint != NULL ? kt_body_coordinates(tree->model, kt_body_find(tree->model, e->joint)).v : -1;
 }
 
+/* Against inverse dynamics in more digits, with the library's forces, which have errors below a bound. */
+static void compare_accelerations(kt_generated *g, const kt_tree *tree, double t, const kt_tree_state *s,
+                                  const double *force, double bound, comparison *c, int n) {
+    static long double slow[KT_TREE_NV], moved[KT_TREE_NV];
+    double own[KT_TREE_NV], sensitivity[KT_TREE_NV], other[KT_TREE_NV], most[KT_TREE_NV] = {0.0};
+    kt_tree_state loaded = *s;
+    memset(loaded.external, 0, sizeof loaded.external);
+    for (int i = 0; i < tree->nv; i++)
+        loaded.tau[i] += force[i];
+    if (!kt_check_true("regular", kt_oracle_forward(tree, &loaded, slow, sensitivity)))
+        return;
+    for (int i = 0; i < tree->nv; i++) { /* |M^-1|, column by column */
+        loaded.tau[i] += 1.0;
+        (void)kt_oracle_forward(tree, &loaded, moved, other);
+        loaded.tau[i] -= 1.0;
+        for (int k = 0; k < tree->nv; k++)
+            most[k] += fabs((double)(moved[k] - slow[k]));
+    }
+    kt_check_equal_int("acceleration", g->acceleration(g->model, t, s->q, s->v, NULL, s->tau, own), 0);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(&c->acceleration, own[i], (double)slow[i], 20.0 * EPS * sensitivity[i] + bound * most[i],
+                      "file %d coordinate %d", n, i);
+}
+
 static void compare_forces(kt_generated *g, const kt_tree *tree, double t, const kt_tree_state *s, kt_random *random,
                            comparison *c, int n) {
     double tau[KT_TREE_NV], slow[KT_TREE_NV];
@@ -78,6 +104,7 @@ static void compare_forces(kt_generated *g, const kt_tree *tree, double t, const
         c->largest = i == last_coordinate(tree) ? c->largest : fmax(c->largest, fabs(slow[i]));
         kt_worst_near(&c->force, tau[i], slow[i], bound, "file %d coordinate %d", n, i);
     }
+    compare_accelerations(g, tree, t, s, slow, bound, c, n);
 }
 
 /* From two states of the same step: the library's, and its step from a state that differs by 2^-30, for the bound. */
@@ -117,7 +144,9 @@ static void compare_file(kt_generated *g, const kt_tree *tree, kt_random *random
         compare_step(g, tree, t, &s, random, c, n, k);
 }
 
-static comparison comparison_make(void) { return (comparison){kt_worst_make("forces"), kt_worst_make("steps"), 0.0}; }
+static comparison comparison_make(void) {
+    return (comparison){kt_worst_make("forces"), kt_worst_make("steps"), kt_worst_make("accelerations"), 0.0};
+}
 
 static int count_rounds(int usual) {
     const char *text = getenv("KT_MECHANISMS");
@@ -169,6 +198,7 @@ KT_TEST(forces_and_steps_of_each_type_agree_with_the_library) {
     }
     kt_check_worst(&c.force);
     kt_check_worst(&c.step);
+    kt_check_worst(&c.acceleration);
 }
 
 /* Each number of an effect is changed alone, in the file and in the description. */
@@ -222,6 +252,7 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
     kt_check_above("parameters that changed a force", changed, 150);
     kt_check_worst(&c.force);
     kt_check_worst(&c.step);
+    kt_check_worst(&c.acceleration);
 }
 
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */

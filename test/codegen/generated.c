@@ -40,6 +40,13 @@ static bool read_names(kt_generated *g) {
     return kt_check_true("the header lists parameters", inside && g->count < KT_GENERATED_PARAMETERS);
 }
 
+/* Parts of a file with fixed numbers: it has a function of the same head, and no parameters. */
+#define FOLDED_HOOK                                                                                                    \
+    "int folded_acceleration(const void *m, double t, const double *q, const double *v, const double *x,\n"            \
+    "    const double *tau, double *a) { return mech_acceleration(m, t, q, v, x, tau, a); }\n"                         \
+    "const double folded_default[1] = {0};\n"                                                                          \
+    "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n"
+
 /* Functions of a file with fixed numbers that take a model, and ignore it. */
 static const char folded[] =
     "#define RATES(f) int folded_##f(const void *m, const double *q, const double *v, double *x) { \\\n"
@@ -58,9 +65,7 @@ static const char folded[] =
     "    double *z, double *w) { (void)m; return mech_forward_derivatives(q, v, x, y, z, w); }\n"
     "int folded_mass(const void *m, const double *q, double *x) { (void)m; return mech_mass(q, x); }\n"
     "int folded_markers(const void *m, const double *q, const double *v, double *x, double *u) {\n"
-    "    (void)m; return mech_markers(q, v, x, u); }\n"
-    "const double folded_default[1] = {0};\n"
-    "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
+    "    (void)m; return mech_markers(q, v, x, u); }\n" FOLDED_HOOK;
 
 /* The same with forces that depend on time. */
 static const char folded_timed[] =
@@ -68,9 +73,7 @@ static const char folded_timed[] =
     "    (void)m; return mech_effects(t, q, v, x); }\n"
     "#define STEP(f) int folded_##f(const void *m, double t, const double *q, const double *v, const double *x, \\\n"
     "    double h, double *p, double *u) { (void)m; return mech_##f(t, q, v, x, h, p, u); }\n"
-    "STEP(heun) STEP(rk4) STEP(semi_implicit)\n"
-    "const double folded_default[1] = {0};\n"
-    "void folded_prepare(const double *p, double *m) { (void)p; (void)m; }\n";
+    "STEP(heun) STEP(rk4) STEP(semi_implicit)\n" FOLDED_HOOK;
 
 static bool write_files(kt_generated *g, const kt_model *model, unsigned functions, bool fold) {
     char path[2][128];
@@ -127,6 +130,7 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     } symbol[] = {{"prepare", &g->prepare},
                   {"forward", &g->forward},
                   {"inverse", &g->inverse},
+                  {"acceleration", &g->acceleration},
                   {"bias", &g->bias},
                   {"effects", &g->effects},
                   {"energy", &g->energy},

@@ -11,7 +11,8 @@
 enum {
     KT_GENERATED_USUAL = KT_CODEGEN_ALL & ~(KT_CODEGEN_STATES | KT_CODEGEN_EFFECT_DERIVATIVES |
                                             KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT),
-    KT_GENERATED_WITH_LOOPS = KT_CODEGEN_FORWARD | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS
+    KT_GENERATED_WITH_LOOPS =
+        KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS
 };
 
 enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
@@ -51,6 +52,7 @@ typedef struct kt_generated {
     double model[KT_GENERATED_PREPARED];
     kt_generated_prepare *prepare;
     kt_generated_given *forward, *inverse;
+    kt_native_acceleration *acceleration;
     kt_generated_rates *bias, *effects, *energy;
     kt_generated_mass *mass, *jacobians;
     kt_generated_pair *inverse_derivatives;

@@ -303,6 +303,9 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
         return false;
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(worst, own[i], a[i], 200.0 * EPS * most, "mechanism %d coordinate %d", n, i);
+    if (g->acceleration(g->model, now, s->q, s->v, NULL, s->tau, own) == 0)
+        for (int i = 0; i < tree->nv; i++)
+            kt_worst_near(worst, own[i], a[i], 200.0 * EPS * most, "mechanism %d, with effects, coordinate %d", n, i);
     if (!kt_check_equal_int("loops", loops_now(g, s, phi, matrix, right), 0))
         return false;
     const int rows = kt_model_mobility(tree->model).rank;

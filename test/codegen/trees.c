@@ -24,7 +24,8 @@ static int count_mechanisms(int usual) {
 
 /* The worst errors, each relative to the rounding errors of its terms. */
 typedef struct comparison {
-    kt_worst inverse, bias, forward, mass, effects, kinetic, potential, markers, steps, jacobians, derivatives[5];
+    kt_worst inverse, bias, forward, mass, effects, kinetic, potential, markers, steps, jacobians, loaded,
+        derivatives[5];
 } comparison;
 
 static comparison comparison_make(void) {
@@ -38,6 +39,7 @@ static comparison comparison_make(void) {
                         kt_worst_make("markers"),
                         kt_worst_make("steps"),
                         kt_worst_make("Jacobians"),
+                        kt_worst_make("accelerations with effects"),
                         {kt_worst_make("dtau/dq"), kt_worst_make("dtau/dv"), kt_worst_make("da/dq"),
                          kt_worst_make("da/dv"), kt_worst_make("da/dtau")}};
 }
@@ -53,6 +55,7 @@ static void comparison_check(const comparison *c) {
     kt_check_worst(&c->markers);
     kt_check_worst(&c->steps);
     kt_check_worst(&c->jacobians);
+    kt_check_worst(&c->loaded);
     for (int k = 0; k < 5; k++)
         kt_check_worst(&c->derivatives[k]);
 }
@@ -231,6 +234,23 @@ static void compare_effects(kt_generated *g, const kt_tree *tree, const kt_tree_
                           i);
 }
 
+/* Against inverse dynamics in more digits, with the library's forces of effects. */
+static void compare_loaded(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    static long double slow[KT_TREE_NV];
+    double a[KT_TREE_NV], effect[KT_TREE_NV], sensitivity[KT_TREE_NV];
+    kt_tree_state loaded = *s;
+    kt_error error = {0};
+    if (!kt_tree_fine("effects", kt_effect_forces(tree->model, tree->data, 0.0, s->q, s->v, effect, &error), &error))
+        return;
+    for (int i = 0; i < tree->nv; i++)
+        loaded.tau[i] += effect[i];
+    if (!kt_check_true("regular", kt_oracle_forward(tree, &loaded, slow, sensitivity)))
+        return;
+    kt_check_equal_int("acceleration", g->acceleration(g->model, 0.0, s->q, s->v, NULL, s->tau, a), 0);
+    for (int i = 0; i < tree->nv; i++)
+        kt_worst_near(&c->loaded, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n, i);
+}
+
 /* Both take the same stages. Positions and velocities differ by the rounding errors of the accelerations, h times
  * `sensitivity`, which the other coordinates share in later stages. The outputs are the inputs. */
 static void compare_steps(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
@@ -264,6 +284,7 @@ static void compare_all(kt_generated *g, const kt_tree *tree, kt_random *random,
     compare_forces(g, tree, &s, c, n);
     compare_mass(g, tree, &s, c, n);
     compare_effects(g, tree, &s, c, n);
+    compare_loaded(g, tree, &s, c, n);
     compare_motion(g, tree, &s, c, n);
     compare_steps(g, tree, &s, c, n);
     compare_jacobians(g, tree, &s, c, n);

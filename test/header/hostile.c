@@ -94,6 +94,8 @@ typedef struct fixture {
     kt_scene_options scene_options, bad_scene_options;
     kt_scene_call scene_call;
     kt_scene_coupling coupling;
+    kt_native native;
+    kt_simulation_options native_options;
     kt_scene_watch *scene_watch;
     kt_parameter_change parameter_changes[2];
     kt_event event, bad_event;
@@ -261,6 +263,12 @@ static int event_action(kt_simulation *simulation, const kt_occurrence *what, kt
     return 0;
 }
 
+static int native_acceleration(const void *generic, double t, const double *q, const double *v, const double *x,
+                               const double *tau, double *a) {
+    (void)generic, (void)t, (void)q, (void)v, (void)x, (void)tau, (void)a;
+    return 1;
+}
+
 static int sampler(const kt_scene_sample *sample, kt_error *error, void *user) {
     (void)sample, (void)error, (void)user;
     return 0;
@@ -404,6 +412,8 @@ static bool make_objects(fixture *f) {
     f->of_time = kt_function_constant(0.5);
     f->symbols = (kt_symbols){.find = find_symbol, .list = list_symbol};
     f->coupling = (kt_scene_coupling){.sample = sampler};
+    f->native = (kt_native){.structure = kt_codegen_structure(f->model), .acceleration = native_acceleration};
+    f->native_options = kt_simulation_options_default();
     f->scene_call = (kt_scene_call){.name = "a", .action = event_action};
     f->event = (kt_event){.name = "a", .function = event_value, .action = event_action};
     for (int i = 0; i < 2; i++)

@@ -1,0 +1,172 @@
+/* The graphs of the functions of a file: which recursions each one takes. */
+#include "codegen/functions.h"
+
+#include "codegen/loops.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Factors products, with the guards behind the outputs. */
+static void factor_function(kt_graph *g, kt_code_function *f) {
+    kt_op *all = f->out;
+    const int n = f->guard_count;
+    for (int k = 0; k < n; k++) {
+        all[f->out_count + 2 * k] = f->guard[k].pivot;
+        all[f->out_count + 2 * k + 1] = f->guard[k].limit;
+    }
+    for (int pass = 0; pass < 3; pass++)
+        kt_graph_factor(g, all, f->out_count + 2 * n);
+    for (int k = 0; k < n; k++) {
+        f->guard[k].pivot = all[f->out_count + 2 * k];
+        f->guard[k].limit = all[f->out_count + 2 * k + 1];
+    }
+}
+
+static int count_all(const kt_graph *g, const kt_code_function *f) {
+    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
+    return n.multiply + n.add + n.divide + n.call + n.choose;
+}
+
+/* Makes forward dynamics in both ways, and takes the one with fewer operations. work: nv x nv. */
+static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v;
+    kt_code_function other = *f;
+    other.out = calloc(3 * nv, sizeof *other.out);
+    other.guard = calloc(nv, sizeof *other.guard);
+    f->guard_count = other.guard_count = (int)nv;
+    const bool fine = other.out != NULL && other.guard != NULL;
+    if (fine) {
+        kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
+        factor_function(tree->graph, f);
+        tree->graph->scope++;
+        kt_code_forward_articulated(tree, other.out, other.guard);
+        factor_function(tree->graph, &other);
+        if (!tree->graph->failed && count_all(tree->graph, &other) < count_all(tree->graph, f)) {
+            memcpy(f->out, other.out, nv * sizeof *f->out);
+            memcpy(f->guard, other.guard, nv * sizeof *f->guard);
+        }
+    }
+    free(other.out);
+    free(other.guard);
+    return fine;
+}
+
+/* Makes the nodes of a function that a model with loops has. Returns false if the function does not depend on loops. */
+static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v, rows = (size_t)kt_code_count_loop_rows(tree->model);
+    if (rows == 0)
+        return false;
+    f->output[0] = (int)nv;
+    f->guard_count = (int)(nv + rows);
+    switch (k) {
+    case KT_CODEGEN_FORWARD_INDEX:
+        kt_code_forward_loops(tree, work, f->out, f->guard);
+        f->out_count = (int)nv;
+        return true;
+    case KT_CODE_CLOSE:
+    case KT_CODE_SETTLE:
+        f->output[1] = (int)rows;
+        f->out_count = (int)(nv + rows);
+        if (k == KT_CODE_CLOSE)
+            f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
+        else
+            kt_code_settle_velocities(tree, work, f->out, f->guard);
+        return true;
+    case KT_CODEGEN_LOOPS_INDEX:
+        kt_code_loop_equations(tree, f->out);
+        f->output[0] = f->output[2] = (int)rows;
+        f->output[1] = (int)(rows * nv);
+        f->out_count = (int)(rows * (nv + 2));
+        f->guard_count = 0;
+        return true;
+    default:
+        f->guard_count = 0;
+        return false;
+    }
+}
+
+/* Makes the nodes of another function. Returns false if memory is insufficient. */
+static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
+    f->out_count = f->output[0] = (int)nv;
+    switch (k) {
+    case KT_CODEGEN_FORWARD_INDEX:
+        return make_forward(tree, work, f);
+    case KT_CODEGEN_INVERSE_INDEX:
+    case KT_CODEGEN_BIAS_INDEX:
+        kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
+        break;
+    case KT_CODEGEN_MASS_INDEX:
+        kt_code_mass(tree, f->out);
+        f->out_count = f->output[0] = (int)(nv * nv);
+        break;
+    case KT_CODEGEN_EFFECTS_INDEX:
+        kt_code_effects(tree, f->out);
+        break;
+    case KT_CODEGEN_STATES_INDEX:
+        kt_code_states(tree, f->out);
+        f->out_count = f->output[0] = (int)tree->model->n.x;
+        break;
+    case KT_CODEGEN_ENERGY_INDEX:
+        kt_code_energy(tree, f->out);
+        f->out_count = f->output[0] = 2;
+        break;
+    case KT_CODEGEN_JACOBIANS_INDEX:
+        kt_code_jacobians(tree, f->out);
+        f->out_count = f->output[0] = (int)(6 * nv * markers);
+        break;
+    case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
+        kt_code_inverse_derivatives(tree, f->out);
+        f->output[0] = f->output[1] = (int)(nv * nv);
+        f->out_count = (int)(2 * nv * nv);
+        break;
+    case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
+        kt_code_effect_derivatives(tree, f->out);
+        f->output[0] = f->output[1] = (int)(nv * nv);
+        f->out_count = (int)(2 * nv * nv);
+        break;
+    case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
+        kt_code_forward_derivatives(tree, work, f->out, f->guard);
+        f->guard_count = (int)nv;
+        f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
+        f->out_count = (int)(3 * nv * nv);
+        break;
+    default:
+        kt_code_markers(tree, f->out);
+        f->output[0] = f->output[1] = (int)(3 * markers);
+        f->out_count = (int)(6 * markers);
+        break;
+    }
+    return true;
+}
+
+/* Makes the nodes of any function. That of all accelerations is forward dynamics with the forces of effects. */
+static bool fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    const bool is_loaded = k == KT_CODEGEN_ACCELERATION_INDEX && tree->model->n.effect > 0;
+    const int like = k == KT_CODEGEN_ACCELERATION_INDEX ? (int)KT_CODEGEN_FORWARD_INDEX : k;
+    if (is_loaded) {
+        kt_code_effects(tree, f->out);
+        tree->load = tree->force;
+    }
+    const bool fine = fill_with_loops(tree, like, work, f) || fill_function(tree, like, work, f);
+    tree->load = NULL;
+    for (int i = 0; fine && i < f->guard_count; i++)
+        f->guard[i].is_near = k == KT_CODEGEN_ACCELERATION_INDEX;
+    return fine;
+}
+
+bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
+    const size_t nv = tree->model->n.v;
+    const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
+    const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + rows * (nv + 2) + 2;
+    f->out = calloc(count + 2 * (nv + rows), sizeof *f->out);
+    f->guard = calloc(nv + rows, sizeof *f->guard);
+    f->writes_at_once = is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
+    kt_op *work = calloc(count, sizeof *work);
+    tree->graph->scope++;
+    const bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
+    free(work);
+    if (fine && !tree->graph->failed)
+        factor_function(tree->graph, f);
+    return fine && !tree->graph->failed;
+}

@@ -1,0 +1,15 @@
+/* The graphs of the functions of a file. */
+#ifndef KT_CODEGEN_FUNCTIONS_H
+#define KT_CODEGEN_FUNCTIONS_H
+
+#include "codegen/print.h"
+#include "kinetree/codegen.h"
+
+/* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
+enum { KT_CODE_CLOSE = KT_CODEGEN_COUNT, KT_CODE_SETTLE, KT_CODE_FUNCTIONS };
+
+/* Makes the graph of a function that is no text. Returns false if memory is insufficient; the caller frees f->out and
+ * f->guard in any case. is_apart: no output is an input. */
+bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f);
+
+#endif

@@ -1,0 +1,281 @@
+/* Generated files as right-hand sides of simulations (kt_native_use). */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include "kinetree/simulation.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EPS DBL_EPSILON
+
+/* A file of accelerations, and a random tree that it belongs to. */
+typedef struct native_tree {
+    kt_tree tree;
+    kt_generated file;
+    kt_native native;
+} native_tree;
+
+/* Dampers in the joints of one coordinate. */
+static bool add_dampers(kt_tree *tree, kt_effect effect[KT_TREE_BODIES]) {
+    int count = 0;
+    for (int b = 0; b < tree->description.body_count; b++) {
+        const kt_joint_type type = tree->description.bodies[b].joint.type;
+        if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC)
+            continue;
+        effect[count] = kt_effect_default();
+        effect[count].type = KT_EFFECT_JOINT_DAMPER;
+        effect[count].joint = tree->description.bodies[b].name;
+        effect[count++].damping = 0.5;
+    }
+    tree->description.effects = effect;
+    tree->description.effect_count = count;
+    kt_tree_free(tree);
+    return kt_tree_compile(tree, NULL);
+}
+
+static bool native_tree_make(native_tree *n, kt_random *random, kt_effect effect[KT_TREE_BODIES]) {
+    kt_tree_plan plan = kt_tree_plan_default();
+    plan.bodies = 8;
+    plan.massless = false;
+    memset(&n->file, 0, sizeof n->file);
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return false;
+    }
+    if (!kt_tree_grow(&n->tree, &plan, random) || !add_dampers(&n->tree, effect) ||
+        !kt_generated_make_some(&n->file, n->tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false))
+        return false;
+    n->native = (kt_native){.structure = kt_codegen_structure(n->tree.model),
+                            .acceleration = n->file.acceleration,
+                            .prepared = n->file.model};
+    return true;
+}
+
+static void native_tree_free(native_tree *n) {
+    kt_generated_free(&n->file);
+    kt_tree_free(&n->tree);
+}
+
+/* ---- motions ----------------------------------------------------------------------------------------------------- */
+
+typedef struct motion {
+    double y[KT_TREE_NQ + KT_TREE_NV];
+    kt_simulation_counts counts;
+} motion;
+
+/* Runs from a state, whose velocities are larger by the part `off`. native: NULL for the library. */
+static bool run_motion(const native_tree *n, const kt_run *run, kt_native *native, const kt_tree_state *s, double off,
+                       motion *to) {
+    const size_t nq = (size_t)n->tree.nq, nv = (size_t)n->tree.nv;
+    double v[KT_TREE_NV];
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    kt_error error = {0};
+    kt_status status = native != NULL ? kt_native_use(native, n->tree.model, &options, &error) : KT_OK;
+    for (size_t i = 0; i < nv; i++)
+        v[i] = s->v[i] * (1.0 + off);
+    if (status == KT_OK)
+        status = kt_simulation_create(n->tree.model, run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(simulation, 0.0, s->q, v, &error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, run->duration, &error);
+    if (status == KT_OK) {
+        memcpy(to->y, kt_simulation_positions(simulation), nq * sizeof *to->y);
+        memcpy(to->y + nq, kt_simulation_velocities(simulation), nv * sizeof *to->y);
+        to->counts = kt_simulation_counts_get(simulation);
+    }
+    kt_simulation_free(simulation);
+    return kt_tree_fine(run->integrator != NULL ? run->integrator : "default", status, &error);
+}
+
+/* Both motions differ by rounding, which grows as a change of the velocities does. */
+KT_TEST(motions_of_each_method_are_those_of_the_library) {
+    static const char *const method[] = {"rk4",  "dopri5", "dop853", "heun",    "ab4",
+                                         "bdf2", "radau5", "rodas4", "two-step"};
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    static motion own, library, moved;
+    kt_random random = kt_random_of_test();
+    kt_worst error = kt_worst_make("state at the end");
+    kt_tree_state s;
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_tree_state_draw(&n.tree, &random, &s);
+    for (size_t k = 0; k < sizeof method / sizeof *method; k++) {
+        if (kt_method_find(method[k]) == NULL)
+            continue;
+        kt_run run = kt_run_default();
+        run.integrator = method[k];
+        run.step = 1e-3;
+        run.duration = 0.2;
+        if (!run_motion(&n, &run, NULL, &s, 0.0, &library) || !run_motion(&n, &run, NULL, &s, 1e-8, &moved) ||
+            !run_motion(&n, &run, &n.native, &s, 0.0, &own))
+            break;
+        double growth = 1.0, size = 1.0;
+        for (int i = 0; i < n.tree.nq + n.tree.nv; i++) {
+            growth = fmax(growth, fabs(moved.y[i] - library.y[i]) / 1e-8);
+            size = fmax(size, fabs(library.y[i]));
+        }
+        for (int i = 0; i < n.tree.nq + n.tree.nv; i++)
+            kt_worst_near(&error, own.y[i], library.y[i], 1000.0 * EPS * (growth + size), "%s, number %d", method[k],
+                          i);
+        kt_check_above("accelerations by the file", (double)n.native.computed, 199.0);
+        kt_check_equal_int("accelerations by the library", (long long)n.native.left, 0);
+        kt_check_equal_int("Jacobians", (long long)own.counts.jacobians, (long long)library.counts.jacobians);
+        kt_check_equal_int("steps", (long long)own.counts.steps, (long long)library.counts.steps);
+    }
+    kt_check_worst(&error);
+    native_tree_free(&n);
+}
+
+/* The default method is that of the model, and implicit steps take its derivatives. */
+KT_TEST(stiff_motions_keep_the_default_method) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    static motion own, library;
+    kt_random random = kt_random_of_test();
+    kt_tree_state s;
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_tree_state_draw(&n.tree, &random, &s);
+    for (int i = 0; i < n.tree.description.effect_count; i++)
+        effect[i].damping = 1e5;
+    kt_tree_free(&n.tree);
+    kt_generated_free(&n.file);
+    if (!kt_tree_compile(&n.tree, NULL) ||
+        !kt_generated_make_some(&n.file, n.tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false))
+        return;
+    n.native.acceleration = n.file.acceleration;
+    kt_run run = kt_run_default();
+    run.integrator = NULL;
+    run.duration = 0.5;
+    run.relative = run.absolute = 1e-6;
+    if (run_motion(&n, &run, NULL, &s, 0.0, &library) && run_motion(&n, &run, &n.native, &s, 0.0, &own)) {
+        kt_check_above("switches", (double)library.counts.switches, 0.5);
+        kt_check_equal_int("switches", (long long)own.counts.switches, (long long)library.counts.switches);
+        for (int i = 0; i < n.tree.nq; i++)
+            kt_check_near("position", own.y[i], library.y[i], 1e-12 * (1.0 + fabs(library.y[i])));
+    }
+    native_tree_free(&n);
+}
+
+/* ---- what a file cannot compute ---------------------------------------------------------------------------------- */
+
+KT_TEST(wrenches_on_bodies_are_left_to_the_library) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    kt_random random = kt_random_of_test();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    kt_tree_state s;
+    kt_error error = {0};
+    double a[KT_TREE_NV], right[KT_TREE_NV];
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_tree_state_draw(&n.tree, &random, &s);
+    kt_status status = kt_native_use(&n.native, n.tree.model, &options, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(n.tree.model, NULL, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(simulation, 0.0, s.q, s.v, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_wrenches(simulation, s.external, &error);
+    const uint64_t before = n.native.left;
+    if (status == KT_OK)
+        status = kt_simulation_acceleration(simulation, a, &error);
+    kt_check_equal_int("by the library", (long long)(n.native.left - before), 1);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(n.tree.model, n.tree.data, 0.0, s.q, s.v, NULL, s.external, right, &error);
+    if (kt_tree_fine("wrenches", status, &error))
+        kt_check_equal_bits("accelerations", a, right, (size_t)n.tree.nv);
+    kt_simulation_free(simulation);
+    native_tree_free(&n);
+}
+
+/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
+static int do_nothing(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+    (void)at, (void)rate, (void)a, (void)error, (void)user;
+    return 0;
+}
+
+KT_TEST(files_of_other_structures_are_rejected) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    kt_random random = kt_random_of_test();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error = {0};
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    n.native.structure++;
+    kt_check_equal_int("structure", kt_native_use(&n.native, n.tree.model, &options, &error), KT_ERROR_ARGUMENT);
+    kt_check_contains("message", error.message, "generate it again");
+    kt_check_true("unchanged", options.acceleration == NULL && n.native.model == NULL);
+    n.native.structure--;
+    options.acceleration = do_nothing;
+    kt_check_equal_int("a function of the caller", kt_native_use(&n.native, n.tree.model, &options, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "acceleration");
+    native_tree_free(&n);
+}
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+KT_TEST(numbers_are_those_of_the_model) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    static double numbers[KT_GENERATED_PARAMETERS];
+    kt_random random = kt_random_of_test();
+    kt_error error = {0};
+    int count = 0;
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_status status = kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, NULL, 0, &count, &error);
+    kt_check_equal_int("count", count, n.file.count);
+    if (status == KT_OK)
+        status = kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, numbers, count, &count, &error);
+    if (kt_tree_fine("numbers", status, &error))
+        kt_check_equal_bits("numbers", numbers, n.file.standard, (size_t)count);
+    kt_check_equal_int("no function", kt_codegen_numbers(n.tree.model, 0, NULL, 0, &count, &error), KT_ERROR_ARGUMENT);
+    native_tree_free(&n);
+}
+
+/* A file whose numbers are set anew has the motion of the changed model. */
+KT_TEST(files_follow_changed_numbers) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    static double numbers[KT_GENERATED_PARAMETERS];
+    kt_random random = kt_random_of_test();
+    kt_tree_state s;
+    kt_error error = {0};
+    int count = 0;
+    static motion own, library;
+    kt_run run = kt_run_default();
+    run.integrator = "dopri5";
+    run.step = 1e-3;
+    run.duration = 0.05;
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_tree_state_draw(&n.tree, &random, &s);
+    n.tree.body[n.tree.description.body_count - 1].mass *= 1.5;
+    kt_tree_free(&n.tree);
+    if (!kt_tree_compile(&n.tree, NULL))
+        return;
+    const kt_status status =
+        kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, numbers, KT_GENERATED_PARAMETERS, &count, &error);
+    if (kt_tree_fine("numbers", status, &error) && run_motion(&n, &run, NULL, &s, 0.0, &library) &&
+        run_motion(&n, &run, &n.native, &s, 0.0, &own)) {
+        double off = 0.0;
+        for (int i = 0; i < n.tree.nq; i++)
+            off = fmax(off, fabs(own.y[i] - library.y[i]));
+        kt_check_above("before, the old mass moves it", off, 1e-8);
+        n.file.prepare(numbers, n.file.model);
+        if (run_motion(&n, &run, &n.native, &s, 0.0, &own))
+            for (int i = 0; i < n.tree.nq; i++)
+                kt_check_near("position", own.y[i], library.y[i], 100.0 * EPS * (1.0 + fabs(library.y[i])));
+    }
+    native_tree_free(&n);
+}
