@@ -4,6 +4,7 @@
 #include "records/sinks.h"
 
 #include "advice/advice.h"
+#include "native/native.h"
 #include "plot/run.h"
 #include "scene/play.h"
 #include "scene/released.h"
@@ -113,60 +114,6 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
         kt_say_error(&error);
     note_failure(outcome, results->motion, sinks.failed ? NULL : &error);
     return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
-}
-
-/* ---- files ------------------------------------------------------------------------------------------------------- */
-
-/* Checks the names of all files. A resumed run may continue to write the checkpoint file from which it started. */
-static int check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
-    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
-        kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume)) {
-        kt_say("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts from the "
-               "summary or the records of a run",
-               kt_show(arguments->resume).text);
-        return KT_EXIT_USAGE;
-    }
-    const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
-                                  {"--checkpoint", arguments->checkpoint, true}};
-    int code = -1;
-    for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
-        const kt_file_use uses[] = {{"the scene", path, false},    states[i],
-                                    {"--out", names->out, true},   {"--summary", names->summary, true},
-                                    {"--plot", names->plot, true}, {"--view", names->view, true},
-                                    {"--glb", names->glb, true},   {"--scene", arguments->scene, true}};
-        code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
-    }
-    code = code < 0 ? kt_check_records(names->out) : code;
-    if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL)) {
-        kt_say(
-            "--checkpoint and --resume go with records as CSV: HDF5 is made at the end of a run; take --out FILE.csv");
-        code = KT_EXIT_USAGE;
-    }
-    code = code < 0 && kt_keep_is_meant(names->out) ? kt_keep_check(names->out) : code;
-    code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
-    code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
-    kt_plot_size size;
-    code = code < 0 ? kt_plot_size_read(arguments->command, arguments->size, &size) : code;
-    return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
-}
-
-/* Rejects existing files as results, because `kinetree demo` must not replace results of the user. Returns -1, or an
- * exit code after printing the error. */
-static int spare_results(const kt_result_names *names) {
-    const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
-    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
-        struct stat status;
-        if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
-            S_ISREG(status.st_mode)) {
-            kt_say("demo: %s exists already; --force replaces it%s", results[i],
-                   i == 0 ? ", --out FILE writes elsewhere" : "");
-            return KT_EXIT_USAGE;
-        }
-    }
-    return -1;
 }
 
 /* ---- parts of the command ---------------------------------------------------------------------------------------- */
@@ -463,9 +410,10 @@ static kt_status create_simulation(kt_outcome *outcome, kt_simulation_options *o
     return status;
 }
 
-/* Creates and runs the simulation. names: the final names of all files. Returns an exit code. */
+/* Creates and runs the simulation. names: the final names of all files. native: NULL for accelerations by the library.
+ * Returns an exit code. */
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
-                          const kt_run_manner *manner) {
+                          const kt_run_manner *manner, kt_native_code *native) {
     kt_error error = {0};
     kt_compressions_begin(&outcome->compressions, outcome->scene,
                           kt_integrated_model(outcome->model, outcome->absolute));
@@ -475,6 +423,8 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
     kt_watch_pace(outcome, &options);
+    if (status == KT_OK && native != NULL)
+        status = kt_native_use(&native->native, outcome->model, &options, &error);
     if (status == KT_OK)
         status = create_simulation(outcome, &options, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
@@ -498,6 +448,8 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
                               &checkpoint, modes);
     kt_checkpoint_close(&checkpoint);
     kt_mode_watch_free(modes);
+    if (native != NULL && outcome->simulation != NULL && !arguments->quiet)
+        kt_native_report(native, outcome->simulation);
     kt_simulation_free(outcome->simulation);
     kt_scene_watch_free(outcome->events);
     kt_warnings_free(&outcome->warnings);
@@ -527,8 +479,8 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                                    .view = arguments->view != NULL ? arguments->view
                                            : manner->has_view && !has_own_name && arguments->resume == NULL ? page
                                                                                                             : NULL};
-    code = page == NULL ? KT_EXIT_INTEGRATION : check_files(arguments, path, &names);
-    code = code < 0 && manner->is_careful && arguments->resume == NULL ? spare_results(&names) : code;
+    code = page == NULL ? KT_EXIT_INTEGRATION : kt_run_check_files(arguments, path, &names);
+    code = code < 0 && manner->is_careful && arguments->resume == NULL ? kt_run_spare_results(&names) : code;
     code = code < 0 ? check_columns(arguments->command, model, &run) : code;
     if (!manner->has_records && run.interval == 0.0)
         run.interval = frame_interval(run.duration);
@@ -542,7 +494,11 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
         outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
-        code = run_with_names(arguments, &outcome, &names, manner);
+        kt_native_code native = {.library = NULL};
+        code = arguments->native ? kt_native_code_make(&native, arguments->command, scene, model) : -1;
+        if (code < 0)
+            code = run_with_names(arguments, &outcome, &names, manner, arguments->native ? &native : NULL);
+        kt_native_code_free(&native);
     }
     free(csv);
     free(page);

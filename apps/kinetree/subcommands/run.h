@@ -29,7 +29,7 @@ typedef struct kt_run_arguments {
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, dark, boxes, modes, quiet;
+    bool unprojected, native, dark, boxes, modes, quiet;
     kt_settings settings;
 } kt_run_arguments;
 
@@ -230,6 +230,13 @@ void kt_say_blown_up(kt_outcome *outcome, double time);
 typedef struct kt_result_names {
     const char *out, *summary, *plot, *view, *glb;
 } kt_result_names;
+
+/* Checks the names of all files. A resumed run may continue to write the checkpoint file from which it started. */
+int kt_run_check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names);
+
+/* Rejects existing files as results, because `kinetree demo` must not replace results of the user. Returns -1, or an
+ * exit code after printing the error. */
+int kt_run_spare_results(const kt_result_names *names);
 
 /* Prints a short report on standard error. */
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names);

@@ -36,6 +36,9 @@ static const kt_option options[] = {
      "auto|spatial"},
     {"unprojected", KT_OPTION_FLAG, KT_AT(unprojected), NULL,
      "let loops drift open, to see the effect of the projection", NULL},
+    {"native", KT_OPTION_FLAG, KT_AT(native), NULL,
+     "generate C for the accelerations, compile it with the system's compiler and use it; compiled files are kept",
+     NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "record every S seconds; default: about 1000 records", NULL},
     {"record", KT_OPTION_TEXT, KT_AT(record), "A,B", record_help, NULL},
     {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "record the world positions of these markers, too", NULL},
@@ -78,6 +81,7 @@ const kt_usage kt_usage_run = {
     .examples = "  kinetree run pendulum.yaml\n"
                 "  kinetree run pendulum.yaml --duration 5 --tolerance 1e-12 --plot pendulum.svg\n"
                 "  kinetree run pendulum.yaml --integrator rk4 --step 1e-3 --summary - --out /dev/null\n"
+                "  kinetree run humanoid.yaml --native                   accelerations by compiled C\n"
                 "  kinetree run pendulum.yaml --checkpoint p.state       and after a break: --resume p.state\n"
                 "  kinetree make chain --links 100 | kinetree run - --interval 0.1 --out - | head\n",
     .operands = "SCENE",

@@ -1,0 +1,318 @@
+/* Accelerations by compiled code.
+ *
+ * The key of a compiled file is a sum over the text of its source without the numbers of the parameters, over the
+ * compiler, and over the version. Runs that differ in masses or stiffnesses thus share a file, and each passes its own
+ * numbers to it.
+ */
+#include "native/native.h"
+
+#include "base/sum.h"
+#include "command.h"
+#include "subcommands/run.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Functions behind the generated ones: sizes, and numbers in place of a struct. */
+static const char own_functions[] = "\n#include <string.h>\n\n"
+                                    "/* ---- for kinetree run --native ---- */\n\n"
+                                    "unsigned long long native_about(int k) {\n"
+                                    "    return k == 0   ? native_STRUCTURE\n"
+                                    "           : k == 1 ? sizeof(native_parameters)\n"
+                                    "                    : sizeof(native_model);\n}\n\n"
+                                    "void native_renew(const double *numbers, void *generic) {\n"
+                                    "    native_parameters p;\n"
+                                    "    memcpy(&p, numbers, sizeof p);\n"
+                                    "    native_prepare(&p, generic);\n}\n";
+
+typedef unsigned long long native_about(int k);
+typedef void native_renew(const double *numbers, void *generic);
+
+/* Both files as text. */
+typedef struct native_text {
+    char *source, *header;
+} native_text;
+
+static int say_native_memory(void) {
+    kt_say("there is not enough memory");
+    return KT_EXIT_INTEGRATION;
+}
+
+/* ---- what is refused --------------------------------------------------------------------------------------------- */
+
+/* Returns why the accelerations of a scene are not those of one file; NULL: they are. */
+static const char *why_not_native(const kt_scene *scene, const kt_model *model) {
+    return scene->fmu_count > 0         ? "it couples FMUs"
+           : kt_scene_sets(scene)       ? "its events set numbers of the model"
+           : kt_switch_count(model) > 0 ? "its loops or effects are switched, or contacts close"
+           : scene->formulation != 0    ? "the absolute formulation has other equations"
+           : scene->reduction != 0      ? "generated code has its own reduction (leave out --reduction)"
+                                        : NULL;
+}
+
+static int refuse_native(const char *command, const kt_scene *scene, const kt_model *model) {
+    const char *why = why_not_native(scene, model);
+    if (why == NULL)
+        return -1;
+    kt_say("%s: --native cannot compute this scene: %s; leave --native out", command, why);
+    return KT_EXIT_SCENE;
+}
+
+/* ---- generation -------------------------------------------------------------------------------------------------- */
+
+static int generate_native(const char *command, const kt_model *model, native_text *text) {
+    size_t size[2];
+    kt_error error = {0};
+    FILE *source = open_memstream(&text->source, &size[0]), *header = open_memstream(&text->header, &size[1]);
+    kt_status status = KT_ERROR_MEMORY;
+    if (source != NULL && header != NULL)
+        status = kt_codegen_write(model, "native", KT_CODEGEN_ACCELERATION, false, source, header, &error);
+    if (source != NULL && (fputs(own_functions, source) < 0 || fclose(source) != 0))
+        status = status == KT_OK ? KT_ERROR_MEMORY : status;
+    if (header != NULL && fclose(header) != 0)
+        status = status == KT_OK ? KT_ERROR_MEMORY : status;
+    if (status == KT_OK)
+        return -1;
+    if (status == KT_ERROR_MEMORY)
+        return say_native_memory();
+    kt_say("%s: --native cannot compute this scene: %s%s%s; leave --native out", command, error.where,
+           error.where[0] != '\0' ? ": " : "", error.message);
+    return KT_EXIT_SCENE;
+}
+
+/* Writes the name of the compiled file, made of two sums. */
+static void name_native(const native_text *text, const kt_compiler *compiler, char name[64]) {
+    const char *numbers = strstr(text->source, "native_default = {"), *behind = text->source;
+    uint64_t sum[2] = {KT_SUM_START, 0};
+    if (numbers != NULL)
+        behind = strstr(numbers, "};");
+    for (int i = 0; i < 2; i++) {
+        sum[i] = kt_sum_add(sum[i], kt_version(), strlen(kt_version()) + 1);
+        sum[i] = kt_sum_add(sum[i], compiler->identity, strlen(compiler->identity) + 1);
+        sum[i] = kt_sum_add(sum[i], text->header, strlen(text->header) + 1);
+        if (numbers != NULL)
+            sum[i] = kt_sum_add(sum[i], text->source, (size_t)(numbers - text->source));
+        sum[i] = kt_sum_add(sum[i], behind, strlen(behind));
+        sum[1] = sum[0] * 0x9e3779b97f4a7c15u + 1; /* a start of its own */
+    }
+    (void)snprintf(name, 64, "%016llx%016llx.so", (unsigned long long)sum[0], (unsigned long long)sum[1]);
+}
+
+/* ---- compilation ------------------------------------------------------------------------------------------------- */
+
+static bool write_native_file(const char *command, const char *folder, const char *name, const char *text) {
+    char path[KT_NATIVE_PATH + 16];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    bool fine = file != NULL && fputs(text, file) >= 0;
+    fine = file != NULL && fclose(file) == 0 && fine;
+    if (!fine)
+        kt_say("%s: --native: %s cannot be written: %s", command, kt_show(path).text, strerror(errno));
+    return fine;
+}
+
+static bool compile_native(kt_native_code *code, const char *command, const native_text *text,
+                           const kt_compiler *compiler, kt_code_cache *cache, const char *path) {
+    const double start = kt_clock();
+    if (!kt_code_cache_begin(cache, command))
+        return false;
+    const bool fine = write_native_file(command, cache->build, "native.c", text->source) &&
+                      write_native_file(command, cache->build, "native.h", text->header) &&
+                      kt_compiler_run(compiler, command, cache->build);
+    const bool has = kt_code_cache_end(cache, command, path, fine);
+    code->seconds = kt_clock() - start;
+    return has;
+}
+
+/* ---- loading ----------------------------------------------------------------------------------------------------- */
+
+static bool find_native(void *library, const char *name, void *function) {
+    void *const address = dlsym(library, name);
+    memcpy(function, &address, sizeof address);
+    return address != NULL;
+}
+
+/* Loads a compiled file, and passes the numbers of the model to it. Returns false without a message if the file is not
+ * one of this structure. */
+static bool load_native(kt_native_code *code, const kt_model *model, int count, const char *path) {
+    native_about *about;
+    native_renew *renew;
+    code->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    const size_t bytes = (size_t)(count > 0 ? count : 1) * sizeof(double);
+    if (code->library == NULL || !find_native(code->library, "native_about", &about) ||
+        !find_native(code->library, "native_renew", &renew) ||
+        !find_native(code->library, "native_acceleration", &code->native.acceleration) ||
+        about(0) != kt_codegen_structure(model) || about(1) != bytes)
+        return false;
+    code->native.structure = about(0);
+    code->prepared = malloc((size_t)about(2));
+    if (code->prepared == NULL)
+        return false;
+    renew(code->numbers, code->prepared);
+    code->native.prepared = code->prepared;
+    return true;
+}
+
+static void unload_native(kt_native_code *code) {
+    if (code->library != NULL)
+        (void)dlclose(code->library);
+    free(code->prepared);
+    code->library = code->prepared = NULL;
+}
+
+/* Reads the numbers of the model. Returns -1, or an exit code after printing the error. */
+static int read_numbers(kt_native_code *code, const kt_model *model, int *count) {
+    int room = 1024;
+    kt_error error = {0};
+    for (;;) {
+        code->numbers = calloc((size_t)room, sizeof *code->numbers);
+        if (code->numbers == NULL)
+            return say_native_memory();
+        const kt_status status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, code->numbers, room, count, &error);
+        if (status == KT_OK && *count <= room)
+            return -1;
+        free(code->numbers);
+        code->numbers = NULL;
+        if (status != KT_OK) {
+            kt_say_error(&error);
+            return kt_exit_code(status);
+        }
+        room = *count;
+    }
+}
+
+/* Loads the file from the cache, or compiles it before. A file of the cache that cannot be loaded is compiled again. */
+static int take_native(kt_native_code *code, const char *command, const kt_model *model, const native_text *text) {
+    kt_compiler compiler;
+    kt_code_cache cache;
+    char name[64], path[KT_NATIVE_PATH];
+    int count = 0;
+    bool is_foreign = false;
+    if (!kt_compiler_find(&compiler, command) || !kt_code_cache_open(&cache, command))
+        return KT_EXIT_INTEGRATION;
+    name_native(text, &compiler, name);
+    const int failed = read_numbers(code, model, &count);
+    if (failed >= 0)
+        return failed;
+    bool fine = kt_code_cache_path(&cache, name, path);
+    const bool has = fine && kt_code_cache_has(command, path, &is_foreign);
+    fine = fine && !is_foreign;
+    if (fine && !(has && load_native(code, model, count, path))) {
+        unload_native(code);
+        fine = compile_native(code, command, text, &compiler, &cache, path);
+        if (fine && !load_native(code, model, count, path)) {
+            const char *why = dlerror();
+            kt_say("%s: --native: the compiled file cannot be loaded%s%s; set CC to a compiler for this machine, or "
+                   "leave --native out",
+                   command, why != NULL ? ": " : "", why != NULL ? kt_show(why).text : "");
+            fine = false;
+        }
+    }
+    if (cache.is_temporary) {
+        (void)unlink(path);
+        (void)rmdir(cache.folder);
+    }
+    return fine ? -1 : KT_EXIT_INTEGRATION;
+}
+
+int kt_native_code_make(kt_native_code *code, const char *command, const kt_scene *scene, const kt_model *model) {
+    native_text text = {NULL, NULL};
+    *code = (kt_native_code){.library = NULL};
+    int exit = refuse_native(command, scene, model);
+    exit = exit < 0 ? generate_native(command, model, &text) : exit;
+    exit = exit < 0 ? take_native(code, command, model, &text) : exit;
+    free(text.source);
+    free(text.header);
+    return exit;
+}
+
+void kt_native_code_free(kt_native_code *code) {
+    unload_native(code);
+    free(code->numbers);
+    code->numbers = NULL;
+}
+
+/* ---- what it saves ----------------------------------------------------------------------------------------------- */
+
+/* A state, and the two ways to compute its acceleration. */
+typedef struct native_race {
+    const kt_native_code *code;
+    kt_data *data;
+    double t;
+    const double *q, *v, *x;
+    double *tau, *a;
+} native_race;
+
+static bool accelerate_once(const native_race *r, bool natively) {
+    const kt_native *native = &r->code->native;
+    return natively
+               ? native->acceleration(native->prepared, r->t, r->q, r->v, r->x, r->tau, r->a) == 0
+               : kt_acceleration_evaluate(native->model, r->data, r->t, r->q, r->v, NULL, NULL, r->a, NULL) == KT_OK;
+}
+
+/* Returns the time of one acceleration, s: the least of some groups. NaN if it fails. */
+static double time_acceleration(const native_race *r, bool natively) {
+    enum { GROUPS = 5 };
+    double least = HUGE_VAL;
+    int count = 1;
+    for (int group = 0; group < GROUPS; group++) {
+        const double start = kt_clock();
+        for (int k = 0; k < count; k++)
+            if (!accelerate_once(r, natively))
+                return (double)NAN;
+        const double seconds = kt_clock() - start;
+        least = fmin(least, seconds / count);
+        if (seconds < 1e-4 && count < 1000000) {
+            count *= 4;
+            group = -1;
+        }
+    }
+    return least;
+}
+
+void kt_native_report(const kt_native_code *code, const kt_simulation *simulation) {
+    const kt_model *model = code->native.model;
+    const size_t nv = (size_t)kt_model_nv(model), states = (size_t)kt_own_state_count(model);
+    kt_data *data = NULL;
+    double *work = calloc(2 * nv + 1, sizeof *work);
+    if (work == NULL || kt_data_create(model, &data, NULL) != KT_OK) {
+        free(work);
+        return;
+    }
+    const native_race race = {.code = code,
+                              .data = data,
+                              .t = kt_simulation_time(simulation),
+                              .q = kt_simulation_positions(simulation),
+                              .v = kt_simulation_velocities(simulation),
+                              .x = kt_simulation_own_states(simulation),
+                              .tau = work,
+                              .a = work + nv};
+    if (states > 0)
+        memcpy(kt_own_states(model, data), race.x, states * sizeof *race.x);
+    const double library = time_acceleration(&race, false), native = time_acceleration(&race, true);
+    const double gain = library - native, count = (double)code->native.computed;
+    char compiler[160] = "the compiled file was in the cache", left[120] = "";
+    if (code->seconds > 0.0 && gain > 0.0)
+        (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s, which pays from %.2g accelerations on",
+                       code->seconds, code->seconds / gain);
+    else if (code->seconds > 0.0)
+        (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s", code->seconds);
+    if (code->native.left > 0)
+        (void)snprintf(left, sizeof left, "; the library computed %llu more, such as those next to singular positions",
+                       (unsigned long long)code->native.left);
+    if (isnan(gain))
+        kt_say("--native: %.0f accelerations; %s%s", count, compiler, left);
+    else if (gain > 0.0)
+        kt_say("--native: %.0f accelerations of %.2g us instead of %.2g us saved %.2g s; %s%s", count, 1e6 * native,
+               1e6 * library, count * gain, compiler, left);
+    else
+        kt_say("--native: %.0f accelerations of %.2g us, and %.2g us by the library: leave --native out; %s%s", count,
+               1e6 * native, 1e6 * library, compiler, left);
+    kt_data_free(data);
+    free(work);
+}

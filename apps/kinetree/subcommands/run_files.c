@@ -1,0 +1,60 @@
+/* The files of `kinetree run`: checks of their names before the run. */
+#include "command.h"
+#include "plot/run.h"
+#include "records/checkpoint.h"
+#include "subcommands/run.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+int kt_run_check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
+    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
+        kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
+        return KT_EXIT_USAGE;
+    }
+    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume)) {
+        kt_say("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts from the "
+               "summary or the records of a run",
+               kt_show(arguments->resume).text);
+        return KT_EXIT_USAGE;
+    }
+    const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
+                                  {"--checkpoint", arguments->checkpoint, true}};
+    int code = -1;
+    for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
+        const kt_file_use uses[] = {{"the scene", path, false},    states[i],
+                                    {"--out", names->out, true},   {"--summary", names->summary, true},
+                                    {"--plot", names->plot, true}, {"--view", names->view, true},
+                                    {"--glb", names->glb, true},   {"--scene", arguments->scene, true}};
+        code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
+    }
+    code = code < 0 ? kt_check_records(names->out) : code;
+    if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL)) {
+        kt_say(
+            "--checkpoint and --resume go with records as CSV: HDF5 is made at the end of a run; take --out FILE.csv");
+        code = KT_EXIT_USAGE;
+    }
+    code = code < 0 && kt_keep_is_meant(names->out) ? kt_keep_check(names->out) : code;
+    code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
+    code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
+    kt_plot_size size;
+    code = code < 0 ? kt_plot_size_read(arguments->command, arguments->size, &size) : code;
+    return code < 0 && names->plot != NULL ? kt_plot_check(names->plot) : code;
+}
+
+int kt_run_spare_results(const kt_result_names *names) {
+    const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
+    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
+        struct stat status;
+        if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
+            S_ISREG(status.st_mode)) {
+            kt_say("demo: %s exists already; --force replaces it%s", results[i],
+                   i == 0 ? ", --out FILE writes elsewhere" : "");
+            return KT_EXIT_USAGE;
+        }
+    }
+    return -1;
+}

@@ -1,0 +1,163 @@
+"""native COMMAND SOURCE-ROOT: `kinetree run --native`: records, the cache, and what is rejected."""
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from claims import claim, finish, note, skip
+
+COMMAND, SCENES = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
+EPS = 2.0**-52
+# trees, effects, auxiliary states, loops that pass singular positions, quaternions, fixed steps, implicit methods
+COMPARED = """andrews arm7 bead bricard cart-pole conical-pendulum dc-motor double-pendulum engine-mounts fishing-rod five-bar flapping-wings
+ flyball-governor four-bar hooke-shaft humanoid lugre n-four-bar-2 n-four-bar-40 peaucellier pid-arm point-pendulum precessing-top puck
+ scissor-lift servo-arm shot slider-crank sleeve spinning-top stephenson stewart three-body trolley watt""".split()
+PLAIN = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: rod, joint: {type: revolute, axis: y, position: 1}, mass: 2, com: [0, 0, -0.4], inertia: [0.1, 0.1, 0.01]}
+simulate: {duration: 1}
+"""
+
+
+def run(folder, *words, **variables):
+    environment = {**os.environ, "XDG_CACHE_HOME": str(pathlib.Path(folder, "cache")), **variables}
+    return subprocess.run([COMMAND, "run", *map(str, words)], capture_output=True, text=True, cwd=folder, env=environment)
+
+
+def records(folder, *words):
+    """The columns of a run, as lists, and its summary."""
+    made = run(folder, *words, "--out", "out.csv", "--summary", "out.json")
+    if made.returncode != 0:
+        return None, None, made.stderr
+    rows = list(csv.reader(pathlib.Path(folder, "out.csv").open()))
+    columns = {name: [float(row[k] or "nan") for row in rows[1:]] for k, name in enumerate(rows[0])}
+    return columns, json.loads(pathlib.Path(folder, "out.json").read_text()), made.stderr
+
+
+def differences(one, other):
+    """The largest difference, and the largest value, of each quantity: all columns up to the first dot."""
+    found = {}
+    for name, column in one.items():
+        worst = found.setdefault(name.split(".")[0], [0.0, 0.0])
+        pairs = [(a, b) for a, b in zip(column, other[name]) if a == a]
+        worst[0] = max([worst[0]] + [abs(a - b) for a, b in pairs])
+        worst[1] = max([worst[1]] + [abs(a) for a, b in pairs])
+    return found
+
+
+def compare(folder, name):
+    """The library's own records change by rounding if its tolerance does by a part of 1e-9: all its steps are others.
+    Step sizes follow from rounding where they follow from tiny errors, which changes records by a part of the tolerance."""
+    scene = SCENES / f"{name}.yaml"
+    library, summary, words = records(folder, scene)
+    native, _, native_words = records(folder, scene, "--native")
+    if library is None or native is None:
+        return [f"{words}{native_words}"]
+    problems = [] if len(library["time"]) == len(native["time"]) else ["another number of records"]
+    tolerance, near = summary["method"].get("tolerance"), []
+    for part in (1e-9, -1e-9, 3e-9) if tolerance else ():
+        text = f"{tolerance['relative'] * (1 + part)!r},{tolerance['absolute'] * (1 + part)!r}"
+        near.append(differences(library, records(folder, scene, "--tolerance", text)[0]))
+    ratio, where = 0.0, ""
+    for quantity, (difference, size) in differences(library, native).items():
+        allowed = 1000 * EPS * size + max([0.0] + [10 * other[quantity][0] for other in near])
+        if tolerance:
+            allowed += 5 * (tolerance["relative"] * size + tolerance["absolute"])
+        if quantity != "constraint" and difference > ratio * allowed:
+            ratio, where = difference / allowed, f"{quantity}: observed {difference:.2g} bound {allowed:.2g}"
+    note(f"{name}: ratio {ratio:.2g}  {where}")
+    problems += [f"{where}"] if ratio > 1.0 else []
+    problems += [] if " accelerations" in native_words else [f"no report: {native_words}"]
+    return problems
+
+
+def compiler(folder):
+    """A compiler that fails once a file of the name `broken` exists, and counts its calls."""
+    path = pathlib.Path(folder, "counting-cc")
+    path.write_text(f"#!/bin/sh\necho call >>{folder}/calls\nif [ -e {folder}/broken ]; then echo 'no disk, says the compiler' >&2; exit 3; fi\nexec cc \"$@\"\n")
+    path.chmod(0o755)
+    return path
+
+
+def calls(folder):
+    path = pathlib.Path(folder, "calls")
+    return path.read_text().count("call") if path.exists() else 0
+
+
+def check_cache(folder):
+    path, scene = compiler(folder), pathlib.Path(folder, "rod.yaml")
+    scene.write_text(PLAIN)
+    first = run(folder, scene, "--native", CC=str(path))
+    claim("first_run_compiles", [] if first.returncode == 0 and calls(folder) == 1 and "the compiler took" in first.stderr else [first.stderr])
+    pathlib.Path(folder, "broken").touch()
+    second = run(folder, scene, "--native", CC=str(path))
+    claim("second_run_calls_no_compiler", [] if second.returncode == 0 and calls(folder) == 1 and "in the cache" in second.stderr else [second.stderr])
+    heavy = run(folder, scene, "--native", "--set", "bodies.rod.mass=3", "--out", "heavy.csv", CC=str(path))
+    light = run(folder, scene, "--set", "bodies.rod.mass=3", "--out", "light.csv")
+    off = differences(*[{n: [float(r[k]) for r in rows[1:]] for k, n in enumerate(rows[0])} for rows in
+                        (list(csv.reader(pathlib.Path(folder, name).open())) for name in ("heavy.csv", "light.csv"))])
+    note(f"another mass: energy differs by {off['energy'][0]:.2g}, bound {1e-9 * off['energy'][1]:.2g}")
+    claim("other_numbers_take_the_same_file", [] if calls(folder) == 1 and heavy.returncode + light.returncode == 0 and off["energy"][0] < 1e-9 * off["energy"][1] else [heavy.stderr])
+    failed = run(folder, scene, "--native", "--set", "bodies.rod.joint.type=prismatic", CC=str(path))
+    expected = failed.returncode == 4 and "status 3" in failed.stderr and "no disk, says the compiler" in failed.stderr and "leave --native out" in failed.stderr
+    claim("a_compiler_that_fails_is_an_error_with_its_words", [] if expected else [failed.stderr])
+    kept = sorted(p.name for p in pathlib.Path(folder, "cache/kinetree").iterdir())
+    claim("nothing_but_whole_files_is_kept", [] if len(kept) == 1 and kept[0].endswith(".so") else kept)
+    pathlib.Path(folder, "broken").unlink()
+    library = pathlib.Path(folder, "cache/kinetree", kept[0])
+    library.write_bytes(b"no library")
+    again = run(folder, scene, "--native", CC=str(path))
+    claim("a_damaged_file_is_compiled_again", [] if again.returncode == 0 and library.stat().st_size > 1000 else [again.stderr])
+    library.chmod(0o666)
+    foreign = run(folder, scene, "--native", CC=str(path))
+    claim("a_file_that_others_can_write_is_not_loaded", [] if foreign.returncode == 4 and "others can write" in foreign.stderr else [foreign.stderr])
+    library.unlink()
+    together = [subprocess.Popen([COMMAND, "run", scene, "--native", "--out", f"{k}.csv"], cwd=folder, stderr=subprocess.PIPE, text=True,
+                                 env={**os.environ, "XDG_CACHE_HOME": f"{folder}/cache", "CC": str(path)}) for k in range(4)]
+    words = [process.communicate()[1] for process in together]
+    alike = len({pathlib.Path(folder, f"{k}.csv").read_bytes() for k in range(4)}) == 1
+    kept = [p.name for p in pathlib.Path(folder, "cache/kinetree").iterdir()]
+    claim("processes_at_the_same_time_share_the_file", [] if all(p.returncode == 0 for p in together) and alike and len(kept) == 1 else [*words, *kept])
+
+
+def check_refusals(folder):
+    scene = pathlib.Path(folder, "rod.yaml")
+    scene.write_text(PLAIN)
+    for name, words, status, message, variables in (
+            ("a_missing_compiler_is_an_error", [scene], 4, "install gcc or clang", {"CC": "no-such-compiler"}),
+            ("wheels_are_rejected", [SCENES / "bicycle.yaml"], 2, "rear_contact: code for this loop cannot be generated", {}),
+            ("contacts_are_rejected", [SCENES / "bouncing-ball.yaml"], 2, "switched, or contacts close", {}),
+            ("events_that_set_numbers_are_rejected", [SCENES / "parachute.yaml"], 2, "its events set numbers of the model", {}),
+            ("masses_that_vary_are_rejected", [SCENES / "rocket.yaml"], 2, "a mass that changes with time", {}),
+            ("other_formulations_are_rejected", [scene, "--formulation", "absolute"], 2, "absolute formulation", {}),
+            ("other_reductions_are_rejected", [SCENES / "four-bar.yaml", "--reduction", "svd"], 2, "its own reduction", {})):
+        made = run(folder, *words, "--native", "--out", "rejected.csv", **variables)
+        left = pathlib.Path(folder, "rejected.csv").exists()
+        expected = made.returncode == status and message in made.stderr and made.stderr.count("leave --native out") == 1 and not left
+        claim(name, [] if expected else [f"status {made.returncode}: {made.stderr}"])
+    quiet = run(folder, scene, "--native", "--quiet")
+    claim("quiet_runs_report_nothing", [] if quiet.returncode == 0 and quiet.stderr == "" else [quiet.stderr])
+    closed = run(folder, scene, "--native", XDG_CACHE_HOME="/proc/none", HOME="/proc/none")
+    claim("without_a_folder_a_run_warns_and_goes_on", [] if closed.returncode == 0 and "cannot be kept" in closed.stderr and "accelerations" in closed.stderr else [closed.stderr])
+
+
+def main():
+    if shutil.which("cc") is None:
+        skip("native", "there is no compiler of the name cc")
+        finish()
+    with tempfile.TemporaryDirectory() as folder:
+        problems = [f"{name}: {problem}" for name in COMPARED for problem in compare(folder, name)]
+        claim("records_of_bundled_scenes_are_those_of_the_library", problems)
+    for check in (check_cache, check_refusals):
+        with tempfile.TemporaryDirectory() as folder:
+            check(folder)
+    finish()
+
+
+main()
