@@ -12,7 +12,6 @@
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 7.3.
  */
 #include "codegen/recursion.h"
-#include "dynamics/no_inertia.h"
 
 #include <stdlib.h>
 
@@ -118,8 +117,7 @@ static void eliminate_dof(kt_code_tree *tree, const kt_code_link *l, int d, int 
     const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), inertia);
     const kt_op y = kt_op_subtract(g, kt_code_given_force(tree, v), wrench);
     const bool is_plain = kt_op_is(g, armature, 0.0) && kt_op_is(g, pitch, 0.0);
-    guard[v] = (kt_code_guard){
-        .pivot = inertia, .limit = kt_op_multiply(g, kt_op_number(g, KT_NO_INERTIA), least_of), .body = l->link->body};
+    guard[v] = (kt_code_guard){.pivot = inertia, .limit = least_of, .body = l->link->body};
     kt_op_name(g, inertia, "D%d", v);
     kt_op_name(g, inverse, "E%d", v);
     pivot->n = kt_op3_scale(g, inverse, u[0]);

@@ -10,8 +10,10 @@
 #include "codegen/functions.h"
 #include "codegen/loops.h"
 #include "document/number.h"
+#include "dynamics/no_inertia.h"
 #include "kinetree/loop.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -324,6 +326,11 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
         fputs("}\n\n", file);
     }
     fputs("/* ---- functions ---- */\n\n", file);
+    if (strstr(functions, "NO_INERTIA") != NULL)
+        fprintf(file,
+                "/* Below this part of what a joint carries, its inertia is rounding. */\n"
+                "#define NO_INERTIA (real)(sizeof(real) < sizeof(double) ? %.1e : %.1e)\n\n",
+                KT_NO_INERTIA / DBL_EPSILON * (double)FLT_EPSILON, KT_NO_INERTIA);
     if (kt_code_count_loop_rows(tree->model) > 0)
         fputs("/* Equations of loops whose squared sine is below this depend on others. From the second one on, there "
               "are\n"

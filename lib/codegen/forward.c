@@ -4,7 +4,6 @@
  * and there is no fill-in. A pivot D_kk that is not above rounding errors of M means that the joint has no inertia.
  */
 #include "codegen/recursion.h"
-#include "dynamics/no_inertia.h"
 
 #include <stdlib.h>
 
@@ -13,7 +12,7 @@
 void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
-    const kt_op one = kt_op_number(g, 1.0), least = kt_op_number(g, KT_NO_INERTIA);
+    const kt_op one = kt_op_number(g, 1.0);
     for (int c = tree->link_count - 1; c > 0; c--) {
         const kt_code_link *l = &tree->link[c];
         for (int d = kt_link_dofs(l->link) - 1; d >= 0; d--) {
@@ -22,8 +21,7 @@ void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_g
             kt_graph_section(g, "%s: D_kk = M_kk,  L_ki = M_ki / D_kk,  M_ij -= L_ki M_kj  (k = %d)", l->name, k);
             guard[k].pivot = row[k];
             guard[k].body = l->link->body;
-            guard[k].limit = kt_op_multiply(
-                g, least, kt_op_add(g, guard[k].limit, d < kt_link_lengths(l->link) ? l->carried : l->size));
+            guard[k].limit = kt_op_add(g, guard[k].limit, d < kt_link_lengths(l->link) ? l->carried : l->size);
             inverse[k] = kt_op_divide(g, one, row[k]);
             kt_op_name(g, row[k], "D%d", k);
             kt_op_name(g, inverse[k], "E%d", k);

@@ -47,9 +47,12 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
         return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];
     int count = 0;
-    for (int i = 0; i < group->loop_count; i++)
+    bool is_known = true; /* a loop of the group without code is a fault of its own */
+    for (int i = 0; i < group->loop_count; i++) {
         count += kt_code_rows_of_loop(model, model->group_loop[group->loop + i]);
-    return count != group->rank[KT_ROWS_ALL]
+        is_known = is_known && kt_code_has_loop_type(model, model->group_loop[group->loop + i]);
+    }
+    return is_known && count != group->rank[KT_ROWS_ALL]
                ? "its equations repeat those of other loops, and the choice among them depends on the position"
                : NULL;
 }

@@ -338,8 +338,11 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
             continue;
         fputs("    if (!(", p->file);
         print_operand(p, guard->pivot, CODE_SUM);
-        fputs(guard->loop == 0 ? " > " : guard->is_near ? " > NEAR_SINGULAR * " : " > SINGULAR * ", p->file);
-        print_operand(p, guard->limit, guard->loop > 0 ? CODE_PRODUCT_RIGHT : CODE_SUM);
+        fputs(guard->loop == 0 ? " > NO_INERTIA * "
+              : guard->is_near ? " > NEAR_SINGULAR * "
+                               : " > SINGULAR * ",
+              p->file);
+        print_operand(p, guard->limit, CODE_PRODUCT_RIGHT);
         fprintf(p->file, "))\n        return %d; /* %s */\n", guard->loop > 0 ? -guard->loop : guard->body,
                 guard->loop > 0 ? kt_loop_name(p->tree->model, guard->loop - 1)
                                 : kt_joint_name(p->tree->model, guard->body));

@@ -25,8 +25,8 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
 /* The mass matrix, nv x nv, column by column, both triangles. */
 void kt_code_mass(kt_code_tree *tree, kt_op *mass);
 
-/* A condition without which a function returns the number of a body: pivot > limit. For an equation of a loop it is
- * pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from 1. */
+/* A condition without which a function returns the number of a body: pivot > NO_INERTIA limit. For an equation of a
+ * loop it is pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from 1. */
 typedef struct kt_code_guard {
     kt_op pivot, limit;
     int body, loop; /* loop: 0 if the guard is that of a body */

@@ -401,3 +401,46 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
         kt_tree_free(&tree);
     }
 }
+
+typedef int float_forward(const void *model, const float *q, const float *v, const float *tau, float *a);
+
+/* Three hinges z, y, z in one point, of which the last link has all inertia: at a small angle of the second one, the
+ * inertia about the first one is J sin^2. In single precision that is rounding of J. */
+static void check_small_inertia(const char *compile, bool is_single) {
+    static kt_generated g;
+    static float one[KT_GENERATED_PARAMETERS];
+    static double two[KT_GENERATED_PARAMETERS];
+    static const double angle[] = {0.0, 1e-5, 1e-4, 5e-4, 0.5};
+    small_tree t;
+    if (!small_tree_make(&t, 3) || !kt_generated_make_some(&g, t.model, KT_CODEGEN_FORWARD, compile, false))
+        return;
+    for (int i = 0; i < g.count; i++) {
+        const bool is_kept = strncmp(g.name[i], "link3_", 6) == 0 && strstr(g.name[i], "_at_") == NULL;
+        one[i] = is_kept ? ((const float *)(const void *)g.standard)[i] : 0.0F;
+        two[i] = is_kept && !is_single ? g.standard[i] : 0.0;
+    }
+    g.prepare(is_single ? (const double *)(const void *)one : two, g.model);
+    for (int k = 0; k < 5; k++) {
+        const double q[3] = {0.3, angle[k], 0.7}, v[3] = {0.0}, tau[3] = {1.0, 0.0, 0.0};
+        const float q1[3] = {0.3F, (float)angle[k], 0.7F}, v1[3] = {0.0F}, tau1[3] = {1.0F, 0.0F, 0.0F};
+        double a[3];
+        float a1[3];
+        float_forward *forward;
+        memcpy(&forward, &g.forward, sizeof forward);
+        const int code = is_single ? forward(g.model, q1, v1, tau1, a1) : g.forward(g.model, q, v, tau, a);
+        const int expected = k == 0 || (is_single && k < 4) ? kt_body_find(t.model, "link1") : 0;
+        kt_note("%s, angle %g", is_single ? "single" : "double", angle[k]);
+        kt_check_equal_int("body without inertia", code, expected);
+    }
+    kt_generated_free(&g);
+    kt_model_free(t.model);
+}
+
+KT_TEST(the_least_inertia_of_a_joint_depends_on_the_precision) {
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    check_small_inertia("cc -O1", false);
+    check_small_inertia("cc -O1 -Dmech_FLOAT", true);
+}
