@@ -142,7 +142,7 @@ static bool has_code_effects(int k) {
 }
 static bool has_equations(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_LOOPS_INDEX ||
-           k == KT_CODEGEN_PROJECT_INDEX || k == CODE_CLOSE || k == CODE_SETTLE;
+           k == KT_CODEGEN_PROJECT_INDEX || k == KT_CODE_CLOSE || k == KT_CODE_SETTLE;
 }
 static bool has_time(const kt_model *model, int k) {
     return kind_of(k)->is_hook || (has_code_effects(k) && kt_code_has_time(model)) ||
