@@ -99,7 +99,7 @@ static void run_adaptive(equations *e, const char *method, double duration, long
 int main(int argc, char **argv) {
     equations e;
     energy_watch watch;
-    if (argc != 5 || !equations_open(&e, argv[1], NULL))
+    if (argc != 5 || !equations_open(&e, argv[1], NULL, KT_ISA_AUTO))
         return 2;
     const double duration = strtod(argv[3], NULL), step = strtod(argv[4], NULL);
     e.limit = 100000000;

@@ -9,11 +9,13 @@ static void print_fault(void *user, const kt_error *fault) {
     fprintf(stderr, "%s: %s\n", fault->where, fault->message);
 }
 
-bool equations_open(equations *e, const char *path, const kt_scene_options *options) {
+bool equations_open(equations *e, const char *path, const kt_scene_options *options, kt_isa isa) {
+    kt_model_options compiled = kt_model_options_default();
+    compiled.isa = isa;
     memset(e, 0, sizeof *e);
     e->scene = kt_scene_default();
     if (kt_scene_read_with(path, options, &e->scene, print_fault, NULL, &e->error) != KT_OK ||
-        kt_model_compile(&e->scene.description, NULL, &e->model, &e->error) != KT_OK ||
+        kt_model_compile(&e->scene.description, &compiled, &e->model, &e->error) != KT_OK ||
         kt_data_create(e->model, &e->data, &e->error) != KT_OK) {
         fprintf(stderr, "%s: %s: %s\n", path, e->error.where, e->error.message);
         return false;

@@ -19,7 +19,8 @@ typedef struct equations {
     kt_error error;
 } equations;
 
-bool equations_open(equations *e, const char *path, const kt_scene_options *options); /* options may be NULL */
+/* options may be NULL. */
+bool equations_open(equations *e, const char *path, const kt_scene_options *options, kt_isa isa);
 void equations_close(equations *e);
 
 /* dydt = f(t, y). Returns 0, or -1 if the mechanism has no acceleration there or the limit is reached. */

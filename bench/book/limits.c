@@ -1,10 +1,10 @@
 /* Evaluations of a scene that a counting tool watches, for bench/book/limits.py.
  *
- *     bench-book-limits SCENE FUNCTION COUNT
+ *     bench-book-limits SCENE FUNCTION COUNT [base]
  *
  * FUNCTION is forward (accelerations, of a tree without effects) or derivatives (those of a tree's forward dynamics by
  * position and velocity). It is evaluated COUNT times at the assembled start. The output is the number of bodies, of
- * freedoms, and of bytes of the model and its data. */
+ * freedoms, and of bytes of the model and its data. base: with the lowest level of the instruction set. */
 #include "equations.h"
 
 #include <stdio.h>
@@ -32,8 +32,8 @@ static kt_status evaluate_derivatives(limits *l) {
                                            NULL, l->out, l->out + square, l->out + 2 * square, &e->error);
 }
 
-static bool open_limits(limits *l, const char *scene) {
-    if (!equations_open(&l->e, scene, NULL))
+static bool open_limits(limits *l, const char *scene, kt_isa isa) {
+    if (!equations_open(&l->e, scene, NULL, isa))
         return false;
     const size_t nv = (size_t)l->e.nv;
     l->tau = calloc(nv + 1, sizeof *l->tau);
@@ -52,9 +52,9 @@ static void close_limits(limits *l) {
 
 int main(int argc, char **argv) {
     static limits l;
-    if (argc != 4)
+    if (argc < 4)
         return 2;
-    kt_status status = open_limits(&l, argv[1]) ? KT_OK : KT_ERROR_MEMORY;
+    kt_status status = open_limits(&l, argv[1], argc > 4 ? KT_ISA_BASE : KT_ISA_AUTO) ? KT_OK : KT_ERROR_MEMORY;
     const bool derives = strcmp(argv[2], "derivatives") == 0;
     const long count = strtol(argv[3], NULL, 10);
     for (long k = 0; k < count && status == KT_OK; k++)

@@ -102,7 +102,7 @@ static const char *find_reference(problem *p, double *spread) {
 int main(int argc, char **argv) {
     problem p = {.end = 0.0};
     double spread = 0.0;
-    if (argc != 5 || !equations_open(&p.e, argv[1], NULL))
+    if (argc != 5 || !equations_open(&p.e, argv[1], NULL, KT_ISA_AUTO))
         return 2;
     p.end = strtod(argv[2], NULL);
     p.seconds = strtod(argv[4], NULL);

@@ -28,7 +28,7 @@ bool peer_scene_open(peer_request *request, peer_scene *scene) {
     options.setting_count = request->setting_count;
     memset(scene, 0, sizeof *scene);
     scene->is_open = true;
-    if (!equations_open(&scene->e, request->scene, &options))
+    if (!equations_open(&scene->e, request->scene, &options, KT_ISA_AUTO))
         return fail(request, "the scene cannot be read");
     if (!kt_twin_known(&scene->e.scene.description))
         return fail(request, "an effect, a joint or a loop of the scene is not built in this engine");

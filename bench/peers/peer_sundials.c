@@ -36,7 +36,7 @@ static bool open_motion(peer_request *request, void **given) {
     motion->request = request;
     options.settings = request->settings;
     options.setting_count = request->setting_count;
-    motion->is_open = equations_open(&motion->e, request->scene, &options);
+    motion->is_open = equations_open(&motion->e, request->scene, &options, KT_ISA_AUTO);
     motion->e.limit = 100000000;
     if (!motion->is_open)
         (void)snprintf(request->reason, PEER_REASON, "the scene cannot be read");

@@ -143,17 +143,19 @@ static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *ro
     free(memory);
 }
 
-/* A driven joint that carries nothing has a row of zeros. Its acceleration does not depend on its inertia, which may be
- * 1 then. */
+/* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. The joint
+ * receives what it carries as an armature; or 1, if it carries nothing. */
 static void load_driven_joints(kt_code_tree *tree, kt_op *mass) {
     const kt_model *model = tree->model;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
         if (r->type != KT_LOOP_MOTION || kt_code_rows_of_loop(model, (int)i) == 0)
             continue;
-        kt_op *diagonal = &mass[(size_t)model->link[model->term[r->term].link].v * (model->n.v + 1)];
-        if (kt_op_is(tree->graph, *diagonal, 0.0))
-            *diagonal = kt_op_number(tree->graph, 1.0);
+        const kt_code_link *l = &tree->link[model->term[r->term].link];
+        kt_op *diagonal = &mass[(size_t)l->link->v * (model->n.v + 1)];
+        const kt_op armature = kt_link_lengths(l->link) > 0 ? l->carried : l->size;
+        *diagonal = kt_op_is(tree->graph, armature, 0.0) ? kt_op_number(tree->graph, 1.0)
+                                                         : kt_op_add(tree->graph, *diagonal, armature);
     }
 }
 
