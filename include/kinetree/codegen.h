@@ -123,10 +123,10 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
- * that roll, slide on curves or surfaces, screw or have given rates; loops that contradict each other by rounding;
- * derivatives with loops; bodies of variable mass, coordinates that move no mass, hard contacts, forces along paths,
- * and effects and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the
- * files). */
+ * that roll, slide on curves or surfaces, or screw; rates of joints in projections and steps; loops that contradict each
+ * other by rounding; derivatives with loops; bodies of variable mass, coordinates that move no mass, hard contacts,
+ * forces along paths, and effects and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE.
+ * Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 
@@ -160,6 +160,7 @@ typedef struct kt_native {
     uint64_t computed;                    /* accelerations that the file has computed */
     uint64_t left; /* accelerations that the library has computed: with wrenches on bodies, next to singular positions
                       of loops, and beyond the range of angles */
+    int refused;   /* what the file last returned in place of an acceleration: a body, or minus a loop; 0: nothing */
 } kt_native;
 
 /* Lets simulations with these options compute accelerations by a generated file, with any method. Projections,

@@ -84,7 +84,8 @@ static int count_coincidence(const kt_model *model, const kt_loop_record *r, uns
 
 /* Whether a loop has one equation with a function of time. */
 static bool has_function(const kt_loop_record *r) {
-    return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING || r->type == KT_LOOP_MOTION;
+    return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING || r->type == KT_LOOP_MOTION ||
+           r->type == KT_LOOP_RATES;
 }
 
 bool kt_code_has_loop_type(const kt_model *model, int loop) {

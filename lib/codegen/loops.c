@@ -12,7 +12,8 @@
  *
  * The equations follow in loop_rows.c. Couplings and driven joints need no ends:
  *
- *   phi = sum of c q - f(t),   A v = sum of c v = f',   A a = f''
+ *   positions   phi = sum of c q - f(t),   A v = sum of c v = f',   A a = f''
+ *   rates       phi = 0,                   A v = sum of c v = f,    A a = f'
  */
 #include "codegen/loop_rows.h"
 #include "kinetree/loop.h"
@@ -40,9 +41,10 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     if (r->group < 0 || model->family != NULL)
         return "parts of the mechanism are switched on and off";
     if (!kt_code_has_loop_type(model, loop))
-        return r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_COUPLING || r->type == KT_LOOP_MOTION
-                   ? "its function depends on other values than the time, or its table is too long"
-                   : "wheels, skates, screws, curves, surfaces, given rates and functions in C are not among the types";
+        return r->type == KT_LOOP_COUPLING || r->curve.type != KT_FUNCTION_NONE
+                   ? "its function is a formula of positions, has more than 100 rows, or follows a parameter that was "
+                     "set"
+                   : "wheels, skates, screws, curves, surfaces and functions in C are not among the types";
     if (model->disagreement > 0.0)
         return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];
@@ -90,9 +92,10 @@ static void read_loop(kt_code_tree *tree, int index) {
     l->value = kt_op_number(tree->graph, 0.0);
     if (r->type == KT_LOOP_DISTANCE && kt_curve_rests(&r->curve))
         l->value = kt_code_curve(tree, &r->curve, l->name, "length", "of the loop, m");
+    static const char *const key[KT_LOOP_TYPE_COUNT] = {
+        [KT_LOOP_COUPLING] = "offset", [KT_LOOP_MOTION] = "position", [KT_LOOP_RATES] = "rate"};
     if (r->term_count > 0 && kt_curve_rests(&r->curve))
-        l->value = kt_code_curve(tree, &r->curve, l->name, r->type == KT_LOOP_MOTION ? "position" : "offset",
-                                 "of the loop, rad or m");
+        l->value = kt_code_curve(tree, &r->curve, l->name, key[r->type], "of the loop, rad or m, or a second");
     for (int k = 0; k < r->term_count; k++) {
         const kt_term_record *term = &model->term[r->term + k];
         const char *joint = tree->body_name[model->link[term->link].body];
@@ -248,7 +251,7 @@ static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
     free(c->column);
 }
 
-/* A relation of positions. */
+/* A relation of positions, sum of c q = f(t), or of rates, sum of c v = f(t). */
 static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
@@ -257,9 +260,10 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph_section(g, "%s: sum of coefficients and positions - offset", c->number->name);
     rows->loop[at] = (int)(r - tree->model->loop);
     rows->block[at] = at;
-    rows->phi[at] = kt_op_negate(g, c->function[0]);
-    rows->rate[at] = c->function[1];
-    rows->right[at] = c->function[2];
+    const bool has_positions = r->type != KT_LOOP_RATES;
+    rows->phi[at] = has_positions ? kt_op_negate(g, c->function[0]) : kt_op_number(g, 0.0);
+    rows->rate[at] = c->function[has_positions ? 1 : 0];
+    rows->right[at] = c->function[has_positions ? 2 : 1];
     kt_op scale = kt_op_number(g, 0.0);
     for (size_t v = 0; v < tree->model->n.v; v++)
         rows->a[(size_t)at * tree->model->n.v + v] = rows->size[(size_t)at * tree->model->n.v + v] =
@@ -273,7 +277,8 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
         const kt_op unit = link->motion == KT_MOTION_PRISMATIC ? tree->loop_length : kt_op_number(g, 1.0);
         const kt_op size = kt_op_call(g, KT_OP_ABS, kt_op_multiply(g, factor, unit), -1);
         *entry = kt_op_add(g, *entry, factor);
-        rows->phi[at] = kt_op_add(g, rows->phi[at], kt_op_multiply(g, factor, q));
+        if (has_positions)
+            rows->phi[at] = kt_op_add(g, rows->phi[at], kt_op_multiply(g, factor, q));
         scale = kt_op_add(g, scale, size);
     }
     rows->scaled[at] = kt_op_divide(g, rows->phi[at], scale);

@@ -31,7 +31,6 @@ def main():
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
     rejected("wheels_are_rejected", 2, "rear_contact: code for this loop cannot be generated", "--c", SCENES / "bicycle.yaml", "--out", "arm.c")
-    rejected("driven_joints_are_the_reason", 2, "jack: code for this loop cannot be generated", "--c", SCENES / "landing-gear.yaml", "--out", "arm.c")
     with tempfile.TemporaryDirectory() as folder:
         rope = pathlib.Path(folder, "rope.yaml")
         rope.write_text(ROPE)

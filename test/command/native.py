@@ -13,10 +13,12 @@ from claims import claim, finish, note, skip
 
 COMMAND, SCENES = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
 EPS = 2.0**-52
-# trees, effects, auxiliary states, loops that pass singular positions, quaternions, fixed steps, implicit methods
+# trees, effects, auxiliary states, loops that pass singular positions, driven joints, quaternions, fixed steps, implicit methods
 COMPARED = """andrews arm7 bead bricard cart-pole conical-pendulum dc-motor double-pendulum engine-mounts fishing-rod five-bar flapping-wings
  flyball-governor four-bar hooke-shaft humanoid lugre n-four-bar-2 n-four-bar-40 peaucellier pid-arm point-pendulum precessing-top puck
- scissor-lift servo-arm shot slider-crank sleeve spinning-top stephenson stewart three-body trolley watt""".split()
+ scissor-lift servo-arm shot slider-crank sleeve spinning-top stephenson stewart three-body trolley watt
+ articulated-rotor flap-track landing-gear mathieu swashplate quarter-car""".split()
+LEFT = {"quarter-car"}  # a driven body without mass, which the library alone can compute
 PLAIN = """kinetree: 1
 gravity: [0, 0, -9.81]
 bodies:
@@ -73,7 +75,7 @@ def compare(folder, name):
             ratio, where = difference / allowed, f"{quantity}: observed {difference:.2g} bound {allowed:.2g}"
     note(f"{name}: ratio {ratio:.2g}  {where}")
     problems += [f"{where}"] if ratio > 1.0 else []
-    problems += [] if " accelerations" in native_words else [f"no report: {native_words}"]
+    problems += [] if (" accelerations" in native_words) != (name in LEFT) else [f"no report: {native_words}"]
     return problems
 
 

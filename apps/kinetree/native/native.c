@@ -275,6 +275,22 @@ static double time_acceleration(const native_race *r, bool natively) {
     return least;
 }
 
+/* Describes the accelerations that the library has computed; "" for none. */
+static void describe_left(const kt_native *native, char text[400]) {
+    const int refused = native->refused;
+    const char *const name = refused < 0   ? kt_loop_name(native->model, -refused - 1)
+                             : refused > 0 ? kt_joint_name(native->model, refused)
+                                           : "";
+    text[0] = '\0';
+    if (native->left > 0)
+        (void)snprintf(text, 400, "; the library computed %s%llu%s%s%s", native->computed == 0 ? "all " : "",
+                       (unsigned long long)native->left,
+                       refused < 0   ? " next to singular positions of "
+                       : refused > 0 ? " because no inertia moves with "
+                                     : "",
+                       kt_show(name).text, refused > 0 ? " alone" : "");
+}
+
 void kt_native_report(const kt_native_code *code, const kt_simulation *simulation) {
     const kt_model *model = code->native.model;
     const size_t nv = (size_t)kt_model_nv(model), states = (size_t)kt_own_state_count(model);
@@ -296,16 +312,16 @@ void kt_native_report(const kt_native_code *code, const kt_simulation *simulatio
         memcpy(kt_own_states(model, data), race.x, states * sizeof *race.x);
     const double library = time_acceleration(&race, false), native = time_acceleration(&race, true);
     const double gain = library - native, count = (double)code->native.computed;
-    char compiler[160] = "the compiled file was in the cache", left[120] = "";
+    char compiler[160] = "the compiled file was in the cache", left[400] = "";
     if (code->seconds > 0.0 && gain > 0.0)
         (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s, which pays from %.2g accelerations on",
                        code->seconds, code->seconds / gain);
     else if (code->seconds > 0.0)
         (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s", code->seconds);
-    if (code->native.left > 0)
-        (void)snprintf(left, sizeof left, "; the library computed %llu more, such as those next to singular positions",
-                       (unsigned long long)code->native.left);
-    if (isnan(gain))
+    describe_left(&code->native, left);
+    if (code->native.computed == 0 && code->native.left > 0)
+        kt_say("--native: leave it out%s", left);
+    else if (isnan(gain))
         kt_say("--native: %.0f accelerations; %s%s", count, compiler, left);
     else if (gain > 0.0)
         kt_say("--native: %.0f accelerations of %.2g us instead of %.2g us saved %.2g s; %s%s", count, 1e6 * native,
