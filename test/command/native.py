@@ -137,6 +137,7 @@ def check_refusals(folder):
             ("contacts_are_rejected", [SCENES / "bouncing-ball.yaml"], 2, "switched, or contacts close", {}),
             ("events_that_set_numbers_are_rejected", [SCENES / "parachute.yaml"], 2, "its events set numbers of the model", {}),
             ("masses_that_vary_are_rejected", [SCENES / "rocket.yaml"], 2, "a mass that changes with time", {}),
+            ("long_code_is_rejected", [SCENES / "rope.yaml"], 2, "slower than the library", {}),
             ("other_formulations_are_rejected", [scene, "--formulation", "absolute"], 2, "absolute formulation", {}),
             ("other_reductions_are_rejected", [SCENES / "four-bar.yaml", "--reduction", "svd"], 2, "its own reduction", {})):
         made = run(folder, *words, "--native", "--out", "rejected.csv", **variables)

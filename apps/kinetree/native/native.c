@@ -30,6 +30,9 @@ static const char own_functions[] = "\n#include <string.h>\n\n"
                                     "    memcpy(&p, numbers, sizeof p);\n"
                                     "    native_prepare(&p, generic);\n}\n";
 
+/* Bytes of a source beyond which it does not pay. */
+enum { SOURCE_MOST = 2000000 };
+
 typedef unsigned long long native_about(int k);
 typedef void native_renew(const double *numbers, void *generic);
 
@@ -76,10 +79,16 @@ static int generate_native(const char *command, const kt_model *model, native_te
         status = status == KT_OK ? KT_ERROR_MEMORY : status;
     if (header != NULL && fclose(header) != 0)
         status = status == KT_OK ? KT_ERROR_MEMORY : status;
-    if (status == KT_OK)
+    if (status == KT_OK && size[0] <= SOURCE_MOST)
         return -1;
     if (status == KT_ERROR_MEMORY)
         return say_native_memory();
+    if (status == KT_OK) {
+        kt_say("%s: --native cannot compute this scene: its code has %.1f MB, which compilers take minutes for, and is "
+               "slower than the library; leave --native out",
+               command, 1e-6 * (double)size[0]);
+        return KT_EXIT_SCENE;
+    }
     kt_say("%s: --native cannot compute this scene: %s%s%s; leave --native out", command, error.where,
            error.where[0] != '\0' ? ": " : "", error.message);
     return KT_EXIT_SCENE;
@@ -275,20 +284,19 @@ static double time_acceleration(const native_race *r, bool natively) {
     return least;
 }
 
-/* Describes the accelerations that the library has computed; "" for none. */
+/* Describes the accelerations that the library has computed; "" for none. A try of a step may diverge to states that
+ * are beyond the range of angles, and there a joint seems to move no inertia. */
 static void describe_left(const kt_native *native, char text[400]) {
-    const int refused = native->refused;
-    const char *const name = refused < 0   ? kt_loop_name(native->model, -refused - 1)
-                             : refused > 0 ? kt_joint_name(native->model, refused)
-                                           : "";
+    const unsigned long long count = native->left;
     text[0] = '\0';
-    if (native->left > 0)
-        (void)snprintf(text, 400, "; the library computed %s%llu%s%s%s", native->computed == 0 ? "all " : "",
-                       (unsigned long long)native->left,
-                       refused < 0   ? " next to singular positions of "
-                       : refused > 0 ? " because no inertia moves with "
-                                     : "",
-                       kt_show(name).text, refused > 0 ? " alone" : "");
+    if (native->computed == 0 && native->refused > 0)
+        (void)snprintf(text, 400, "; the library computed all %llu because no inertia moves with joint '%s' alone",
+                       count, kt_show(kt_joint_name(native->model, native->refused)).text);
+    else if (native->refused < 0)
+        (void)snprintf(text, 400, "; the library computed %llu next to singular positions of loop '%s'", count,
+                       kt_show(kt_loop_name(native->model, -native->refused - 1)).text);
+    else if (count > 0)
+        (void)snprintf(text, 400, "; the library computed %llu, of states beyond the range of the file", count);
 }
 
 void kt_native_report(const kt_native_code *code, const kt_simulation *simulation) {
