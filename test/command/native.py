@@ -32,14 +32,17 @@ def run(folder, *words, **variables):
     return subprocess.run([COMMAND, "run", *map(str, words)], capture_output=True, text=True, cwd=folder, env=environment)
 
 
+def columns(folder, name):
+    rows = list(csv.reader(pathlib.Path(folder, name).open()))
+    return {name: [float(row[k] or "nan") for row in rows[1:]] for k, name in enumerate(rows[0])}
+
+
 def records(folder, *words):
-    """The columns of a run, as lists, and its summary."""
+    """The columns of a run, and its summary."""
     made = run(folder, *words, "--out", "out.csv", "--summary", "out.json")
     if made.returncode != 0:
         return None, None, made.stderr
-    rows = list(csv.reader(pathlib.Path(folder, "out.csv").open()))
-    columns = {name: [float(row[k] or "nan") for row in rows[1:]] for k, name in enumerate(rows[0])}
-    return columns, json.loads(pathlib.Path(folder, "out.json").read_text()), made.stderr
+    return columns(folder, "out.csv"), json.loads(pathlib.Path(folder, "out.json").read_text()), made.stderr
 
 
 def differences(one, other):
@@ -102,10 +105,11 @@ def check_cache(folder):
     claim("second_run_calls_no_compiler", [] if second.returncode == 0 and calls(folder) == 1 and "in the cache" in second.stderr else [second.stderr])
     heavy = run(folder, scene, "--native", "--set", "bodies.rod.mass=3", "--out", "heavy.csv", CC=str(path))
     light = run(folder, scene, "--set", "bodies.rod.mass=3", "--out", "light.csv")
-    off = differences(*[{n: [float(r[k]) for r in rows[1:]] for k, n in enumerate(rows[0])} for rows in
-                        (list(csv.reader(pathlib.Path(folder, name).open())) for name in ("heavy.csv", "light.csv"))])
+    fine, off = heavy.returncode + light.returncode == 0 and calls(folder) == 1, {"energy": (0.0, 0.0)}
+    if fine:
+        off = differences(columns(folder, "heavy.csv"), columns(folder, "light.csv"))
     note(f"another mass: energy differs by {off['energy'][0]:.2g}, bound {1e-9 * off['energy'][1]:.2g}")
-    claim("other_numbers_take_the_same_file", [] if calls(folder) == 1 and heavy.returncode + light.returncode == 0 and off["energy"][0] < 1e-9 * off["energy"][1] else [heavy.stderr])
+    claim("other_numbers_take_the_same_file", [] if fine and off["energy"][0] < 1e-9 * off["energy"][1] else [heavy.stderr])
     failed = run(folder, scene, "--native", "--set", "bodies.rod.joint.type=prismatic", CC=str(path))
     expected = failed.returncode == 4 and "status 3" in failed.stderr and "no disk, says the compiler" in failed.stderr and "leave --native out" in failed.stderr
     claim("a_compiler_that_fails_is_an_error_with_its_words", [] if expected else [failed.stderr])
