@@ -132,6 +132,18 @@ def check_cache(folder):
     claim("processes_at_the_same_time_share_the_file", [] if all(p.returncode == 0 for p in together) and alike and len(kept) == 1 else [*words, *kept])
 
 
+def check_resumed(folder):
+    """A checkpoint is written at each record, and the run continues from the last one."""
+    scene = SCENES / "arm7.yaml"
+    whole = run(folder, scene, "--native", "--out", "whole.csv", "--checkpoint", "state", "--checkpoint-interval", "1e-9")
+    part = pathlib.Path(folder, "whole.csv").read_bytes()
+    again = run(folder, scene, "--native", "--out", "whole.csv", "--resume", "state")
+    same = pathlib.Path(folder, "whole.csv").read_bytes() == part
+    claim("runs_continue_with_native", [] if whole.returncode + again.returncode == 0 and same else [whole.stderr, again.stderr])
+    without = run(folder, scene, "--out", "whole.csv", "--resume", "state")
+    claim("runs_continue_with_the_same_choice", [] if without.returncode == 1 and "had --native; give it here, too" in without.stderr else [without.stderr])
+
+
 def check_refusals(folder):
     scene = pathlib.Path(folder, "rod.yaml")
     scene.write_text(PLAIN)
@@ -161,7 +173,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         problems = [f"{name}: {problem}" for name in COMPARED for problem in compare(folder, name)]
         claim("records_of_bundled_scenes_are_those_of_the_library", problems)
-    for check in (check_cache, check_refusals):
+    for check in (check_cache, check_resumed, check_refusals):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
     finish()

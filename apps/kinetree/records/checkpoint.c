@@ -346,7 +346,9 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
         refuse(content, "there is not enough memory for its warnings and marks");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK ||
                kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
-        refuse(content, error.message);
+        refuse(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
+                        : outcome->is_native ? "the run that wrote it had no --native; leave it out here, too"
+                                             : "the run that wrote it had --native; give it here, too");
     } else {
         kt_warnings_replace(&outcome->warnings, json_object_get(reported, "warnings"));
         if (checkpoint->modes != NULL)

@@ -490,6 +490,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .absolute = absolute,
                               .run = &run,
                               .unprojected = arguments->unprojected,
+                              .is_native = arguments->native,
                               .energy = kt_energy_watch_of(scene, model),
                               .corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};

@@ -123,6 +123,7 @@ typedef struct kt_outcome {
     kt_scene_watch *events;       /* the scene's events; NULL: none */
     const char *name;             /* the scene's name, or the file's if it has none */
     bool unprojected;             /* --unprojected */
+    bool is_native;               /* --native */
     int64_t records;              /* number of records passed to the recorder */
     kt_energy_watch energy;       /* watches the energy of all records */
     uint64_t sound_steps;         /* steps taken at the last record without blow-up */
