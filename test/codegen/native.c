@@ -2,6 +2,7 @@
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 
+#include "kinetree/batch.h"
 #include "kinetree/simulation.h"
 
 #include <float.h>
@@ -160,6 +161,76 @@ KT_TEST(stiff_motions_keep_the_default_method) {
         for (int i = 0; i < n.tree.nq; i++)
             kt_check_near("position", own.y[i], library.y[i], 1e-12 * (1.0 + fabs(library.y[i])));
     }
+    native_tree_free(&n);
+}
+
+/* Members of an ensemble, which end with their states. */
+typedef struct native_members {
+    kt_simulation *simulation[3];
+    int given, ended;
+    kt_status status;
+} native_members;
+
+static int ignore_record(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+static bool next_member(void *user, bool may_block, kt_ensemble_member *member) {
+    native_members *m = user;
+    (void)may_block;
+    if (m->given == 3)
+        return false;
+    *member = (kt_ensemble_member){.simulation = m->simulation[m->given++], .record = ignore_record};
+    return true;
+}
+
+static void end_member(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error) {
+    native_members *m = user;
+    (void)member, (void)error;
+    m->ended++;
+    m->status = status != KT_OK ? status : m->status;
+}
+
+KT_TEST(ensembles_advance_files_one_after_the_other) {
+    static native_tree n;
+    static kt_effect effect[KT_TREE_BODIES];
+    static motion alone;
+    kt_random random = kt_random_of_test();
+    kt_native native[3];
+    kt_tree_state s;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    native_members members = {.status = KT_OK};
+    kt_ensemble *ensemble = NULL;
+    run.integrator = "dopri5";
+    run.duration = 0.2;
+    if (!native_tree_make(&n, &random, effect))
+        return;
+    kt_tree_state_draw(&n.tree, &random, &s);
+    kt_status status = kt_ensemble_create(n.tree.model, &ensemble, &error);
+    for (int i = 0; i < 3 && status == KT_OK; i++) {
+        kt_simulation_options options = kt_simulation_options_default();
+        native[i] = n.native;
+        status = kt_native_use(&native[i], n.tree.model, &options, &error);
+        if (status == KT_OK)
+            status = kt_simulation_create(n.tree.model, &run, &options, &members.simulation[i], &error);
+        if (status == KT_OK)
+            status = kt_simulation_set_state(members.simulation[i], 0.0, s.q, s.v, &error);
+    }
+    for (int i = 0; i < 10 && status == KT_OK && members.ended < 3; i++)
+        status = kt_ensemble_run(ensemble, next_member, end_member, &members, &error);
+    if (kt_tree_fine("ensemble", status, &error) && run_motion(&n, &run, &n.native, &s, 0.0, &alone)) {
+        kt_check_equal_int("members", members.ended, 3);
+        kt_check_equal_int("status", members.status, KT_OK);
+        kt_check_equal_int("alone", (long long)kt_ensemble_report_of(ensemble).together, 0);
+        for (int i = 0; i < 3; i++)
+            kt_check_equal_bits("positions", kt_simulation_positions(members.simulation[i]), alone.y,
+                                (size_t)n.tree.nq);
+    }
+    for (int i = 0; i < 3; i++)
+        kt_simulation_free(members.simulation[i]);
+    kt_ensemble_free(ensemble);
     native_tree_free(&n);
 }
 
