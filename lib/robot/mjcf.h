@@ -167,6 +167,8 @@ enum {
  * that the whole does not have itself, but in copies by a <replicate>. */
 enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
 
+enum { KT_MJCF_ELEMENTS_MOST = 1 << 20 /* copies included */ };
+
 /* Likewise of a body that a <composite> makes: default classes do not apply to it, nor to anything in it. */
 enum { KT_MJCF_BARE = -5 };
 

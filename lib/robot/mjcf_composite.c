@@ -61,6 +61,12 @@ static kt_element *add_cable_element(kt_mjcf *m, kt_element *parent, const cable
         (void)kt_reader_out_of_memory(m->r);
         return NULL;
     }
+    if (++m->elements > KT_MJCF_ELEMENTS_MOST) {
+        if (!kt_draft_is_wrong(&m->draft))
+            (void)kt_mjcf_fault(m, c->element, "cables make more than %d elements of the model",
+                                (int)KT_MJCF_ELEMENTS_MOST);
+        return NULL;
+    }
     size_t count = own;
     memcpy(all, attributes, own * sizeof *all);
     for (size_t i = 0; i < more; i += 2) {
@@ -75,7 +81,6 @@ static kt_element *add_cable_element(kt_mjcf *m, kt_element *parent, const cable
     e->attributes = all;
     e->first = e->last = NULL;
     kt_mjcf_hang_below(parent, e);
-    m->elements++;
     return e;
 }
 
@@ -141,15 +146,26 @@ static kt_vec3 turn_vertex(kt_quat q, kt_vec3 v) {
     return kt_vec3_add(v, kt_vec3_scale(2.0, kt_vec3_cross(axis, once)));
 }
 
+/* Makes room for the vertices that are counted. */
+static bool take_vertices(kt_mjcf *m, cable *c) {
+    if (c->count > VERTICES_MOST)
+        return kt_mjcf_fault(m, c->element, "a cable has at most %d vertices here", (int)VERTICES_MOST);
+    c->vertices = kt_pool_take(&m->r->scratch, 3 * (size_t)c->count, sizeof *c->vertices);
+    return c->vertices != NULL || kt_reader_out_of_memory(m->r);
+}
+
 static bool read_cable_vertices(kt_mjcf *m, cable *c, const char *text) {
-    double *numbers = kt_pool_take(&m->r->scratch, 3 * (VERTICES_MOST + 1), sizeof *numbers);
+    const size_t most = 3 * (VERTICES_MOST + 1), room = strlen(text) / 2 + 1 < most ? strlen(text) / 2 + 1 : most;
+    double *numbers = kt_pool_take(&m->r->scratch, room, sizeof *numbers);
     if (numbers == NULL)
         return kt_reader_out_of_memory(m->r);
-    const int count = kt_parse_numbers(text, 3 * (VERTICES_MOST + 1), numbers);
+    const int count = kt_parse_numbers(text, (int)room, numbers);
     if (count < 6 || count % 3 != 0)
         return kt_mjcf_fault(m, c->element, "vertex: expected three numbers for each of two vertices or more");
     c->count = count / 3;
-    for (int i = 0; i < count && i < 3 * VERTICES_MOST; i++)
+    if (!take_vertices(m, c))
+        return false;
+    for (int i = 0; i < count; i++)
         c->vertices[i] = (float)numbers[i];
     return true;
 }
@@ -185,11 +201,10 @@ static bool make_cable_curve(kt_mjcf *m, cable *c) {
         return false;
     if (!(count[0] >= 2.0) || count[0] != floor(count[0]) || count[1] != 1.0 || count[2] != 1.0)
         return kt_mjcf_fault(m, e, "count: a cable needs a whole number of two vertices or more, and then 1 1");
-    if (count[0] > VERTICES_MOST)
-        c->count = VERTICES_MOST + 1;
-    else
-        c->count = (int)count[0];
-    for (int i = 0; i < c->count && i < VERTICES_MOST; i++) {
+    c->count = (int)fmin(count[0], VERTICES_MOST + 1.0);
+    if (!take_vertices(m, c))
+        return false;
+    for (int i = 0; i < c->count; i++) {
         double v[3];
         for (int k = 0; k < 3; k++) {
             const double s = 3.14159265358979323846 * i * size[2] / (c->count - 1);
@@ -366,13 +381,8 @@ static bool read_cable(kt_mjcf *m, const kt_element *e, cable *c) {
     const char *type = c->geom != NULL ? kt_xml_attribute(c->geom, "type") : NULL;
     if (!kt_mjcf_is_equal(type, "capsule") && !kt_mjcf_is_equal(type, "cylinder") && !kt_mjcf_is_equal(type, "box"))
         return kt_mjcf_fault(m, e, "a cable needs a <geom> whose type is capsule, cylinder or box");
-    c->vertices = kt_pool_take(&m->r->scratch, 3 * VERTICES_MOST, sizeof *c->vertices);
-    if (c->vertices == NULL)
-        return kt_reader_out_of_memory(m->r);
     if (!(text != NULL ? read_cable_vertices(m, c, text) : make_cable_curve(m, c)))
         return false;
-    if (c->count > VERTICES_MOST)
-        return kt_mjcf_fault(m, e, "a cable has at most %d vertices here", (int)VERTICES_MOST);
     const char *instance = plugin != NULL ? kt_mjcf_join(m, e, "composite", c->prefix) : NULL;
     if (plugin != NULL && instance != NULL && read_cable_plugin(m, plugin, instance))
         c->elasticity = plugin;

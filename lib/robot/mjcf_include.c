@@ -8,8 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { ELEMENTS_MOST = 1 << 20 /* copies included */ };
-
 /* ---- elements ---------------------------------------------------------------------------------------------------- */
 
 void kt_mjcf_hang_below(kt_element *parent, kt_element *e) {
@@ -139,7 +137,7 @@ static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const
 /* Copies the children of an element; false if there is no memory, or there are too many elements. */
 static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, const char *suffix) {
     for (const kt_element *e = from->first; e != NULL; e = e->next) {
-        if (++m->elements > ELEMENTS_MOST)
+        if (++m->elements > KT_MJCF_ELEMENTS_MOST)
             return false;
         kt_element *copy = kt_pool_take(&m->r->scratch, 1, sizeof *copy);
         if (copy == NULL)
@@ -194,8 +192,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
     *copies = (kt_element){.name = "frame", .attributes = none};
     if (kt_draft_is_wrong(&m->draft))
         return;
-    if (!(count >= 1.0 && count <= ELEMENTS_MOST && count == floor(count))) {
-        (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)ELEMENTS_MOST);
+    if (!(count >= 1.0 && count <= KT_MJCF_ELEMENTS_MOST && count == floor(count))) {
+        (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)KT_MJCF_ELEMENTS_MOST);
         return;
     }
     int digits = 1;
@@ -208,9 +206,9 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
                        k);
         if (frame == NULL)
             return;
-        if (++m->elements > ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {
+        if (++m->elements > KT_MJCF_ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {
             if (!kt_draft_is_wrong(&m->draft))
-                (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)ELEMENTS_MOST);
+                (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)KT_MJCF_ELEMENTS_MOST);
             return;
         }
         kt_mjcf_hang_below(copies, frame);
