@@ -130,21 +130,18 @@ static void count_lost(void *user, const char *what, int count) {
         *(int *)user += count;
 }
 
-/* The first two are a - k L - c L' with k, c and a / k of 0 or more; the others are not. */
-KT_TEST(forces_that_no_tendon_has_are_counted_as_lost) {
-    static const char *const forces[] = {"3 - 2*length - 0.1*speed",
-                                         "-speed/2",
-                                         "max(1 - length, 0)",
-                                         "2*length",
-                                         "5 + 0*length",
-                                         "-length^2",
-                                         "-3*length*t",
-                                         "-2*(length + 1)"};
+/* The first two are a - k L - c L' with k, c and a / k of 0 or more, the springs and dampers of tendons. The next three
+ * are affine, too: actuators have them. The others are not. */
+KT_TEST(forces_that_neither_a_tendon_nor_an_actuator_has_are_counted_as_lost) {
+    enum { OF_TENDONS = 2, OF_BOTH = 5 };
+    static const char *const forces[] = {"3 - 2*length - 0.1*speed", "-speed/2",           "2*length",  "5 + 0*length",
+                                         "-2*(length + 1)",          "max(1 - length, 0)", "-length^2", "-3*length*t"};
     for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
         char text[500];
         kt_scene scene;
         kt_error error = {0};
         int lost = 0;
+        char written[4000] = "";
         FILE *to = tmpfile();
         (void)snprintf(text, sizeof text,
                        "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, axis: x}, mass: 1}]\neffects:\n"
@@ -157,7 +154,11 @@ KT_TEST(forces_that_no_tendon_has_are_counted_as_lost) {
             return;
         kt_check_equal_int("written", kt_robot_write_scene(&scene, KT_ROBOT_MJCF, NULL, to, count_lost, &lost, &error),
                            KT_OK);
-        kt_check_equal_int(forces[i], lost, i < 2 ? 0 : 1);
+        kt_check_equal_int(forces[i], lost, i < OF_BOTH ? 0 : 1);
+        rewind(to);
+        const size_t length = fread(written, 1, sizeof written - 1, to);
+        kt_check_true("it is written", length > 0 && length < sizeof written - 1);
+        kt_check_equal_int("as an actuator", strstr(written, "<general") != NULL, i >= OF_TENDONS && i < OF_BOTH);
         kt_scene_free(&scene);
         (void)fclose(to);
     }
