@@ -43,6 +43,14 @@ static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) 
         .gain = {area}, .bias_type = AFFINE_BIAS, .bias = {bias[0], bias[1], bias[2]}, .dynamics = dynamics};
 }
 
+/* Numbers of a muscle below zero stand for those that it has already. */
+static void read_positive(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
+    double read[2] = {-1.0, -1.0};
+    read_here(m, e, name, least, most, read);
+    for (int i = 0; i < most; i++)
+        values[i] = read[i] >= 0.0 ? read[i] : values[i];
+}
+
 /* A muscle has its own defaults in place of those that all actuators have. Its attributes are the numbers of the gain,
  * which are those of the bias, too. */
 static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
@@ -53,11 +61,11 @@ static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
         gain[i] = gain[i] == (i == 0 ? 1.0 : 0.0) ? own[i] : gain[i];
     times[0] = times[0] == 1.0 ? 0.01 : times[0];
     times[1] = times[1] == 0.0 ? 0.04 : times[1];
-    read_here(m, e, "timeconst", 1, 2, times);
+    read_positive(m, e, "timeconst", 1, 2, times);
     read_here(m, e, "tausmooth", 1, 1, times + 2);
-    read_here(m, e, "range", 2, 2, gain);
+    read_positive(m, e, "range", 2, 2, gain);
     for (int i = 2; i < KT_MJCF_MUSCLE_NUMBERS; i++)
-        read_here(m, e, names[i - 2], 1, 1, gain + i);
+        read_positive(m, e, names[i - 2], 1, 1, gain + i);
     memcpy(a->bias, gain, sizeof a->bias);
     a->gain_type = MUSCLE;
     a->bias_type = MUSCLE_BIAS;
