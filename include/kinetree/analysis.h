@@ -517,11 +517,12 @@ KT_API kt_energy_watch kt_energy_watch_start(const kt_model *model);
 /* Adds a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE). Does nothing for other records. O(1). */
 KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record);
 
-/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown. */
+/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown or below 1e-20 J. */
 KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
 KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
-/* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, and more than its
- * energy at the start. In the first steps from rest, before the potential energy has fallen, this may be temporary. */
+/* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, more than its
+ * energy at the start, and more than 1e-20 J, which is rounding. In the first steps from rest, before the potential
+ * energy has fallen, this may be temporary. */
 KT_API bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch);
 
 #ifdef __cplusplus

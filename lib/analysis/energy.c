@@ -9,6 +9,10 @@
  * motion about a state at rest whose energy is smaller has no energy scale of its own. */
 #define ROUNDING 1e-12
 
+/* Energies below this are rounding, J: a spring of 1e12 N/m that is off by the rounding of a metre has less. A blow-up
+ * exceeds any energy within a few steps. */
+#define LEAST 1e-20
+
 kt_energy_watch kt_energy_watch_start(const kt_model *model) {
     if (!model)
         return (kt_energy_watch){.start = (double)NAN};
@@ -90,12 +94,12 @@ double kt_energy_watch_error(const kt_energy_watch *watch) {
     if (!watch)
         return (double)NAN;
     const double scale = kt_energy_watch_scale(watch);
-    return scale > 0.0 ? watch->error / scale : 0.0;
+    return scale > 0.0 && watch->error > LEAST ? watch->error / scale : 0.0;
 }
 
 bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch) {
     if (!watch)
         return false;
     const double scale = kt_energy_watch_scale(watch);
-    return scale > 0.0 && watch->gain > KT_ENERGY_BLOW_UP * scale && watch->gain > watch->start_size;
+    return scale > 0.0 && watch->gain > KT_ENERGY_BLOW_UP * scale && watch->gain > fmax(watch->start_size, LEAST);
 }

@@ -262,6 +262,19 @@ KT_TEST(blow_up_is_a_thousandfold_gain) {
     kt_check_true("more than its load", kt_energy_watch_is_blown_up(&watch));
 }
 
+/* An elastic mechanism at rest without gravity: its energy is that of rounding, until it blows up. */
+KT_TEST(rounding_of_a_mechanism_at_rest_is_neither_an_error_nor_a_blow_up) {
+    kt_energy_watch watch = watch_of(KT_ENERGY_DISSIPATED);
+    add(&watch, 0.0, 0.0, 1e-45, none, none);
+    add(&watch, 0.1, 1e-28, 0.0, none, none);
+    add(&watch, 0.2, 3e-27, 2e-26, none, none);
+    kt_check_near("no error", kt_energy_watch_error(&watch), 0.0, 0.0);
+    kt_check_true("no blow-up", !kt_energy_watch_is_blown_up(&watch));
+    add(&watch, 0.3, 1e-10, 0.0, none, none);
+    kt_check_true("a blow-up", kt_energy_watch_is_blown_up(&watch));
+    kt_check_above("and an error", kt_energy_watch_error(&watch), 1.0);
+}
+
 KT_TEST(records_without_energy_say_nothing) {
     kt_energy_watch watch = watch_of(KT_ENERGY_CONSERVED);
     add(&watch, 0.0, none, none, none, none);
