@@ -49,11 +49,13 @@ typedef struct kt_export_muscle {
 /* A force by a formula, in a joint or along a path: an actuator. */
 typedef struct kt_export_actuator {
     const kt_effect *effect;
-    int body, rope;                 /* of the joint; in `ropes`; -1: none */
-    int state;                      /* the auxiliary state w that its force contains; -1: none */
-    double time, control;           /* w' = (control - w) / time, or w' = control if time is 0 */
-    bool is_first;                  /* of the actuators of one effect: it has the name */
-    double bias[3], gain[3];        /* without w, and per w: a constant, by the length and by its rate */
+    int body, rope;          /* of the joint; in `ropes`; -1: none */
+    int state;               /* the auxiliary state w that its force contains; -1: none */
+    double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
+    bool is_first;           /* of the actuators of one effect: it has the name */
+    double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
+    bool has_force_range, has_act_range;
+    double force_range[2], act_range[2];
     const kt_export_muscle *muscle; /* in place of bias and gain; NULL: it is none */
 } kt_export_actuator;
 

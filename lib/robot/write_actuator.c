@@ -13,6 +13,8 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
@@ -22,6 +24,12 @@ typedef struct actuator_formula {
     kt_formula_names names;
     int body; /* of the joint; -1: along a path */
     int states[KT_EXPORT_STATES_MOST], state_count;
+    const char *text; /* without the bounds */
+    bool has_bounds;  /* of the force: then they are `bounds`, without the factor of the text */
+    double bounds[2];
+    double factor;
+    bool has_act_bounds; /* of its state */
+    double act_bounds[2];
 } actuator_formula;
 
 static int find_actuator_state(const actuator_formula *f, int state) {
@@ -109,6 +117,101 @@ static bool fit_actuator(const actuator_formula *f, double b[3], double g[KT_EXP
     return true;
 }
 
+/* ---- bounds ------------------------------------------------------------------------------------------------------ */
+
+/* The end of what is between a parenthesis and its partner; NULL: there is none. */
+static const char *find_partner(const char *open) {
+    int depth = 0;
+    for (const char *at = open; *at != '\0'; at++) {
+        depth += *at == '(' ? 1 : *at == ')' ? -1 : 0;
+        if (depth == 0)
+            return at;
+    }
+    return NULL;
+}
+
+/* Reads "clamp(INNER, a, b)", "min(INNER, b)" or "max(INNER, a)" at the beginning of a text. Moves behind it, and
+ * *inner to its first argument, which ends at *stop. False if it is none of them. */
+static bool read_bounded(const char **at, const char **inner, const char **stop, double bounds[2]) {
+    const char *text = *at, *open = strchr(text, '('), *close = open != NULL ? find_partner(open) : NULL;
+    const bool is_clamp = strncmp(text, "clamp(", 6) == 0, is_min = strncmp(text, "min(", 4) == 0;
+    if (close == NULL || !(is_clamp || is_min || strncmp(text, "max(", 4) == 0))
+        return false;
+    int commas = 0, depth = 0;
+    const char *parts[2] = {NULL, NULL};
+    for (const char *c = open + 1; c < close; c++) {
+        depth += *c == '(' ? 1 : *c == ')' ? -1 : 0;
+        if (*c == ',' && depth == 0 && commas < 2)
+            parts[commas] = c;
+        commas += *c == ',' && depth == 0;
+    }
+    if (commas != (is_clamp ? 2 : 1))
+        return false;
+    bounds[0] = (double)-INFINITY;
+    bounds[1] = (double)INFINITY;
+    for (int i = 0; i < commas; i++) {
+        char *end = NULL;
+        bounds[is_clamp ? i : is_min] = strtod(parts[i] + 1, &end);
+        if (end == parts[i] + 1 || end != (i + 1 < commas ? parts[i + 1] : close))
+            return false;
+    }
+    *inner = open + 1;
+    *stop = parts[0];
+    *at = close + 1;
+    return bounds[0] < bounds[1];
+}
+
+/* Removes the bounds of the activation: "clamp(w, a, b)" becomes "(w)". False if there are several. */
+static bool strip_activation(kt_export *x, char *text, actuator_formula *f) {
+    static const char *const words[] = {"clamp(", "min(", "max("};
+    for (int k = 0; k < x->d->state_count; k++) {
+        const char *name = x->d->states[k].name;
+        const size_t length = strlen(name);
+        for (size_t n = 0; n < 3; n++)
+            for (char *found = strstr(text, words[n]); found != NULL; found = strstr(found + 1, words[n])) {
+                const char *at = found, *inner, *stop;
+                double bounds[2];
+                if (!read_bounded(&at, &inner, &stop, bounds) || (size_t)(stop - inner) != length ||
+                    strncmp(inner, name, length) != 0)
+                    continue;
+                if (f->has_act_bounds || strstr(at, name) != NULL)
+                    return false;
+                f->has_act_bounds = true;
+                memcpy(f->act_bounds, bounds, sizeof bounds);
+                found[0] = '(';
+                memmove(found + 1, inner, length);
+                found[length + 1] = ')';
+                memmove(found + length + 2, at, strlen(at) + 1);
+            }
+    }
+    return true;
+}
+
+/* Finds the text without the bounds of "G*clamp(INNER, a, b)", and without those of an activation. */
+static bool strip_bounds(kt_export *x, const char *text, actuator_formula *f) {
+    const size_t size = strlen(text) + 3;
+    char *copy = kt_pool_take(&x->pool, size, 1), *behind = NULL;
+    const char *inner, *stop, *last = text + strlen(text);
+    if (copy == NULL)
+        return false;
+    f->text = copy;
+    if (text[0] == '(' && find_partner(text) == last - 1) {
+        text++;
+        last--;
+    }
+    f->factor = strtod(text, &behind);
+    const char *at = behind + 1;
+    if (behind != text && *behind == '*' && read_bounded(&at, &inner, &stop, f->bounds) && at == last) {
+        f->has_bounds = true;
+        (void)snprintf(copy, size, "%.*s(%.*s)", (int)(behind + 1 - text), text, (int)(stop - inner), inner);
+    } else {
+        (void)snprintf(copy, size, "%.*s", (int)(last - text), text);
+    }
+    return strip_activation(x, copy, f);
+}
+
+/* ---- which effects are actuators --------------------------------------------------------------------------------- */
+
 /* Finds the control and the time constant of a state, or its rate; false if it follows another law. */
 static bool find_actuator_dynamics(kt_export *x, kt_export_actuator *to) {
     static const double states[] = {-9.0, -0.3, 0.4, 2.0, 30.0};
@@ -173,11 +276,22 @@ static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *
     return true;
 }
 
+static void keep_bounds(const actuator_formula *f, double factor, kt_export_actuator *to) {
+    static const double far = 1e9;
+    for (int i = 0; i < 2; i++) {
+        const double end = f->bounds[factor < 0.0 ? 1 - i : i];
+        to->force_range[i] = factor * (isinf(end) ? copysign(far, end) : end);
+        to->act_range[i] = isinf(f->act_bounds[i]) ? copysign(far, f->act_bounds[i]) : f->act_bounds[i];
+    }
+    to->has_force_range = f->has_bounds;
+    to->has_act_range = f->has_act_bounds;
+}
+
 /* A muscle in the slider of a tendon would need other numbers: an import makes none. */
 static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula *f) {
     kt_export_muscle read, *muscle = NULL;
     if (f->state_count != 1 || (f->body >= 0 && x->role[f->body] == KT_EXPORT_SUM) ||
-        !kt_export_read_muscle(e->formula[0], x->d->states[f->states[0]].rate, &read) || !is_muscle(x, f, &read) ||
+        !kt_export_read_muscle(f->text, x->d->states[f->states[0]].rate, &read) || !is_muscle(x, f, &read) ||
         (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
         return false;
     *muscle = read;
@@ -187,6 +301,7 @@ static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula
                                .is_first = true,
                                .control = read.control,
                                .muscle = muscle};
+    keep_bounds(f, 1.0, &made);
     return add_actuators(x, e, &made, 1);
 }
 
@@ -194,7 +309,7 @@ static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula
     kt_export_actuator made[KT_EXPORT_STATES_MOST] = {0};
     double bias[3], gain[KT_EXPORT_STATES_MOST][3];
     const int count = f->state_count > 0 ? f->state_count : 1;
-    if (!fit_actuator(f, bias, gain))
+    if (!fit_actuator(f, bias, gain) || ((f->has_bounds || f->has_act_bounds) && count > 1))
         return false;
     for (int k = 0; k < count; k++) {
         kt_export_actuator *a = &made[k];
@@ -207,6 +322,7 @@ static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula
         if (a->state >= 0 && !find_actuator_dynamics(x, a))
             return false;
         shift_actuator(x, a);
+        keep_bounds(f, f->factor, a);
     }
     return add_actuators(x, e, made, count);
 }
@@ -215,8 +331,8 @@ bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
     const bool is_path = e->end_count == 2;
     actuator_formula f = {.body = is_path ? -1 : kt_export_scalar(x, e->joint)};
     return e->type == KT_EFFECT_EXPRESSION && e->law == NULL && e->end_count != 1 && (is_path || f.body >= 0) &&
-           parse_actuator(x, e->formula[0], e, &f) && find_actuator_variables(&f) &&
-           (take_affine(x, e, &f) || take_muscle(x, e, &f));
+           e->formula[0] != NULL && strip_bounds(x, e->formula[0], &f) && parse_actuator(x, f.text, e, &f) &&
+           find_actuator_variables(&f) && (take_affine(x, e, &f) || take_muscle(x, e, &f));
 }
 
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
@@ -233,6 +349,12 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     else
         fprintf(x->stream, " %s=\"%s\"", x->role[d->body] == KT_EXPORT_SUM ? "tendon" : "joint",
                 kt_joint_name_of(kt_export_body(x, d->body)));
+    if (d->has_force_range)
+        kt_export_numbers(x, "forcerange", d->force_range, 2);
+    if (d->has_act_range)
+        kt_export_numbers(x, "actrange", d->act_range, 2);
+    if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort))
+        kt_export_lose(x, KT_EXPORT_EFFORTS);
     if (d->muscle != NULL) {
         kt_export_write_muscle(x, d->muscle);
         fputs("/>\n", x->stream);
@@ -246,8 +368,6 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     fputs(" biastype=\"affine\"", x->stream);
     kt_export_numbers(x, "biasprm", d->bias, 3);
     fputs("/>\n", x->stream);
-    if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort))
-        kt_export_lose(x, KT_EXPORT_EFFORTS);
 }
 
 void kt_export_formula_actuators(kt_export *x) {

@@ -205,16 +205,27 @@ KT_TEST(random_muscles_come_back) {
     }
 }
 
-/* A delay and a bound of an activation are none of these forms. */
+KT_TEST(bounds_of_forces_and_activations_come_back) {
+    come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"
+                    "<general name='f' joint='a' gear='-2' dyntype='filterexact' dynprm='.4' gainprm='3' "
+                    "biastype='affine' biasprm='.1 -4 -.2' forcerange='-1 2' actrange='-.3 .6'/>"
+                    "<position name='p' tendon='l' kp='9' kv='.4' gear='-1.5' forcerange='-.5 .7'/>"
+                    "<muscle name='m' joint='b' gear='1.3' lengthrange='-2 3' force='40' forcerange='-9 0'/>"
+                    "</actuator><keyframe><key name='k' ctrl='.7 .2 .5' act='.1 .3'/></keyframe>"),
+              "");
+}
+
+/* A delay is none of these forms, and neither is a bounded sum with several activations. */
 KT_TEST(forces_of_other_forms_are_left_out_and_told) {
     static const char text[] =
-        MODEL("<actuator><motor name='d' joint='a' delay='.1'/><general name='f' joint='b' dyntype='filterexact' "
-              "dynprm='.2' actrange='-1 .5'/></actuator><keyframe><key name='k' ctrl='.7 0' act='0'/></keyframe>");
+        MODEL("<actuator><motor name='d' joint='a' delay='.1'/><general name='e' joint='b' dyntype='filterexact' "
+              "dynprm='.2' actrange='-1 .5'/><general name='f' joint='b' dyntype='filterexact' dynprm='.3' "
+              "actrange='-1 .5'/></actuator><keyframe><key name='k' ctrl='.7 0 0' act='0 0'/></keyframe>");
     machine here;
     told t;
     if (read_machine(text, "k", &here)) {
         free(write_model(&here.scene.description, &t));
-        kt_check_text("lost", t.text, "effects of type expression 2\nauxiliary states 1\n");
+        kt_check_text("lost", t.text, "effects of type expression 2\nauxiliary states 2\n");
     }
     free_machine(&here);
 }
