@@ -229,3 +229,21 @@ KT_TEST(forces_of_other_forms_are_left_out_and_told) {
     }
     free_machine(&here);
 }
+
+/* MuJoCo bounds each of its actuators, and the sum of all in a joint, but not the sum of two of them. */
+KT_TEST(bounded_sums_of_several_states_are_left_out_and_told) {
+    static const char text[] =
+        "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, axis: x}, mass: 1, inertia: [1, 1, 1]}]\n"
+        "states:\n  x: {rate: \"1 - x\"}\n  y: {rate: \"2 - y\"}\neffects:\n"
+        "  - {type: expression, joint: a, force: \"2*clamp(x + y, -1, 1)\"}\n";
+    kt_scene scene;
+    kt_error error = {0};
+    told t;
+    if (!kt_check_equal_int("read", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), KT_OK)) {
+        kt_note("%s: %s", error.where, error.message);
+        return;
+    }
+    free(write_model(&scene.description, &t));
+    kt_check_text("lost", t.text, "effects of type expression 1\nauxiliary states 2\n");
+    kt_scene_free(&scene);
+}
