@@ -605,25 +605,6 @@ static void begin_tries(kt_simulation *simulation, double t1) {
         simulation->event_root[k].due = false;
 }
 
-/* The end of the repeated step. If the step has not reached the instant, this is beyond its end t1, but not beyond a
- * step that has reached it. */
-static double within(kt_simulation *simulation, double instant, double t1) {
-#if KT_HAS_EVENTS
-    if (!(instant > t1)) {
-        simulation->event_beyond = t1;
-        return instant;
-    }
-    const double end = instant < simulation->event_beyond ? instant : 0.5 * (t1 + simulation->event_beyond);
-    for (size_t k = 0; k < simulation->event_count; k++)
-        if (simulation->event_root[k].due)
-            simulation->event_root[k].time = end;
-    return end;
-#else
-    (void)simulation, (void)t1;
-    return instant;
-#endif
-}
-
 /* Whether this is the first search of a step. */
 static bool is_first_search(kt_simulation *simulation) {
 #if KT_HAS_EVENTS
@@ -680,7 +661,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         pass(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
-    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : within(simulation, instant, t1);
+    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : kt_simulation_end_within(simulation, instant);
     kt_integrator_retreat(simulation->integrator, instant - t0);
     *again = instant - t0 > shortest(simulation, instant);
     *t_limit = instant;

@@ -119,6 +119,24 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
+double kt_simulation_end_within(kt_simulation *simulation, double instant) {
+#if KT_HAS_EVENTS
+    const double t1 = kt_integrator_time(simulation->integrator);
+    if (!(instant > t1)) {
+        simulation->event_beyond = t1;
+        return instant;
+    }
+    const double end = instant < simulation->event_beyond ? instant : 0.5 * (t1 + simulation->event_beyond);
+    for (size_t k = 0; k < simulation->event_count; k++)
+        if (simulation->event_root[k].due)
+            simulation->event_root[k].time = end;
+    return end;
+#else
+    (void)simulation;
+    return instant;
+#endif
+}
+
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) {
     if (error->code != KT_ERROR_CALLBACK || !kt_simulation_is_recoverable(simulation->cause.code))
         simulation->cause = *error;
