@@ -106,7 +106,7 @@ struct kt_contacts {
     bool rubs;            /* some contacts have friction */
     bool rests;           /* bounces accumulate: contacts that touch come to rest */
     bool jams;            /* friction wedges a contact that slips: an impulse stops it */
-    bool releases, holds; /* likewise: it is released, or held */
+    bool releases, holds; /* likewise: it is released, or all that are held stick */
     int wedged;           /* this contact */
     bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_event_watch watch; /* the event handler, extended for slip that reverses */
@@ -182,9 +182,8 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
-/* Finds the contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. Returns whether its slip
- * is slower than its rest velocity, there or when the step began: that evaluation may be a stage far behind. */
-bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact);
+/* The contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. */
+int kt_contacts_find_wedged(const kt_simulation *simulation);
 
 /* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at
  * rest slips forwards. Friction that is released does not act. */

@@ -58,19 +58,17 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
     return s[0] * d[0] + s[1] * d[1];
 }
 
-bool kt_contacts_find_wedged(const kt_simulation *simulation, int *contact) {
+int kt_contacts_find_wedged(const kt_simulation *simulation) {
     const kt_model *model = simulation->model;
     const struct kt_contacts *c = simulation->contacts;
     const size_t wedged = model->n.slip > 0 ? kt_slip_problem_of(simulation->data)->wedged : 0;
-    *contact = -1;
+    int contact = 0;
     if (wedged >= model->n.slip)
-        return false;
+        return -1;
     const kt_loop_record *loop = kt_slip_loop(model, wedged);
-    const double *s = simulation->data->slip_velocity + 2 * wedged;
-    do
-        (*contact)++;
-    while (&model->loop[c->item[*contact].loop] != loop);
-    return fmin(kt_hypot(s[0], s[1]), simulation->contact_state[*contact].speed) <= loop->rest_velocity;
+    while (&model->loop[c->item[contact].loop] != loop)
+        contact++;
+    return contact;
 }
 
 /* Whether contact k slips in a model. */

@@ -197,12 +197,14 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
         item->refused = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
-    item->friction *= c->holds && c->list[line] == c->wedged ? holding : 1.0;
+    const bool is_held = c->holds && kt_integrator_time(simulation->integrator) <
+                                         simulation->contact_state[c->item[c->list[line]].of].held;
+    item->friction *= is_held ? holding : 1.0;
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
-    if (speed > (ends ? stops : kt_contact_resting)) {
+    if (!is_held && speed > (ends ? stops : kt_contact_resting)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;

@@ -44,7 +44,7 @@
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* Attempts to free a contact that friction wedges. */
-enum { STOP, RELEASE, HOLD, IMPULSES = 4, LAST = HOLD + 1 + IMPULSES, ATTEMPTS };
+enum { RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
 
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
@@ -253,40 +253,32 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
-/* Frees the contact that friction wedged in the last evaluation. There are five attempts, in this order:
+/* Frees the contact that friction wedged in the last evaluation. The attempts are, in this order:
  *
- *     STOP       slow slip comes to rest
  *     RELEASE    the contact is released, if it then parts
- *     HOLD       slow slip is held for a short time
  *     then       impulses without a collision stop the slip, up to IMPULSES times
- *     LAST       slip is held for a short time, at whatever speed
+ *     HOLD       its slip is held for a short time; once for each contact
  *
  * Returns false if no attempt is left. */
 static bool free_wedged(kt_simulation *simulation, int *attempt) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_ERROR_CONSTRAINT;
-    const bool slow = kt_contacts_find_wedged(simulation, &c->wedged);
-    while (c->wedged >= 0 && status != KT_OK && *attempt < ATTEMPTS) {
+    c->wedged = kt_contacts_find_wedged(simulation);
+    while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
         kt_error made = {0};
-        if ((now == STOP || now == HOLD) && !slow)
-            continue;
         for (int k = 0; k < c->n; k++)
             c->item[k].meets = c->item[k].leaves = false;
-        double *stops_below = &simulation->contact_state[c->wedged].stops_below;
-        *stops_below = now == LAST ? HUGE_VAL : 0.0;
-        c->holds = now == HOLD || now == LAST;
-        c->stops = now == STOP || c->holds;
         c->releases = now == RELEASE;
-        c->jams = now > HOLD && now < LAST;
+        c->jams = now > RELEASE && now < HOLD;
+        c->holds = now >= HOLD;
         if (c->holds)
             kt_contact_hold(simulation, c->item[c->wedged].of);
         status = resolve_once(simulation, &made);
-        simulation->memory.contacts.rested += c->stops && status == KT_OK;
+        simulation->memory.contacts.rested += c->holds && status == KT_OK;
         if (c->jams && status != KT_OK) /* another impulse would fail, too */
-            *attempt = LAST;
-        c->stops = c->releases = c->holds = c->jams = false;
-        *stops_below = 0.0;
+            *attempt = HOLD;
+        c->releases = c->holds = c->jams = false;
     }
     return status == KT_OK;
 }
