@@ -11,9 +11,9 @@
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. */
 #define SLIP_FIELDS(X)                                                                                                 \
-    X(double, column, kt_half_response_count(count->v, 2 * n), "of unit forces: half columns")                         \
+    X(double, column, kt_half_response_count(count->v, 2 * n), "of unit forces: half columns in each group")           \
     X(double, unit_force, 2 * n * count->v, "joint forces of a unit of force along each axis of each contact")         \
-    X(double, friction, count->v, "joint forces of friction")                                                          \
+    X(double, factor, 2 * n, "of these: friction")                                                                     \
     X(double, change, 2 * n * count->row, "of a group's multipliers, due to these")                                    \
     X(double, by_normal, 2 * n * n, "of normal forces, due to these")                                                  \
     X(double, by_rate, 4 * n * n, "of J a, due to these")                                                              \

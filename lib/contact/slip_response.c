@@ -55,6 +55,7 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
 
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     const size_t n = model->n.slip, count = p->per * n;
+    double *column = p->column;
     find_unit_forces(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
@@ -63,30 +64,32 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
         if (!kt_half_has_terms(model, data, g))
             continue;
         KT_BY_ISA(model->isa, , kt_half_respond,
-                  (model, data, g, p->unit_force, (int)count, p->column, p->change, p->per == 2 ? p->by_rate : NULL));
+                  (model, data, g, p->unit_force, (int)count, column, p->change, p->per == 2 ? p->by_rate : NULL));
         for (size_t k = 0; k < n; k++) {
             const kt_loop_record *loop = kt_slip_loop(model, k);
             for (size_t j = 0; j < count && loop->group == (int32_t)g && slot_of(model, loop) >= 0; j++)
                 p->by_normal[j * n + k] = p->change[j * rows + (size_t)slot_of(model, loop)];
         }
+        column += kt_half_response_count((size_t)model->group[g].v_count, count);
     }
 }
 
 bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    const size_t n = model->n.slip, nv = model->n.v, end = model->n.planar > 0 ? model->n.spatial : model->n.link;
-    double *force = p->friction, *found = data->scratch;
-    memset(force, 0, nv * sizeof *force);
-    for (size_t j = 0; j < p->per * n; j++) {
+    const size_t count = p->per * model->n.slip, nv = model->n.v;
+    const size_t end = model->n.planar > 0 ? model->n.spatial : model->n.link;
+    double *column = p->column, *found = data->scratch;
+    for (size_t j = 0; j < count; j++) {
         const size_t k = j / p->per;
         const double along = p->per == 2 ? data->slip_direction[j] : 1.0;
-        const double size = -kt_slip_friction(model, k) * data->slip_normal[k] * along;
-        for (size_t i = 0; i < nv; i++)
-            force[i] += size * p->unit_force[j * nv + i];
+        p->factor[j] = -kt_slip_friction(model, k) * data->slip_normal[k] * along;
     }
-    for (size_t g = 0; g < model->n.group; g++)
-        if (kt_half_has_terms(model, data, g))
-            KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, force, p->column));
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (!kt_half_has_terms(model, data, g))
+            continue;
+        KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, p->factor, (int)count, column));
+        column += kt_half_response_count((size_t)model->group[g].v_count, count);
+    }
     memcpy(found, a, nv * sizeof *a);
     KT_BY_ISA(model->isa, , kt_spatial_links_resume, (model, data, at->v, end, found));
     if (!kt_all_finite(found, nv))

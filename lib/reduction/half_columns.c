@@ -398,7 +398,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
-    if (group->rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, group))
+    if (group->rank[KT_ROWS_ALL] == 0)
         return true;
     place(model, data, g, &h);
     find_free(model, data, group, &h);
@@ -480,13 +480,27 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
     }
 }
 
-void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *force,
+/* Replaces the half columns of so many forces by that of their sum, in the first lane of the first vector. */
+static void combine_columns(const kt_half *h, const double *factor, int count, kt_v4 *u) {
+    for (int l = 0; l < h->m; l++) {
+        kt_v4 sum = kt_v4_splat(0.0);
+        for (int j = 0; j < count; j += LANES) {
+            kt_v4 by = kt_v4_splat(0.0);
+            for (int r = 0; r < LANES && j + r < count; r++)
+                by[r] = factor[j + r];
+            sum += by * u[(size_t)(j / LANES) * (size_t)h->m + (size_t)l];
+        }
+        u[l] = kt_v4_splat((sum[0] + sum[1]) + (sum[2] + sum[3]));
+    }
+}
+
+void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
                                    double *column) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     place(model, data, g, &h);
-    find_force_columns(model, data, group, &h, force, 1, (kt_v4 *)(void *)column);
+    combine_columns(&h, factor, count, (kt_v4 *)(void *)column);
     find_change(&h, column, h.multiplier);
     for (int r = 0; r < h.rank; r++)
         w.multiplier[h.slot[r]] += h.multiplier[r];

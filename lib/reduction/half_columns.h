@@ -65,14 +65,16 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
  * on is not projected. Stores what its multiplier is found from, as kt_group_assemble.
  *
- * kt_half_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass. Stores
- * lambda. Returns false if the equations are not independent, or a number is not finite.
+ * kt_half_solve adds the multipliers' accelerations of a group that is not locked to the joints' free ones, between
+ * backward and forward pass. Stores lambda. Returns false if the equations are not independent, or a number is not
+ * finite.
  *
  * kt_half_respond finds responses to more joint forces f_j (nv each), after `solve`. Adds f_i' a to rate unless it is
  * NULL (count x count), with the accelerations a due to f_j. Stores the changes of lambda in the columns of `change`
  * (row_count numbers each, by slots). column: kt_half_response_count numbers.
  *
- * kt_half_add_forces adds joint forces, after `solve`: to lambda, and to the free accelerations of the joints.
+ * kt_half_add_forces adds the sum of these forces, times factors: to lambda, and to the free accelerations of the
+ * joints. It takes `column` as `respond` left it, and overwrites it.
  *
  * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. It is in
  * spatial_links.c. */
@@ -83,7 +85,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
     bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
     void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,   \
                                double *column, double *change, double *rate);                                          \
-    void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *force,                 \
+    void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,     \
                                   double *column);                                                                     \
     void kt_spatial_links_resume_##isa(const kt_model *model, kt_data *data, const double *v, size_t end, double *a);
 KT_HALF_DECLARE_ISA(baseline)

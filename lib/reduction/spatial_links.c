@@ -152,7 +152,7 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
         const int32_t link = model->group_link[model->group[g].link];
 #ifndef KT_LANES
         if (data->special_form[g] && model->group[g].form == KT_FORM_DENSE) {
-            if (!KT_KERNEL(kt_half_solve)(model, data, g))
+            if (!kt_group_is_locked(model, &model->group[g]) && !KT_KERNEL(kt_half_solve)(model, data, g))
                 return (size_t)link;
             continue;
         }

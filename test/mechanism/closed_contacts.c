@@ -297,3 +297,73 @@ static void compare_trees(int bodies) {
 KT_TEST(contacts_of_short_trees_obey_their_equations) { compare_trees(3); }
 
 KT_TEST(contacts_of_trees_obey_their_equations) { compare_trees(6); }
+
+/* Boxes of which two corners slip. More than ten switches have no model of each set. */
+enum { BOXES = 2, CORNERS = 2 };
+static const char *const box_names[BOXES] = {"b0", "b1"};
+
+typedef struct boxes {
+    kt_body body[BOXES];
+    kt_effect effect[BOXES * CORNERS];
+    double q[7 * BOXES], v[6 * BOXES];
+} boxes;
+
+static void add_box(boxes *b, int i, int box) {
+    const double at[7] = {2.0 * box, 0.0, 0.12, 1.0}, rate[6] = {0.5 - box, 0.3 * box, 0.0, 0.0, 0.0, 0.7 + box};
+    kt_body *body = &b->body[i];
+    *body = kt_body_default();
+    body->name = box_names[i];
+    body->joint.type = KT_JOINT_FREE;
+    body->mass = 1.0 + box;
+    body->com = kt_vec3_make(0.01, 0.02 * box, 0.03);
+    body->inertia = (kt_sym3){0.2, 0.21, 0.25 + 0.1 * box, 0.01, 0.0, 0.02};
+    for (int k = 0; k < CORNERS; k++) {
+        kt_effect *contact = &b->effect[CORNERS * i + k];
+        *contact = kt_effect_default();
+        contact->type = KT_EFFECT_CONTACT;
+        contact->between[0].body = box_names[i];
+        contact->between[0].at = kt_vec3_make(k == 0 ? 0.3 : -0.2, 0.2 * k - 0.2, -0.1);
+        contact->radius = 0.02;
+        contact->restitution = 0.0;
+        contact->friction = 0.2 + 0.1 * box + 0.05 * k;
+    }
+    memcpy(b->q + 7 * (size_t)i, at, sizeof at);
+    memcpy(b->v + 6 * (size_t)i, rate, sizeof rate);
+}
+
+/* Evaluates so many boxes, from the box `first` on. */
+static bool slide_boxes(int first, int count, double *a) {
+    boxes b;
+    kt_description d = kt_description_default();
+    kt_model *made = NULL;
+    kt_data *data = NULL;
+    kt_error e = {0};
+    uint64_t set = 0;
+    for (int i = 0; i < count; i++)
+        add_box(&b, i, first + i);
+    d.bodies = b.body;
+    d.body_count = count;
+    d.effects = b.effect;
+    d.effect_count = CORNERS * count;
+    d.gravity = kt_vec3_make(0.5, 0.0, -9.81);
+    if (!kt_tree_fine("boxes", kt_model_compile(&d, NULL, &made, &e), &e))
+        return false;
+    for (int k = 0; k < CORNERS * count; k++)
+        set |= kt_switch_bits(made, 2 * k);
+    const kt_model *model = kt_model_switched(made, set);
+    const bool good =
+        kt_tree_fine("data", kt_data_create(model, &data, &e), &e) &&
+        kt_tree_fine("acceleration", kt_acceleration_evaluate(model, data, 0.0, b.q, b.v, NULL, NULL, a, &e), &e);
+    kt_data_free(data);
+    kt_model_free(made);
+    return good;
+}
+
+/* Contacts of two bodies are in two groups, each of which has responses of its own. */
+KT_TEST(boxes_slide_together_as_each_alone) {
+    double both[12], alone[12];
+    if (!slide_boxes(0, 2, both) || !slide_boxes(0, 1, alone) || !slide_boxes(1, 1, alone + 6))
+        return;
+    for (int i = 0; i < 12; i++)
+        kt_check_near("acceleration", both[i], alone[i], 1e-13);
+}
