@@ -148,6 +148,8 @@ static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return 
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
 /* The j-th number of the Jacobian of row k. */
 double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
+/* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */
+void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
 /* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude that their rounding is relative to.
  * It is at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The
  * sum of the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */

@@ -66,6 +66,17 @@ double kt_contact_entry(const struct kt_contacts *c, int k, size_t j) {
     return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(kt_contact_row(c->all, contact) + c->component[k])];
 }
 
+void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row) {
+    const size_t nv = c->all->n.v;
+    for (int i = from; i < c->touching; i++)
+        row[i] = 0.0;
+    for (size_t j = 0; j < nv; j++) {
+        const double x = kt_contact_entry(c, k, j);
+        for (int i = from; x != 0.0 && i < c->touching; i++)
+            row[i] += x * c->response[(size_t)i * nv + j];
+    }
+}
+
 /* sign (J x - right), *size: the sum of the terms' magnitudes. */
 static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
     const kt_contact *contact = &c->item[c->list[k]];

@@ -63,12 +63,7 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
     if (status == KT_OK)
         status = kt_mass_inverse_apply(inverse, m, c->response, error);
     for (int i = 0; status == KT_OK && i < m; i++)
-        for (int k = 0; k < m; k++) {
-            double sum = 0.0;
-            for (size_t j = 0; j < nv; j++)
-                sum += kt_contact_entry(c, i, j) * c->response[(size_t)k * nv + j];
-            W[i * m + k] = sum;
-        }
+        kt_contacts_multiply(c, i, 0, W + (ptrdiff_t)i * m);
     return status;
 }
 

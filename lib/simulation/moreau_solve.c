@@ -128,13 +128,13 @@ static kt_status respond(kt_simulation *simulation, int first, kt_error *error) 
     if (status == KT_OK)
         status = kt_mass_inverse_apply((kt_mass_inverse *)(void *)c->inverse_memory, c->touching - first,
                                        c->response + (size_t)first * nv, error);
-    for (int r = first; status == KT_OK && r < c->touching; r++)
-        for (int s = 0; s <= r; s++) {
-            double sum = 0.0;
-            for (size_t j = 0; j < nv; j++)
-                sum += kt_contact_entry(c, s, j) * c->response[(size_t)r * nv + j];
-            c->W[r * m->stride + s] = c->W[s * m->stride + r] = sum;
-        }
+    for (int s = 0; status == KT_OK && s < c->touching; s++) {
+        const int from = s > first ? s : first;
+        double *W = c->W + (size_t)s * (size_t)m->stride;
+        kt_contacts_multiply(c, s, from, W);
+        for (int r = from; r < c->touching; r++)
+            c->W[r * m->stride + s] = W[r];
+    }
     return status;
 }
 
