@@ -143,7 +143,7 @@ static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *ro
     free(memory);
 }
 
-/* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. The joint
+/* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. It
  * receives what it carries as an armature; or 1, if it carries nothing. */
 static void load_driven_joints(kt_code_tree *tree, kt_op *mass) {
     const kt_model *model = tree->model;
