@@ -422,6 +422,26 @@ static void free_made(code_made *made) {
     free(made);
 }
 
+/* Joints and loops whose pivots are zero by structure, in any position: the code would divide by it. */
+static kt_status check_pivots(const code_made *made, kt_error *error) {
+    const kt_model *model = made->tree.model;
+    for (int k = 0; k < KT_CODE_FUNCTIONS; k++)
+        for (int i = 0; i < made->f[k].guard_count; i++) {
+            const kt_code_guard *guard = &made->f[k].guard[i];
+            const kt_op_node *pivot = &made->graph.node[guard->pivot];
+            if (pivot->kind != KT_OP_CONSTANT || pivot->value > 0.0)
+                continue;
+            return kt_error_set(error, KT_ERROR_MODEL,
+                                guard->loop > 0 ? kt_loop_name(model, guard->loop - 1)
+                                                : kt_body_name(model, guard->body),
+                                "code for accelerations divides by %s, which is zero here; %s, leave out forward, its "
+                                "derivatives, acceleration and project, or use the library",
+                                guard->loop > 0 ? "what the equation moves" : "the inertia that the joint moves",
+                                guard->loop > 0 ? "remove the loop" : "give the body a mass");
+        }
+    return KT_OK;
+}
+
 /* Makes the graphs of functions. free_made releases *all, which is NULL after an error. */
 static kt_status make_graphs(const kt_model *model, unsigned functions, bool constant, code_made **all,
                              kt_error *error) {
@@ -456,8 +476,12 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     }
     if (!fine)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
-    *all = made;
-    return KT_OK;
+    const kt_status sound = check_pivots(made, error);
+    if (sound != KT_OK)
+        free_made(made);
+    else
+        *all = made;
+    return sound;
 }
 
 kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant, FILE *source,

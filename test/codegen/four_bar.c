@@ -255,7 +255,7 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
         rows[2 * i + 1] = 0.5 + 0.001 * i;
     }
     f.loop.function = kt_function_table(rows, 2 * 101, KT_INTERPOLATION_LINEAR);
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "its table is too long");
+    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "has more than 100 rows");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.description.loop_count = 0;
