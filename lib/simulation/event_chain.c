@@ -144,8 +144,13 @@ void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) 
 }
 
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
+#if KT_HAS_EVENTS
     const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
     return k < kt_simulation_contact_events(simulation) && simulation->contact_calls->ends(simulation, k, last);
+#else
+    (void)simulation, (void)k;
+    return false;
+#endif
 }
 
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k) {
