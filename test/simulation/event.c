@@ -140,6 +140,35 @@ KT_TEST(chain_of_events_without_end_ends_in_words) {
     kt_model_free(model);
 }
 
+/* Puts the ball 3e-12 m above the floor again. */
+static int lift(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const double q = 3e-12, v = -1.0;
+    (void)what, (void)user;
+    return kt_simulation_jump(simulation, &q, &v, error) == KT_OK ? 0 : -1;
+}
+
+/* Events follow each other at equal intervals of 3e-12 s. After 64 of them in a row, the error reports the chain, long
+ * before the limit of 10,000 instants. */
+KT_TEST(events_in_a_row_at_once_end_in_words) {
+    kt_lone lone;
+    kt_error error = {0};
+    told t = {.restitution = 0.0};
+    ball_make(&lone);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation,
+        &(kt_event){
+            .name = "floor", .function = height, .action = lift, .user = &t, .direction = KT_DIRECTION_FALLING});
+    kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
+    kt_check_contains("message", error.message, "without end");
+    kt_check_below("events", (double)kt_simulation_event_count(simulation, "floor"), 70.0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* With an energy balance, the energy lost in an impact counts as dissipated. The first impact dissipates 9.81 J (1 -
  * e^2). */
 KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
