@@ -640,8 +640,9 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
     kt_status status = find_roots(simulation, may_shorten, repetition >= SETTLES, &first, &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
-    const bool ends = repetition >= REPETITIONS || fabs(t1 - instant) <= least_width(simulation, t1);
-    const bool fires = instant < HUGE_VAL && ends;
+    const bool ends =
+        repetition >= REPETITIONS && !(t1 - instant > together(t1) && kt_simulation_skips_contact(simulation));
+    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(simulation, t1) || ends);
     if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                               simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
@@ -660,7 +661,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
         pass(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
-    instant = kt_simulation_end_within(simulation, instant);
+    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : kt_simulation_end_within(simulation, instant);
     kt_integrator_retreat(simulation->integrator, instant - t0);
     *again = instant - t0 > shortest(simulation, instant);
     *t_limit = instant;

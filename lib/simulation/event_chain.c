@@ -143,6 +143,14 @@ void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) 
     simulation->ahead = true;
 }
 
+bool kt_simulation_skips_contact(const kt_simulation *simulation) {
+    const double *last = simulation->event_value + (KT_EVENT_VALUES - 2) * simulation->size.event;
+    bool skips = false;
+    for (size_t k = 0; k < kt_simulation_contact_events(simulation); k++)
+        skips = skips || (!simulation->event_root[k].due && simulation->event_memory[k].side > 0 && last[k] < 0.0);
+    return skips;
+}
+
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
 #if KT_HAS_EVENTS
     const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];

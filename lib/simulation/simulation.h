@@ -245,9 +245,11 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
 bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
 
-/* Parts of the search of events (event_chain.c). This one notes the error of an event, unless the cause of a failed
- * evaluation is known. */
+/* Parts of the search of events (event_chain.c). The first one notes the error of an event, unless the cause of a
+ * failed evaluation is known. The second one returns whether a contact changes its side within the last step, and not
+ * at the instant that is due. */
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
+bool kt_simulation_skips_contact(const kt_simulation *simulation);
 /* The end of the repeated step. If the step has not reached the instant, this is beyond its end t1, but not beyond a
  * step that has reached it. */
 double kt_simulation_end_within(kt_simulation *simulation, double instant);
