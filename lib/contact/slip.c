@@ -56,8 +56,9 @@
 #include <math.h>
 #include <stdio.h>
 
-/* The largest 1 - G_ii of a reaction that counts as wedged. */
-static const double wedged = 1e-9;
+/* The largest 1 - G_ii of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
+ * Stages of a fixed step behind the end of slip have such forces, and would throw the body. */
+static const double wedged = 1e-3;
 /* The largest slip velocity that counts as zero, m/s. */
 static const double still = 1e-14;
 /* tau0, s; and s0, m/s; one over the largest x. */
