@@ -145,13 +145,8 @@ KT_API KT_CHECKED kt_status kt_codegen_numbers(const kt_model *model, unsigned f
 typedef int kt_native_acceleration(const void *generic, double t, const double *q, const double *v, const double *x,
                                    const double *tau, double *a);
 
-/* A generated file that is linked to the program, or loaded.
- *
- *     static arm_model prepared;
- *     arm_prepare(&arm_default, &prepared);
- *     kt_native arm = {.structure = arm_STRUCTURE, .acceleration = arm_acceleration, .prepared = &prepared};
- *     status = kt_native_use(&arm, model, &options, &error);
- */
+/* A generated file that is linked to the program, or loaded. The caller sets the first three members. The page
+ * include/pages/generated-c.md has a program. */
 typedef struct kt_native {
     uint64_t structure;                   /* NAME_STRUCTURE of the header */
     kt_native_acceleration *acceleration; /* NAME_acceleration */
