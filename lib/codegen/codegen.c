@@ -442,6 +442,10 @@ static kt_status check_pivots(const code_made *made, kt_error *error) {
     return KT_OK;
 }
 
+static kt_status refuse_memory(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
+}
+
 /* Makes the graphs of functions. free_made releases *all, which is NULL after an error. */
 static kt_status make_graphs(const kt_model *model, unsigned functions, bool constant, code_made **all,
                              kt_error *error) {
@@ -460,22 +464,20 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     if (kt_code_count_loop_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
         functions |= 1u << KT_CODE_CLOSE | 1u << KT_CODE_SETTLE;
     code_made *made = calloc(1, sizeof *made);
-    bool fine = made != NULL;
-    if (fine) {
-        made->functions = functions;
-        kt_graph_init(&made->graph);
-        fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
-        if (fine)
-            kt_code_tree_regroup(&made->tree);
-        for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
-            if (functions & 1u << k && !kind_of(k)->is_text)
-                fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
-        fine = fine && !made->graph.failed;
-        if (!fine)
-            free_made(made);
+    if (made == NULL)
+        return refuse_memory(error);
+    made->functions = functions;
+    kt_graph_init(&made->graph);
+    bool fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
+    if (fine)
+        kt_code_tree_regroup(&made->tree);
+    for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
+        if (functions & 1u << k && !kind_of(k)->is_text)
+            fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
+    if (!fine || made->graph.failed) {
+        free_made(made);
+        return refuse_memory(error);
     }
-    if (!fine)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
     const kt_status sound = check_pivots(made, error);
     if (sound != KT_OK)
         free_made(made);
