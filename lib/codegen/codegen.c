@@ -404,7 +404,7 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
 
 /* ---- both files ------------------------------------------------------------------------------------------------- */
 
-/* What a call makes before it prints. */
+/* The graphs of a call, which are made before any text is written. */
 typedef struct code_made {
     unsigned functions; /* with those that they call */
     kt_graph graph;

@@ -102,8 +102,8 @@ static bool may_be_unresolved(const kt_simulation *simulation) {
     return simulation->step == 0.0 || simulation->memory.event_many > EXACT;
 }
 
-/* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known.
- * *compression: the first phase of Poisson's rule; empty if all contacts follow Newton's rule. */
+/* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. The
+ * first phase of Poisson's rule becomes *compression. It is empty if all contacts follow Newton's rule. */
 static bool begin(kt_simulation *simulation, const double *W, const double *u, bool limits,
                   kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;

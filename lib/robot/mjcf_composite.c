@@ -1,10 +1,12 @@
 /* Cables of MJCF: <composite type="cable"> becomes a chain of bodies, before default classes are found.
  *
  * The vertices p_0 ... p_n are given, or lie on a curve. Edge i from p_i to p_(i+1) has the length l_i, the direction
- * t_i and a body. The body has its origin in p_i and its x axis along t_i. It turns about p_i by a ball joint. The
- * others of its axes follow the curve without twist:
- *     n_0 = (t_0 x t_1) x t_0,   n_i = n_(i-1) rotated about t_(i-1) x t_i by the angle between both edges,
- * and the frame has the columns t_i, n_i, t_i x n_i. Straight cables have n = 0, so that the columns are no rotation.
+ * t_i and a body. The body has its origin in p_i and its x axis along t_i. It turns about p_i by a ball joint. Its
+ * other axes follow the curve without twist:
+ *
+ *     n_0 = (t_0 x t_1) x t_0,   n_i = n_(i-1) rotated about t_(i-1) x t_i by the angle between both edges
+ *
+ * The frame has the columns t_i, n_i and t_i x n_i. Straight cables have n = 0, so that the columns are no rotation.
  * The quaternion is then that of MuJoCo's formula for such columns, which keeps a cable along x straight.
  *
  * As in MuJoCo, vertices are single-precision numbers, and default classes do not apply. Source: user_composite.cc. */

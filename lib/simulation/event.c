@@ -350,8 +350,8 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
     return slope * last < 0.0 ? *end - last / slope : HUGE_VAL;
 }
 
-/* Finds the roots of all events in a panel, in `root` and `side`; *first: the earliest one so far. settles: an awaited
- * end of slip is at the end of the step if the slip is below its rest velocity there. */
+/* Finds the roots of all events in a panel, in `root` and `side`. The earliest one so far becomes *first. settles: an
+ * awaited end of slip is at the end of the step if the slip is below its rest velocity there. */
 static kt_status find_roots_in(kt_simulation *simulation, const double *times, bool settles, double *first,
                                kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);

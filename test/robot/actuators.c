@@ -1,5 +1,7 @@
 /* Forces by formulas as actuators of MJCF: models with activations and spatial tendons are written and read back. At
  * random states the forces and the rates of activations are the same. */
+#include "told.h"
+
 #include "check.h"
 #include "random.h"
 
@@ -13,16 +15,6 @@
 #include <string.h>
 
 enum { TRIALS = 20, COORDINATES_MOST = 20 };
-
-typedef struct told {
-    char text[2000];
-} told;
-
-static void hear(void *user, const char *what, int count) {
-    told *t = user;
-    const size_t length = strlen(t->text);
-    (void)snprintf(t->text + length, sizeof t->text - length, "%s %d\n", what, count);
-}
 
 static char *write_model(const kt_description *d, told *t) {
     kt_error error = {0};

@@ -1,5 +1,7 @@
 /* Mechanisms written as robots. Read back, they have the same mass matrix, places and loops. The writer reports all
  * losses. */
+#include "told.h"
+
 #include "../scene_files.h"
 #include "check.h"
 #include "random.h"
@@ -17,16 +19,6 @@
 #include <unistd.h>
 
 /* ---- writing and reading back ------------------------------------------------------------------------------------ */
-
-typedef struct told {
-    char text[2000];
-} told;
-
-static void hear(void *user, const char *what, int count) {
-    told *t = user;
-    const size_t length = strlen(t->text);
-    (void)snprintf(t->text + length, sizeof t->text - length, "%s %d\n", what, count);
-}
 
 static kt_status write_back(const kt_description *d, kt_robot_format format, told *t, char **text, kt_error *error) {
     size_t size = 0;
