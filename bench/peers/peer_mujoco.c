@@ -46,13 +46,16 @@ static void stiffen(mjModel *model) {
     model->opt.tolerance = 1e-14;
 }
 
-/* On failure the reason is that of the file. */
+/* On failure the reason is that of the file, unless an old version merely does not know constraints of sites. */
 static mjModel *build_twin(mujoco_run *run) {
-    peer_request ignored = *run->request;
+    peer_request twin_request = *run->request;
     char reason[KT_MUJOCO_REASON];
     size_t size = 0;
-    if (!peer_scene_open(&ignored, &run->scene))
+    if (!peer_scene_open(&twin_request, &run->scene)) {
+        if (strstr(run->request->reason, "'site1'") != NULL)
+            memcpy(run->request->reason, twin_request.reason, sizeof twin_request.reason);
         return NULL;
+    }
     const kt_twin twin = peer_scene_twin(&run->scene);
     char *text = kt_mujoco_twin_write(&twin, run->request->interval / peer_steps(run->request), &size);
     run->is_twin = true;
