@@ -167,12 +167,12 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
     double residual = kt_cone_residual(cone, of, y);
     memcpy(cone->z, y, (size_t)m * sizeof *y);
     double delta = 1e-2;
-    while (delta > 1e-7 && residual > polished) {
+    while (delta > 1e-7 && residual > cone->enough) {
         memcpy(cone->near_W, of->W, (size_t)(m * m) * sizeof *y);
         for (int i = 0; i < m; i++)
             cone->near_W[i * m + i] += delta;
         bool done = true;
-        for (int outer = 0; outer < 6 && residual > polished && done; outer++) {
+        for (int outer = 0; outer < 6 && residual > cone->enough && done; outer++) {
             for (int i = 0; i < m; i++)
                 cone->near_b[i] = of->b[i] - delta * cone->z[i];
             done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);

@@ -94,37 +94,76 @@ static void swap_rows(int n, double *A, double *x, int a, int b, int from) {
     x[b] = t;
 }
 
-static void eliminate_below(int n, double *A, double *x, int k) {
+/* Contacts share bodies with a few others, most of them nearby: the rest of the row k behind `end` is zero. */
+static int end_of_row(int n, const double *A, int k) {
+    int end = n;
+    while (end > k + 1 && A[k * n + end - 1] == 0.0)
+        end--;
+    return end;
+}
+
+/* Returns the row below with the largest entry in the next column. */
+static int eliminate_below(int n, double *A, double *x, int k) {
+    const int end = end_of_row(n, A, k);
     const double over = 1.0 / A[k * n + k];
+    double most = -1.0;
+    int largest = k + 1;
     for (int i = k + 1; i < n; i++) {
         const double factor = A[i * n + k] * over;
-        if (factor == 0.0)
-            continue;
-        for (int j = k + 1; j < n; j++)
+        for (int j = k + 1; j < end && factor != 0.0; j++)
             A[i * n + j] -= factor * A[k * n + j];
         x[i] -= factor * x[k];
+        if (k + 1 < n && fabs(A[i * n + k + 1]) > most) {
+            most = fabs(A[i * n + k + 1]);
+            largest = i;
+        }
     }
+    return largest;
+}
+
+/* The largest magnitude of n numbers, by four at once. */
+static double largest_of(int n, const double *x) {
+    double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
+    int i = 0;
+    for (; i + 4 <= n; i += 4) {
+        a = fabs(x[i]) > a ? fabs(x[i]) : a;
+        b = fabs(x[i + 1]) > b ? fabs(x[i + 1]) : b;
+        c = fabs(x[i + 2]) > c ? fabs(x[i + 2]) : c;
+        d = fabs(x[i + 3]) > d ? fabs(x[i + 3]) : d;
+    }
+    for (; i < n; i++)
+        a = fabs(x[i]) > a ? fabs(x[i]) : a;
+    return fmax(fmax(a, b), fmax(c, d));
+}
+
+/* x_i of R x = y, row i. */
+static double substitute_row(int n, const double *A, const double *x, int i) {
+    const int end = end_of_row(n, A, i);
+    double sum[2] = {0.0, 0.0};
+    int j = i + 1;
+    for (; j + 1 < end; j += 2) {
+        sum[0] += A[i * n + j] * x[j];
+        sum[1] += A[i * n + j + 1] * x[j + 1];
+    }
+    if (j < end)
+        sum[0] += A[i * n + j] * x[j];
+    return (x[i] - (sum[0] + sum[1])) / A[i * n + i];
 }
 
 /* Partial pivoting; false where a pivot is lost. */
 static bool eliminate_partially(int n, double *A, double *x) {
-    double most = 0.0;
-    for (int i = 0; i < n * n; i++)
-        most = fabs(A[i]) > most ? fabs(A[i]) : most;
+    const double least = 1e-11 * largest_of(n * n, A);
+    int r = 0;
+    for (int i = 1; i < n; i++)
+        r = fabs(A[i * n]) > fabs(A[r * n]) ? i : r;
     for (int k = 0; k < n; k++) {
-        int r = k;
-        for (int i = k + 1; i < n; i++)
-            r = fabs(A[i * n + k]) > fabs(A[r * n + k]) ? i : r;
-        if (!(fabs(A[r * n + k]) > 1e-11 * most))
+        if (!(fabs(A[r * n + k]) > least))
             return false;
         swap_rows(n, A, x, k, r, k);
-        eliminate_below(n, A, x, k);
+        r = eliminate_below(n, A, x, k);
     }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int j = i + 1; j < n; j++)
-            x[i] -= A[i * n + j] * x[j];
-        x[i] /= A[i * n + i];
-    }
+    for (int i = n - 1; i >= 0; i--)
+        x[i] = substitute_row(n, A, x, i);
     return true;
 }
 
@@ -136,13 +175,14 @@ static void eliminate_completely(int n, double *A, double *x, int *order, double
         order[i] = i;
     for (; rank < n; rank++) {
         int r = rank, c = rank;
-        for (int i = rank; i < n; i++)
-            for (int j = rank; j < n; j++)
-                if (fabs(A[i * n + j]) > fabs(A[r * n + c])) {
-                    r = i;
-                    c = j;
-                }
-        const double pivot = fabs(A[r * n + c]);
+        double pivot = 0.0;
+        for (int i = rank; i < n; i++) {
+            const double own = largest_of(n - rank, A + i * n + rank);
+            r = own > pivot ? i : r;
+            pivot = own > pivot ? own : pivot;
+        }
+        while (c < n - 1 && fabs(A[r * n + c]) < pivot)
+            c++;
         first = rank == 0 ? pivot : first;
         if (!(pivot > 1e-11 * first))
             break;
@@ -155,7 +195,7 @@ static void eliminate_completely(int n, double *A, double *x, int *order, double
         const int t = order[rank];
         order[rank] = order[c];
         order[c] = t;
-        eliminate_below(n, A, x, rank);
+        (void)eliminate_below(n, A, x, rank);
     }
     for (int i = rank - 1; i >= 0; i--) {
         double sum = x[i];

@@ -54,7 +54,7 @@ def bin_of(count, friction):
             lines.append(f"  - {{name: s{i}-{name}, type: contact, point: s{i}.c, radius: {RADIUS}, plane: {{body: world, at: {list(at)}}}, axis: {list(axis)}, {law}}}")
         for j in range(i):
             lines.append(f"  - {{name: s{i}-s{j}, type: contact, point: s{i}.c, radius: {RADIUS}, plane: s{j}.c, radius2: {RADIUS}, {law}}}")
-    lines += ["simulate: {duration: 1.5, contact: steps, step: 4e-3}", "output: {interval: 0.1, record: [velocity, energy, effect], markers: [" + ", ".join(f"s{i}.c" for i in range(count)) + "]}"]
+    lines += [f"simulate: {{duration: {3 if friction > 0 else 1.5}, contact: steps, step: 4e-3}}", "output: {interval: 0.1, record: [velocity, energy, effect], markers: [" + ", ".join(f"s{i}.c" for i in range(count)) + "]}"]
     return "\n".join(lines) + "\n"
 
 
