@@ -21,6 +21,13 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+/* Before version 7 a context has a pointer in place of a communicator. */
+#if SUNDIALS_VERSION_MAJOR >= 7
+#define NO_COMMUNICATOR SUN_COMM_NULL
+#else
+#define NO_COMMUNICATOR NULL
+#endif
+
 static const long most_steps = 10000000;
 const char *const sundials_methods[] = {"cvode-adams", "cvode-bdf", "erk5", "erk8", "dirk5", "ida", NULL};
 
@@ -43,25 +50,25 @@ const char *sundials_version(void) {
     return SUNDIALSGetVersion(text, sizeof text) == 0 ? text : "unknown";
 }
 
-static int rate_of(realtype t, N_Vector y, N_Vector dydt, void *user) {
+static int rate_of(sunrealtype t, N_Vector y, N_Vector dydt, void *user) {
     session *s = user;
     return equations_rate(s->e, t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));
 }
 
-static int residual_of(realtype t, N_Vector y, N_Vector dydt, N_Vector residual, void *user) {
+static int residual_of(sunrealtype t, N_Vector y, N_Vector dydt, N_Vector residual, void *user) {
     const int failed = rate_of(t, y, residual, user);
     N_VLinearSum(1.0, dydt, -1.0, residual, residual);
     return failed;
 }
 
-static int project_step(realtype t, N_Vector y, void *user) {
+static int project_step(sunrealtype t, N_Vector y, void *user) {
     session *s = user;
     bool changed = false;
     return equations_project(s->e, t, N_VGetArrayPointer(y), &changed);
 }
 
 /* The correction of CVODE's projection: y + correction is on the loops. The error estimate stays as it is. */
-static int project_correction(realtype t, N_Vector y, N_Vector correction, realtype epsilon, N_Vector error,
+static int project_correction(sunrealtype t, N_Vector y, N_Vector correction, sunrealtype epsilon, N_Vector error,
                               void *user) {
     (void)epsilon;
     (void)error;
@@ -86,7 +93,7 @@ static bool put_record(const session *s, int record) {
 
 static const char *run_cvode(session *s, bool adams) {
     void *solver = CVodeCreate(adams ? CV_ADAMS : CV_BDF, s->context);
-    realtype t = 0.0;
+    sunrealtype t = 0.0;
     bool good = solver != NULL && CVodeInit(solver, rate_of, 0.0, s->y) == CV_SUCCESS &&
                 CVodeSStolerances(solver, s->tolerance, s->tolerance) == CV_SUCCESS &&
                 CVodeSetUserData(solver, s) == CV_SUCCESS && CVodeSetMaxNumSteps(solver, most_steps) == CV_SUCCESS &&
@@ -106,7 +113,7 @@ static const char *run_cvode(session *s, bool adams) {
 
 static const char *run_erk(session *s, int order) {
     void *solver = ERKStepCreate(rate_of, 0.0, s->y, s->context);
-    realtype t = 0.0;
+    sunrealtype t = 0.0;
     const bool good = solver != NULL && ERKStepSetOrder(solver, order) == ARK_SUCCESS &&
                       ERKStepSStolerances(solver, s->tolerance, s->tolerance) == ARK_SUCCESS &&
                       ERKStepSetUserData(solver, s) == ARK_SUCCESS &&
@@ -122,7 +129,7 @@ static const char *run_erk(session *s, int order) {
 
 static const char *run_dirk(session *s) {
     void *solver = ARKStepCreate(NULL, rate_of, 0.0, s->y, s->context);
-    realtype t = 0.0;
+    sunrealtype t = 0.0;
     const bool good = solver != NULL && ARKStepSetOrder(solver, 5) == ARK_SUCCESS &&
                       ARKStepSStolerances(solver, s->tolerance, s->tolerance) == ARK_SUCCESS &&
                       ARKStepSetUserData(solver, s) == ARK_SUCCESS &&
@@ -139,7 +146,7 @@ static const char *run_dirk(session *s) {
 
 static const char *run_ida(session *s) {
     void *solver = IDACreate(s->context);
-    realtype t = 0.0;
+    sunrealtype t = 0.0;
     const bool good = solver != NULL && rate_of(0.0, s->y, s->rate, s) == 0 &&
                       IDAInit(solver, residual_of, 0.0, s->y, s->rate) == IDA_SUCCESS &&
                       IDASStolerances(solver, s->tolerance, s->tolerance) == IDA_SUCCESS &&
@@ -166,7 +173,7 @@ static const char *run_method(session *s, const char *method) {
 static const char *run_session(session *s, const char *method, double *y) {
     const sunindextype n = (sunindextype)s->e->n;
     const char *failed = "no memory";
-    if (SUNContext_Create(NULL, &s->context) != 0)
+    if (SUNContext_Create(NO_COMMUNICATOR, &s->context) != 0)
         return failed;
     s->y = N_VNew_Serial(n, s->context);
     s->rate = N_VNew_Serial(n, s->context);
