@@ -276,3 +276,21 @@ class Picture:
                 f'role="img"><title>{self.title}</title><style>{STYLE}.n{{stroke-width:1.2}}.nf{{fill:#24292f}}'
                 f'@media (prefers-color-scheme:dark){{.nf{{fill:#d5dbe2}}}}</style>\n'
                 f'<path class="card" d="M0 0H{width}V{height}H0z"/>\n' + "\n".join(self.parts) + "\n</svg>\n")
+
+
+def names(p, loop, first, second):
+    """The names of both bodies of a joint or a loop."""
+    p.text(first, "first" if loop else "parent", "a")
+    p.text(second, "second" if loop else "body", "a")
+
+
+def flat_turn(p, centre, radius, begin, end, style="m"):
+    """An arc with a head, in the plane of the picture."""
+    points = [(centre[0] + radius * math.cos(math.radians(t)), centre[1] - radius * math.sin(math.radians(t)))
+              for t in (begin + (end - begin) * k / 16 for k in range(17))]
+    p.path(points, style)
+    p.head(points[-1], (points[-1][0] - points[-2][0], points[-1][1] - points[-2][1]), style)
+
+
+def flat_box(p, x, y, width, height, kind):
+    p.path([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], f"{kind}2", True)
