@@ -22,7 +22,8 @@ import ctext
 import sources
 
 # Headers of other libraries, and of batches; the last two include all others.
-ABSENT_HEADERS = ('batch', 'study', 'scene', 'import', 'export', 'codegen', 'kinetree', 'compat')
+STUDY_HEADERS = ('study', 'formulation', 'dae')
+ABSENT_HEADERS = ('batch', *STUDY_HEADERS, 'scene', 'import', 'export', 'codegen', 'kinetree', 'compat')
 ABSENT_FUNCTIONS = {'kt_rollout_width', 'kt_rollout_gradients', 'kt_rollout_gradients_work_size'}  # of rollout_lanes.c
 SIZES = 'base/struct_size.c'  # a list of all public structs
 
@@ -435,7 +436,7 @@ def system_headers(body):
 def write_fmu(root, output, dependencies):
     """The functions of FMI stand before the dual numbers, whose macros remain."""
     plain, dual = sources.core(root / 'lib')
-    amalgam = Amalgam(root, tuple(name for name in ABSENT_HEADERS if name not in ('scene', 'study', 'batch')))
+    amalgam = Amalgam(root, tuple(name for name in ABSENT_HEADERS if name not in ('scene', *STUDY_HEADERS, 'batch')))
     parts = Parts(amalgam, plain + sources.fmu(root), dual)
     for path, condition in parts.plain:
         amalgam.source(path, condition, parts.names[path])

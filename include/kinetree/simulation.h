@@ -1,4 +1,4 @@
-/* Simulation: the settings of a run, steps, records and checkpoints.
+/* Simulation: steps, inputs, events, records and checkpoints. Its settings are a run (run.h).
  *
  *     static int print_record(const kt_record *record, void *user) {
  *         return fprintf((FILE *)user, "%g s: %g\n", record->time, record->q[0]) < 0;
@@ -25,9 +25,12 @@
 #define KINETREE_SIMULATION_H
 
 #include "kinetree/dynamics.h"
+#include "kinetree/equations.h"
 #include "kinetree/integrator.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/model.h"
+#include "kinetree/record.h"
+#include "kinetree/run.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -36,205 +39,10 @@
 extern "C" {
 #endif
 
-/* ---- the settings of a run --------------------------------------------------------------------------------------- */
-
-/* The values of kt_metric. X(id, name in scene files) */
-#define KT_METRIC_LIST(X)                                                                                              \
-    X(KT_METRIC_IDENTITY, identity)                                                                                    \
-    X(KT_METRIC_MASS, mass)
-
-/* The quantities that a record can contain, as bits, in the order in which records are written. X(id, bit, name in
- * scene files)
- *
- * KT_RECORD_BALANCE requests the energies and the works: those of effects, of applied torques and wrenches, and of
- * driven loops. Two additional equations integrate the works with the motion, using the same method. These equations do
- * not affect the step size, so the motion has the same bits with and without a balance. The steps are chosen for the
- * motion; a drift of the balance shows how accurately they integrate the powers. A run without a balance has no
- * additional cost. */
-#define KT_RECORD_LIST(X)                                                                                              \
-    X(KT_RECORD_POSITION, 1, position)         /* q */                                                                 \
-    X(KT_RECORD_VELOCITY, 2, velocity)         /* v */                                                                 \
-    X(KT_RECORD_ACCELERATION, 4, acceleration) /* a */                                                                 \
-    X(KT_RECORD_ENERGY, 8, energy)             /* kinetic and potential */                                             \
-    X(KT_RECORD_BALANCE, 64, balance)          /* energies and works */                                                \
-    X(KT_RECORD_CONSTRAINT, 16, constraint)    /* residuals of loops */                                                \
-    X(KT_RECORD_REACTION, 32, reaction)        /* in joints and loops */                                               \
-    X(KT_RECORD_BEARING, 262144, bearing)      /* in joints, without effects and drives */                             \
-    X(KT_RECORD_MULTIPLIER, 128, multiplier)   /* of the loops' equations */                                           \
-    X(KT_RECORD_MOMENTUM, 256, momentum)       /* linear, and angular about the world's origin */                      \
-    X(KT_RECORD_ORIENTATION, 512, orientation) /* of bodies */                                                         \
-    X(KT_RECORD_MARKER_VELOCITY, 1024, marker velocity)                                                                \
-    X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
-    X(KT_RECORD_EFFECT, 4096, effect)   /* forces and motions of effects (kt_effect_quantity_at) */                    \
-    X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */                  \
-    X(KT_RECORD_STATE, 16384, state)    /* auxiliary states (kt_state) */                                              \
-    X(KT_RECORD_ANGULAR_VELOCITY, 32768, angular velocity)         /* of bodies */                                     \
-    X(KT_RECORD_ANGULAR_ACCELERATION, 65536, angular acceleration) /* of bodies */                                     \
-    X(KT_RECORD_SINGULAR_VALUE, 131072, singular value)            /* the least one of the loops' Jacobian */          \
-    X(KT_RECORD_GRAVITY, 524288, gravity)                          /* joint forces that balance gravity */
-
-/* The bits of the quantities that are recorded. */
-enum {
-    KT_RECORD_DEFAULT = 0, /* position, velocity, energy; constraint if there are loops; auxiliary states */
-#define KT_RECORD_ENUM(id, bit, name) id = bit,
-    KT_RECORD_LIST(KT_RECORD_ENUM)
-#undef KT_RECORD_ENUM
-};
-
-/* The names of a body and of one of its markers. */
-typedef struct kt_marker_pair {
-    const char *body, *marker; /* names of the body and of the marker */
-} kt_marker_pair;
-
-/* The `simulate` and `output` parts of a scene. */
-typedef struct kt_run {
-    double duration;               /* s */
-    const char *integrator;        /* a name for kt_method_find; NULL: chosen for the model (kt_run_method) */
-    double step;                   /* s; > 0: fixed step, and the tolerances are not used */
-    double relative, absolute;     /* tolerances of an adaptive method, for the numbers of q and v */
-    double max_step;               /* s; the longest step of an adaptive method; 0: only features of functions limit
-                                      it */
-    double rho;                    /* the spectral radius at infinity of two-step, 0 to 1; other methods ignore it */
-    kt_metric metric;              /* for kt_model_options, as is plan: a simulation uses the metric and the plan of its
-                                      compiled model */
-    kt_plan plan;                  /* as metric */
-    double interval;               /* s between records; 0: about 1000 records */
-    unsigned record;               /* KT_RECORD_ bits */
-    const kt_marker_pair *markers; /* the markers with recorded positions */
-    int marker_count;              /* length of markers */
-} kt_run;
-
-/* Returns the defaults: a duration of 10 s, and dopri5 with tolerances of 1e-9. Further defaults are rho 0.6, metric
- * identity, plan auto and the default records. Simulations with dopri5 take little memory. If a scene file names no
- * method, its run has integrator NULL (kt_run_method). */
-KT_API kt_run kt_run_default(void);
-
-/* The shortest duration above 0, s. Floating-point numbers cannot divide a shorter one into steps and records. */
-#define KT_DURATION_LEAST 1e-280
-
-/* Checks the settings of a run. kt_simulation_init makes this check as well.
- *   The times are finite and not negative. The duration is 0, or at least KT_DURATION_LEAST.
- *   The step (max_step if the step is adaptive) exceeds the rounding of times up to the duration.
- *   The number of records can be counted: at most 2^53.
- *   With an adaptive step the tolerances are finite and not negative, and one of them is above zero. The relative
- *     tolerance is 0, or at least KT_TOLERANCE_LEAST, the rounding level of numbers.
- *   The value of rho lies between 0 and 1.
- *   The member `record` consists of KT_RECORD_ bits, and marker_count agrees with `markers`.
- * Errors: KT_ERROR_ARGUMENT. error->where is "duration", "step", "max_step", "interval", "tolerance", "rho", "record"
- * or "marker_count".
- * Cost: a few comparisons. */
-KT_API KT_CHECKED kt_status kt_run_check(const kt_run *run, kt_error *error);
-
-/* The largest number of velocity coordinates nv for which auto is the default. A simulation with auto takes about 14
- * nv^2 numbers more memory than one with dopri5. */
-enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
-
-/* Returns the method of a run: the built-in method with the name run->integrator, or NULL if the name is unknown. The
- * method two-step has a parameter: the call writes a copy with the rho of the run to *storage.
- * If the run names no method, the default is auto. In four cases the default is dopri5.
- *   The step is fixed.
- *   The model has more than KT_RUN_IMPLICIT_MOST velocity coordinates.
- *   The caller provides other equations of motion (kt_simulation_options.acceleration), and `model` is NULL here.
- *   The library has no implicit methods.
- * The method auto gives the same bits as dopri5 until the motion becomes stiff. If memory is scarce
- * (kt_simulation_size), name dopri5.
- * Ownership: *storage must outlive the use of the method. */
-KT_API const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage);
-
-/* Returns the reason for the default method in words ("the default with a fixed step"), and a remedy if another method
- * may be better. Returns NULL if the run names its method. The text is static. */
-KT_API const char *kt_run_method_reason(const kt_run *run, const kt_model *model);
-
-/* Returns the KT_RECORD_ bits that a run records for this model: run->record, or the default quantities if that is
- * KT_RECORD_DEFAULT. */
-KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
-
-/* Returns the name of a choice in scene files ("identity", "auto"; "energy" for one bit), or NULL for any other
- * value. */
-KT_API const char *kt_metric_name(kt_metric metric);
-KT_API const char *kt_plan_name(kt_plan plan);
-KT_API const char *kt_record_name(unsigned bit);
-
-/* ---- the plan ---------------------------------------------------------------------------------------------------- */
-
-/* The time at which a step of the plan is executed. */
-typedef enum kt_phase {
-    KT_PHASE_EVALUATION = 0, /* at every evaluation of accelerations */
-    KT_PHASE_STEP,           /* after every step */
-    KT_PHASE_RECORD,         /* at every record */
-    KT_PHASE_COUNT           /* the number of phases */
-} kt_phase;
-
-/* One step of the plan: a kernel and the number of items that it processes. If this scene leaves the kernel out, the
- * step has the reason instead. Texts are static. */
-typedef struct kt_plan_step {
-    kt_phase phase;      /* when the kernel runs */
-    const char *name;    /* the kernel's name: "effect spring" */
-    int64_t count;       /* the number of items: 12; 0 if it is left out */
-    const char *unit;    /* the kind of the items: "links" */
-    const char *dropped; /* why the kernel is left out; NULL if it runs */
-} kt_plan_step;
-
-/* The largest number of steps in a plan. */
-enum { KT_PLAN_STEPS_MAX = 48 /* the length of an array for kt_plan_steps */ };
-
-/* Lists the computations of a run of this model in the order of execution. Returns the number of steps. If run is NULL,
- * the defaults apply.
- * Shape: steps has room for KT_PLAN_STEPS_MAX entries.
- * Cost: O(bodies + loops depth + effects). */
-KT_API int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps);
-
 /* ---- the simulation ---------------------------------------------------------------------------------------------- */
 
 /* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
-
-/* An instant at which the caller's right-hand side is evaluated. The simulation owns all its contents. */
-typedef struct kt_instant {
-    const kt_model *model;     /* the integrated model: the caller's, or that of the transformation */
-    kt_data *data;             /* scratch data for that model */
-    double t;                  /* s */
-    const double *q, *v;       /* nq positions, nv velocities, of that model */
-    const double *tau;         /* nv: applied torques, without those of effects; NULL: none */
-    const kt_wrench *external; /* one applied wrench for each body; NULL: none */
-    const double *x;           /* auxiliary states, kt_own_state_count */
-} kt_instant;
-
-/* Computes the accelerations v' = a (nv) at any stage of a step, in place of kt_acceleration_evaluate. The result
- * depends on the arguments alone. On entry `rate` (nv) contains v. The function may change `rate`: the positions then
- * change with q' = kt_position_rate(q, rate).
- * Returns 0 on success. Returns a positive number if `a` cannot be computed here but a smaller step may help. Returns a
- * negative number to stop. If the function writes a message to *error, the simulation reports this message. */
-typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
-
-/* Projects the state q (nq), v (nv), in place of kt_state_project. The arrays are at->q and at->v. The simulation calls
- * this function after each accepted step, and for records between steps. On entry *changed is false. Returns the same
- * values as a right-hand side. */
-typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user);
-
-/* Another model of the same mechanism, which is integrated in place of the simulation's own model, and functions that
- * convert between the two. The first argument of each function is the transformation itself. Free states, free forces
- * and free reactions belong to `model`; all others belong to the simulation's own model. study.h has one
- * transformation, the absolute formulation. */
-typedef struct kt_transformation {
-    const kt_model *model; /* the model that is integrated */
-    /* Computes the free state of a state. The data contain its kinematics, from kt_kinematics_update. */
-    void (*to_free)(const struct kt_transformation *self, const kt_data *data, const double *q, const double *v,
-                    double *free_q, double *free_v);
-    /* Computes the state and the accelerations from a free state with closed loops; free_a and a may both be NULL. On
-     * entry q and v hold the state `ago` seconds earlier (negative: later). It selects one of the numbers that
-     * represent the same rotation. */
-    void (*from_free)(const struct kt_transformation *self, const double *free_q, const double *free_v,
-                      const double *free_a, double ago, double *q, double *v, double *a);
-    /* Computes the wrenches on all bodies of `model`. They consist of `external`, the wrenches on the own bodies (NULL:
-     * none), and of the wrenches that tau (NULL: zero) exerts in the own joints. */
-    void (*wrenches)(const struct kt_transformation *self, const double *free_q, const double *tau,
-                     const kt_wrench *external, kt_wrench *wrenches);
-    /* Computes the reactions in joints (one for each body, as in kt_joint_reactions) and in loops, under tau (NULL:
-     * zero). `free_reactions` are the reactions in all loops of `model`. */
-    void (*reactions)(const struct kt_transformation *self, const double *free_q, const double *tau,
-                      const kt_wrench *free_reactions, kt_wrench *joints, kt_wrench *loops);
-} kt_transformation;
 
 /* Reports how far a run has come. The callback must not change the simulation. */
 typedef void kt_progress_callback(const struct kt_simulation *simulation, void *user);
@@ -473,26 +281,6 @@ KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
  * kt_simulation_sense. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
-/* Works since the start or the last kt_simulation_set_state. Effects have dissipated the first of the two. The second
- * is the work of driving effects, torques, wrenches and driven loops. The works are integrated with the motion and do
- * not change it. Some adaptive steps are too long for the works: a drive that turns evenly, a contact that a drive
- * closes. The powers are then integrated once more along that step, to the tolerances of the motion. With fixed steps
- * the works have the order of the method. */
-typedef struct kt_work {
-    double dissipated, supplied; /* J */
-} kt_work;
-
-/* Works that are estimated from the powers at the ends of steps (kt_simulation_options.watch_works). All numbers count
- * from the start. They are NaN if works are not estimated. */
-typedef struct kt_work_estimate {
-    double net;    /* dissipated - supplied, J. kinetic + potential + net is constant, up to the errors of the
-                      integration and of the estimate */
-    double error;  /* of the estimate, J: four times the sum of the differences between cubics and parabolas through
-                      powers. In a step in which a joint of a driven model turns by more than a radian, it is the whole
-                      work of that step */
-    double turned; /* the integral of |dissipated| + |supplied| as powers, J: the size of the works */
-} kt_work_estimate;
-
 /* Returns the works up to the present time. They are NaN unless KT_RECORD_BALANCE is requested. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
@@ -637,43 +425,6 @@ typedef struct kt_contact_counts {
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
-
-struct kt_event;
-
-/* The index of a record at a time other than k * interval. */
-typedef enum kt_record_index {
-    KT_INDEX_EVENT = -1,   /* of an event that records or stops; of kt_simulation_sense */
-    KT_INDEX_CONTACT = -2, /* of a hard contact, or friction that sticks (record_contacts), by the name of its loop */
-} kt_record_index;
-
-/* A record, as a recorder receives it; valid during the call. Between the ends of steps q and v are interpolated and
- * projected. */
-typedef struct kt_record {
-    int64_t index;                /* k; negative: of an event (kt_record_index) */
-    double time;                  /* s: k * interval, the duration for the last one, or the time of an event */
-    const struct kt_event *event; /* the event of this record; NULL: the record is one of those at k * interval */
-    const double *q;              /* nq */
-    const double *v;              /* nv */
-    const double *x;              /* auxiliary states, kt_own_state_count */
-
-    /* Requested quantities; NULL or NaN if they are not requested. Each comment ends with the names of the requests. */
-    const double *a;                 /* nv; acceleration */
-    double kinetic, potential;       /* J; energy, balance */
-    kt_work work;                    /* since the start; balance. kinetic + potential + work.dissipated - work.supplied
-                                        is constant, up to the error of the integration */
-    kt_work_estimate estimate;       /* watch_works */
-    kt_residual constraint;          /* constraint */
-    const kt_wrench *reactions;      /* one for each body, as in kt_joint_reactions; reaction */
-    const kt_wrench *loop_reactions; /* one for each loop, as in kt_reaction_evaluate; reaction */
-    const double *multipliers;       /* one for each equation, as in kt_multiplier_evaluate; reaction or multiplier */
-    const kt_model *model;           /* the caller's; if loops or effects are switched, the model with the present
-                                        set */
-    const kt_data *data;             /* kinematics of q and v, and of a if it is given, for kt_body_pose,
-                                        kt_point_position and similar queries; energy, reaction or kinematics */
-} kt_record;
-
-/* Returns 0 to continue, and any other number to stop. */
-typedef int kt_recorder(const kt_record *record, void *user);
 
 /* Returns the number of records of a whole run: one at each time k * interval, k = 0, 1, ..., before the duration, and
  * one at the duration. If the interval divides the duration up to rounding, it counts as a divisor. */

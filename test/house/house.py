@@ -14,7 +14,9 @@ from claims import claim, finish, note
 from folders import FOLDERS
 
 # Faces with another name than their folder's.
-FACES = {"status": "base", "description": "model", "descriptor": "model", "import": "robot", "export": "robot", "simulation": "motion", "kinetree": None, "compat": None}
+FACES = {"status": "base", "description": "model", "descriptor": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
+         "method": "integrator", "stability": "integrator", "simulation": "motion", "run": "motion", "record": "motion", "equations": "motion",
+         "formulation": "study", "dae": "study", "kinetree": None, "compat": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 LONG, TOO_LONG = 600, 800

@@ -40,8 +40,8 @@ CODE = [
     ("bend", "bias, second derivative",  # where a path next to a singular position bends
      ("lib/mechanism/singular_crossing.c", "include/kinetree/model.h", "lib/simulation/step.c", "lib/simulation/fail.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
-    ("slopes", "jacobian; stages k_i, and of tables", ("lib/integrator/", "include/kinetree/integrator.h", "lib/simulation/", "lib/sensitivity/", "lib/study/dae.c",
-      "include/kinetree/description.h", "lib/model/curve.c", "lib/model/check_function.c", "lib/scene/function.c", "apps/firmware/left_out.c")),
+    ("slopes", "jacobian; stages k_i, and of tables", ("lib/integrator/", "include/kinetree/integrator.h", "include/kinetree/method.h", "lib/simulation/", "lib/sensitivity/", "lib/study/dae.c",
+      "include/kinetree/function.h", "lib/model/curve.c", "lib/model/check_function.c", "lib/scene/function.c", "apps/firmware/left_out.c")),
     ("fold", "make_reflector", ()),
     ("unfold", "expand_reflector", ()),
     ("come_nearer", "nearest_on_manifold", ()),
