@@ -3,14 +3,10 @@
 
 #include "reduction/front_link.h"
 
-#include <float.h>
-
 /* C is found from A A' if each row has a part orthogonal to the rows before it that exceeds this fraction of its
  * length. A A' squares the condition, and C then is exact to 1e-10. The rows' own lengths do not matter: scaling them
  * changes no digit of A A'. */
 #define SMALL 1e-3
-
-/* ---- a number of each equation ----------------------------------------------------------------------------------- */
 
 /* The constants for which the sweeps are compiled: 3 or 6 components of wrenches, and the number of equations. The
  * vector of one state always has all four. */
@@ -19,90 +15,6 @@ typedef struct shape {
 } shape;
 
 enum { ALL = KT_DELASSUS_MAX };
-
-#ifndef KT_LANES
-
-KT_OPERATOR kt_real4 zero4(void) { return kt_v4_splat(0.0); }
-KT_OPERATOR double part4(kt_real4 a, int k) { return a[k]; }
-KT_OPERATOR void set_part4(kt_real4 *a, int k, double x) { (*a)[k] = x; }
-KT_OPERATOR kt_real4 add4(int n, kt_real4 a, kt_real4 b) { return (void)n, a + b; }
-KT_OPERATOR kt_real4 sub4(int n, kt_real4 a, kt_real4 b) { return (void)n, a - b; }
-KT_OPERATOR kt_real4 scale4(int n, double s, kt_real4 a) { return (void)n, kt_v4_splat(s) * a; }
-KT_OPERATOR kt_real4 minus4(int n, kt_real4 a) { return (void)n, -a; }
-KT_OPERATOR kt_real4 over4(int n, kt_real4 a, double s) { return (void)n, a / kt_v4_splat(s); }
-KT_OPERATOR kt_real4 choose4(int n, bool c, kt_real4 a, kt_real4 b) { return (void)n, c ? a : b; }
-KT_OPERATOR void store4(int n, kt_real4 a, kt_real4 *to) { (void)n, *to = a; }
-KT_OPERATOR int32_t choose_index(bool condition, int32_t a, int32_t b) { return condition ? a : b; }
-
-/* Returns a . b over all lanes. For equations that the group does not have, the lanes are zeros of either sign. */
-KT_INLINE double dot4(int n, kt_real4 a, kt_real4 b) {
-    const kt_v4 x = a * b;
-    (void)n;
-    return ((x[0] + x[1]) + (x[2] + x[3])) + 0.0;
-}
-
-#else
-
-/* The first n numbers; n is a constant where it matters. */
-KT_OPERATOR kt_real4 zero4(void) { return (kt_real4){.of = {{0.0}}}; }
-KT_OPERATOR kt_real1 part4(kt_real4 a, int k) { return a.of[k]; }
-KT_OPERATOR void set_part4(kt_real4 *a, int k, kt_real1 x) { a->of[k] = x; }
-#define KT_EACH4(declaration, operation)                                                                               \
-    KT_OPERATOR declaration {                                                                                          \
-        for (int k = 0; k < n; k++)                                                                                    \
-            operation;                                                                                                 \
-        return a;                                                                                                      \
-    }
-KT_EACH4(kt_real4 minus4(int n, kt_real4 a), a.of[k] = -a.of[k])
-KT_EACH4(kt_real4 add4(int n, kt_real4 a, kt_real4 b), a.of[k] += b.of[k])
-KT_EACH4(kt_real4 sub4(int n, kt_real4 a, kt_real4 b), a.of[k] -= b.of[k])
-KT_EACH4(kt_real4 scale4(int n, kt_real1 s, kt_real4 a), a.of[k] *= s)
-KT_EACH4(kt_real4 over4(int n, kt_real4 a, kt_real1 s), a.of[k] /= s)
-KT_EACH4(kt_real4 choose4(int n, kt_condition c, kt_real4 a, kt_real4 b), a.of[k] = kt_choose(c, a.of[k], b.of[k]))
-#undef KT_EACH4
-KT_OPERATOR void store4(int n, kt_real4 a, kt_real4 *to) {
-    for (int k = 0; k < n; k++)
-        to->of[k] = a.of[k];
-}
-KT_OPERATOR kt_index1 choose_index(kt_condition condition, int32_t a, kt_index1 b) {
-    return (condition & a) | (~condition & b);
-}
-
-KT_INLINE kt_real1 dot4(int n, kt_real4 a, kt_real4 b) {
-    kt_real1 sum = a.of[0] * b.of[0];
-    if (n > 1)
-        sum += a.of[1] * b.of[1];
-    if (n == 3)
-        sum += a.of[2] * b.of[2];
-    if (n > 3)
-        sum += a.of[2] * b.of[2] + a.of[3] * b.of[3];
-    return sum + 0.0;
-}
-
-#endif
-
-/* Adds weight u u' to square; for several states only the elements on and above the diagonal. */
-KT_INLINE void add_square(int n, kt_real4 u, kt_real1 weight, kt_real4 *square) {
-    for (int r = 0; r < n; r++) {
-#ifndef KT_LANES
-        square[r] += kt_v4_splat(u[r] * weight) * u;
-#else
-        for (int c = r; c < n; c++)
-            square[r].of[c] += (u.of[r] * weight) * u.of[c];
-#endif
-    }
-}
-
-/* Sets the entries that add_square, with a weight of 1, leaves out. */
-KT_INLINE void mirror_square(kt_real4 *square) {
-#ifdef KT_LANES
-    for (int r = 1; r < ALL; r++)
-        for (int c = 0; c < r; c++)
-            square[r].of[c] = square[c].of[r];
-#else
-    (void)square;
-#endif
-}
 
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
@@ -183,7 +95,7 @@ KT_INLINE void store(const sweep *s, int32_t link, shape is, const kt_real4 *x) 
     kt_real4 *to = s->d.load + KT_FRONT_SPACE * local;
     const bool more = s->d.given[local] & KT_DELASSUS_WRENCH;
     for (int c = 0; c < is.components; c++)
-        store4(is.equations, more ? add4(is.equations, to[c], x[c]) : x[c], &to[c]);
+        kt_store4(is.equations, more ? kt_add4(is.equations, to[c], x[c]) : x[c], &to[c]);
     s->d.given[local] |= KT_DELASSUS_WRENCH;
 }
 
@@ -195,17 +107,17 @@ static void place_wrenches(const sweep *s, int r, double sign) {
         const int32_t link = s->row[r].loop->link[k];
         if (link == f->group->parent)
             continue;
-        const kt_real4 columns = scale4(ALL, kt_real1_splat(sign), s->d.transform[r]);
+        const kt_real4 columns = kt_scale4(ALL, kt_real1_splat(sign), s->d.transform[r]);
         const kt_real1 *w = kt_front_wrench(f, s->row[r].slot, k);
         for (int c = 0; c < f->components; c++)
-            x[c] = scale4(ALL, w[c], columns);
+            x[c] = kt_scale4(ALL, w[c], columns);
         store(s, link, (shape){f->components, ALL}, x);
     }
 }
 
 /* The joint forces of relations on a link's one degree of freedom. */
 KT_INLINE kt_real4 force_on(const sweep *s, int32_t local) {
-    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : zero4();
+    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_zero4();
 }
 
 /* Adds the joint forces of a relation; those of planar revolute joints are about n. */
@@ -220,7 +132,7 @@ static void place_forces(const sweep *s, int r) {
                 coefficient *= planar->sign;
         }
         const int32_t local = s->model->link[term->link].local;
-        s->d.column[local] = add4(ALL, force_on(s, local), scale4(ALL, coefficient, s->d.transform[r]));
+        s->d.column[local] = kt_add4(ALL, force_on(s, local), kt_scale4(ALL, coefficient, s->d.transform[r]));
         s->d.given[local] |= KT_DELASSUS_FORCE;
     }
 }
@@ -247,9 +159,9 @@ KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wre
     const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
     const kt_real4 *stored = s->d.load + KT_FRONT_SPACE * local;
     for (int c = 0; c < is.components && !from_child; c++)
-        p->x[c] = zero4();
+        p->x[c] = kt_zero4();
     for (int c = 0; c < is.components && has; c++)
-        p->x[c] = add4(is.equations, p->x[c], stored[c]);
+        p->x[c] = kt_add4(is.equations, p->x[c], stored[c]);
 }
 
 /* To the origin of the parent: n += r x f. */
@@ -277,8 +189,8 @@ KT_INLINE void pass_on(const sweep *s, int32_t up, kt_real3 r, shape is, bool fr
 
 /* e . x */
 KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
-    return add4(n, add4(n, scale4(n, KT_PART3(e, 0), x[0]), scale4(n, KT_PART3(e, 1), x[1])),
-                scale4(n, KT_PART3(e, 2), x[2]));
+    return kt_add4(n, kt_add4(n, kt_scale4(n, KT_PART3(e, 0), x[0]), kt_scale4(n, KT_PART3(e, 1), x[1])),
+                   kt_scale4(n, KT_PART3(e, 2), x[2]));
 }
 
 /* Returns S . p of an axis; for a planar revolute joint it is about n, for either sign. */
@@ -292,7 +204,7 @@ KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p)
         if (link->revolute)
             return x[0];
         kt_planar_along(link, &s->data->planar[k], u);
-        return add4(n, scale4(n, u[0], x[1]), scale4(n, u[1], x[2]));
+        return kt_add4(n, kt_scale4(n, u[0], x[1]), kt_scale4(n, u[1], x[2]));
     }
     const kt_link *link = &s->model->link[i];
     const kt_real3 e = kt_link_axis(link, &s->data->motion[i]);
@@ -300,8 +212,9 @@ KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p)
     if (link->motion == KT_MOTION_REVOLUTE)
         return moment;
     const kt_real4 force = along3(n, e, x + 3);
-    return link->motion == KT_MOTION_SCREW ? add4(n, moment, scale4(n, kt_real1_splat(kt_link_pitch(link)), force))
-                                           : force;
+    return link->motion == KT_MOTION_SCREW
+               ? kt_add4(n, moment, kt_scale4(n, kt_real1_splat(kt_link_pitch(link)), force))
+               : force;
 }
 
 /* ---- C ----------------------------------------------------------------------------------------------------------- */
@@ -323,15 +236,15 @@ KT_INLINE void square_rows(const sweep *s, shape is, bool units, kt_real4 *squar
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
             const int32_t local = s->model->link[i].local + c;
-            kt_real4 row = dofs == 1 ? add4(n, force_on(s, local), along(s, i, is, &p)) : p.x[c];
-            row = units ? scale4(n, kt_real1_splat(unit_of(s, local)), row) : row;
-            store4(n, row, &s->d.column[local]);
-            add_square(n, row, kt_real1_splat(1.0), square);
+            kt_real4 row = dofs == 1 ? kt_add4(n, force_on(s, local), along(s, i, is, &p)) : p.x[c];
+            row = units ? kt_scale4(n, kt_real1_splat(unit_of(s, local)), row) : row;
+            kt_store4(n, row, &s->d.column[local]);
+            kt_square4_add(n, row, kt_real1_splat(1.0), square);
         }
         from_child = l > 0 && up == link[l - 1];
         pass_on(s, up, kt_front_offset(&s->f, i), is, from_child, &p);
     }
-    mirror_square(square);
+    kt_square4_mirror(square);
 }
 
 #ifndef KT_LANES
@@ -339,52 +252,6 @@ static __attribute__((noinline)) void square_in_units(const sweep *s, kt_v4 *squ
     square_rows(s, shape_of(s, s->f.components), true, square);
 }
 #endif
-
-/* x' G y */
-static kt_real1 product(const kt_real4 *g, kt_real4 x, kt_real4 y) {
-    kt_real4 sum = zero4();
-    for (int r = 0; r < ALL; r++)
-        sum = add4(ALL, sum, scale4(ALL, part4(x, r), g[r]));
-    return dot4(ALL, sum, y);
-}
-
-/* Computes the columns of C for the equations from `begin` to `end`, after those before. It uses Gram and Schmidt with
- * the scalar product of G = A A': the longest remainder first. *first is the squared size of the largest so far.
- * Returns the size of the last, or 0 if that is not clear. */
-static kt_real1 orthonormalise(const kt_real4 *g, int begin, int end, double tolerance, kt_real4 *c, kt_real1 *first) {
-    const kt_real1 zero = kt_real1_splat(0.0);
-    kt_condition taken[KT_DELASSUS_MAX], clear = kt_condition_true();
-    kt_real1 last = zero;
-    for (int j = begin; j < end; j++)
-        taken[j] = kt_condition_false();
-    for (int n = begin; n < end; n++) {
-        kt_real1 most = zero, own = zero;
-        kt_index1 best = kt_index1_of(-1);
-        kt_real4 column = zero4();
-        for (int j = begin; j < end; j++) {
-            kt_real4 e = zero4();
-            if (!kt_is_anywhere(kt_not(taken[j])))
-                continue;
-            set_part4(&e, j, kt_real1_splat(1.0));
-            for (int i = 0; i < n; i++)
-                e = sub4(ALL, e, scale4(ALL, product(g, c[i], e), c[i]));
-            const kt_real1 length = product(g, e, e);
-            const kt_condition longer = (length > most) & kt_not(taken[j]);
-            most = KT_CHOOSE(longer, length, most);
-            own = KT_CHOOSE(longer, part4(g[j], j), own);
-            best = choose_index(longer, j, best);
-            column = choose4(ALL, longer, e, column);
-        }
-        *first = kt_most1(*first, most);
-        if (kt_fails(&clear, (most > SMALL * SMALL * own) & (most > tolerance * tolerance * *first)))
-            return zero;
-        last = kt_sqrt1(most);
-        for (int j = begin; j < end; j++)
-            taken[j] |= best == j;
-        c[n] = over4(ALL, column, last);
-    }
-    return KT_CHOOSE(clear, last, zero);
-}
 
 /* C in columns, for the loops in the order of the steps. Returns the smallest of the steps' last directions relative to
  * their usual sizes, 0 if one is not clear. */
@@ -395,7 +262,8 @@ static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real
         const int32_t step = s->row[begin].step;
         while (end < s->count && s->row[end].step == step)
             end++;
-        const kt_real1 last = orthonormalise(g, begin, end, s->f.w.tolerance, c, &first) / usual[step];
+        const kt_real1 last =
+            kt_square4_orthonormalise(g, begin, end, SMALL, s->f.w.tolerance, c, &first) / usual[step];
         least = KT_CHOOSE(last < least, last, least);
     }
     return least;
@@ -434,8 +302,8 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
     if (!find(model, data, g, rows, true, &s))
         return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
-        square[r] = c[r] = s.d.transform[r] = zero4();
-        set_part4(&s.d.transform[r], r, kt_real1_splat(1.0));
+        square[r] = c[r] = s.d.transform[r] = kt_zero4();
+        kt_set_part4(&s.d.transform[r], r, kt_real1_splat(1.0));
     }
     place_loads(&s, 1.0);
     square_all(&s, square);
@@ -445,7 +313,7 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
         return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++)
         for (int n = 0; n < KT_DELASSUS_MAX; n++)
-            set_part4(&s.d.transform[r], n, part4(c[n], r));
+            kt_set_part4(&s.d.transform[r], n, kt_part4(c[n], r));
     data->factored[g] = rows;
 #ifndef KT_LANES
     data->near[g] = false;
@@ -464,13 +332,13 @@ static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
         const kt_link *link = &model->link[i];
         const kt_real4 *row = s->d.column + link->local;
         kt_real1 *x = step + link->v;
-        x[0] = dot4(n, row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
+        x[0] = kt_dot4(n, row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
         if (s->f.components == KT_FRONT_SPACE / 2) {
             const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
             if (planar->revolute)
                 x[0] *= planar->sign;
         } else if (link->motion == KT_MOTION_SPHERICAL) {
-            const kt_real3 world = kt_make3(x[0], dot4(n, row[1], lambda), dot4(n, row[2], lambda));
+            const kt_real3 world = kt_make3(x[0], kt_dot4(n, row[1], lambda), kt_dot4(n, row[2], lambda));
             for (int c = 0; c < 3; c++)
                 x[c] = kt_dot3(s->data->motion[i].axes[c], world);
         }
@@ -478,13 +346,13 @@ static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
 }
 
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
-    kt_real4 mu = zero4(), lambda = mu;
+    kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
     (void)find(model, data, g, data->factored[g], true, &s);
     for (int r = 0; r < s.count; r++)
-        mu = add4(ALL, mu, scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
+        mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
     for (int r = 0; r < s.count; r++)
-        set_part4(&lambda, r, dot4(ALL, s.d.transform[r], mu));
+        kt_set_part4(&lambda, r, kt_dot4(ALL, s.d.transform[r], mu));
     take_steps(&s, lambda, step);
 }
 
@@ -500,10 +368,10 @@ KT_INLINE const kt_front_motion *motion_of(const sweep *s, int32_t link) {
 }
 
 KT_INLINE void add_dof(const sweep *s, int n, int32_t local, kt_real4 u, kt_real1 inverse, kt_real1 free, sums *to) {
-    store4(n, u, &s->d.column[local]);
+    kt_store4(n, u, &s->d.column[local]);
     s->d.inverse[local] = inverse;
-    add_square(n, u, inverse, to->square);
-    to->force = add4(n, to->force, scale4(n, free, u));
+    kt_square4_add(n, u, inverse, to->square);
+    to->force = kt_add4(n, to->force, kt_scale4(n, free, u));
 }
 
 /* One link in a plane; its parent accelerates by `at`. */
@@ -512,20 +380,20 @@ KT_INLINE void take_planar(const sweep *s, shape is, int32_t i, const kt_real3 a
     const kt_planar_response *response = &s->data->planar_response[kt_planar_index_shift(s->model, i)];
     const kt_real1 *gain = response->gain_linear;
     const int n = is.equations;
-    const kt_real4 u = sub4(n, force_on(s, local), along(s, i, is, p));
+    const kt_real4 u = kt_sub4(n, force_on(s, local), along(s, i, is, p));
     add_dof(s, n, local, u, s->d.inverse[local],
             response->free - (gain[0] * KT_PART3(at, 0) + gain[1] * KT_PART3(at, 1)), to);
     shift(kt_front_offset(&s->f, i), is, p);
-    p->x[0] = add4(n, p->x[0], scale4(n, response->gain_angular, u));
-    p->x[1] = add4(n, p->x[1], scale4(n, gain[0], u));
-    p->x[2] = add4(n, p->x[2], scale4(n, gain[1], u));
+    p->x[0] = kt_add4(n, p->x[0], kt_scale4(n, response->gain_angular, u));
+    p->x[1] = kt_add4(n, p->x[1], kt_scale4(n, gain[0], u));
+    p->x[2] = kt_add4(n, p->x[2], kt_scale4(n, gain[1], u));
 }
 
 /* P += K u */
 KT_INLINE void add_gain(int n, kt_real3 angular, kt_real3 linear, kt_real4 u, wrenches *p) {
     for (int c = 0; c < 3; c++) {
-        p->x[c] = add4(n, p->x[c], scale4(n, KT_PART3(angular, c), u));
-        p->x[c + 3] = add4(n, p->x[c + 3], scale4(n, KT_PART3(linear, c), u));
+        p->x[c] = kt_add4(n, p->x[c], kt_scale4(n, KT_PART3(angular, c), u));
+        p->x[c + 3] = kt_add4(n, p->x[c + 3], kt_scale4(n, KT_PART3(linear, c), u));
     }
 }
 
@@ -534,7 +402,7 @@ KT_INLINE void take_axis(const sweep *s, shape is, int32_t i, const kt_front_mot
     const kt_response *response = &s->data->response[i];
     const kt_real3 gn = response->gain_angular, gf = response->gain_linear;
     const int n = is.equations;
-    const kt_real4 u = sub4(n, force_on(s, local), along(s, i, is, p));
+    const kt_real4 u = kt_sub4(n, force_on(s, local), along(s, i, is, p));
     add_dof(s, n, local, u, s->d.inverse[local], kt_response_free(response) - kt_dots3(gn, at->alpha, gf, at->linear),
             to);
     shift(s->data->motion[i].offset, is, p);
@@ -551,23 +419,23 @@ KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_fron
     const int n = is.equations;
     kt_real4 u[3], y[3], z[3];
     for (int c = 0; c < 3; c++) {
-        u[c] = minus4(n, p->x[c]);
-        store4(n, u[c], &s->d.column[local + c]);
-        to->force = add4(n, to->force, scale4(n, KT_PART3(free, c), u[c]));
-        p->x[c] = zero4();
+        u[c] = kt_minus4(n, p->x[c]);
+        kt_store4(n, u[c], &s->d.column[local + c]);
+        to->force = kt_add4(n, to->force, kt_scale4(n, KT_PART3(free, c), u[c]));
+        p->x[c] = kt_zero4();
     }
     y[0] = u[0];
-    y[1] = sub4(n, u[1], scale4(n, KT_PART3(l, 0), y[0]));
-    y[2] = sub4(n, sub4(n, u[2], scale4(n, KT_PART3(l, 1), y[0])), scale4(n, KT_PART3(l, 2), y[1]));
+    y[1] = kt_sub4(n, u[1], kt_scale4(n, KT_PART3(l, 0), y[0]));
+    y[2] = kt_sub4(n, kt_sub4(n, u[2], kt_scale4(n, KT_PART3(l, 1), y[0])), kt_scale4(n, KT_PART3(l, 2), y[1]));
     for (int c = 0; c < 3; c++) {
-        add_square(n, y[c], KT_PART3(e, c), to->square);
-        z[c] = scale4(n, KT_PART3(e, c), y[c]);
+        kt_square4_add(n, y[c], KT_PART3(e, c), to->square);
+        z[c] = kt_scale4(n, KT_PART3(e, c), y[c]);
     }
-    z[1] = sub4(n, z[1], scale4(n, KT_PART3(l, 2), z[2]));
-    z[0] = sub4(n, z[0], add4(n, scale4(n, KT_PART3(l, 0), z[1]), scale4(n, KT_PART3(l, 1), z[2])));
+    z[1] = kt_sub4(n, z[1], kt_scale4(n, KT_PART3(l, 2), z[2]));
+    z[0] = kt_sub4(n, z[0], kt_add4(n, kt_scale4(n, KT_PART3(l, 0), z[1]), kt_scale4(n, KT_PART3(l, 1), z[2])));
     for (int c = 0; c < 3; c++) {
         const kt_real3 g = kt_make3(KT_PART3(kept->g[0], c), KT_PART3(kept->g[1], c), KT_PART3(kept->g[2], c));
-        p->x[c + 3] = add4(n, p->x[c + 3], along3(n, g, z));
+        p->x[c + 3] = kt_add4(n, p->x[c + 3], along3(n, g, z));
     }
     shift(s->data->motion[i].offset, is, p);
 }
@@ -620,41 +488,17 @@ KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) 
     }
 }
 
-/* S mu = b by Cholesky's method; false if S is not positive definite. */
-static kt_condition solve_multipliers(kt_real4 *a, int k, kt_real4 *b) {
-    kt_condition positive = kt_condition_true();
-    for (int j = 0; j < k; j++) {
-        for (int i = 0; i < j; i++)
-            a[j] = sub4(ALL, a[j], scale4(ALL, part4(a[i], j), a[i]));
-        const kt_real1 pivot = part4(a[j], j);
-        if (kt_fails(&positive, (pivot > 0.0) & kt_is_finite1(pivot)))
-            return kt_condition_false();
-        a[j] = over4(ALL, a[j], kt_sqrt1(pivot)); /* row j of L' */
-        kt_real1 sum = part4(*b, j);
-        for (int i = 0; i < j; i++)
-            sum -= part4(a[i], j) * part4(*b, i);
-        set_part4(b, j, sum / part4(a[j], j));
-    }
-    for (int j = k - 1; j >= 0; j--) {
-        kt_real1 sum = part4(*b, j);
-        for (int i = j + 1; i < k; i++)
-            sum -= part4(a[j], i) * part4(*b, i);
-        set_part4(b, j, sum / part4(a[j], j));
-    }
-    return positive;
-}
-
 /* Adds the accelerations due to B mu to the joints' free ones. */
 KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const int n = shape_of(s, 0).equations;
     for (int l = 0; l < s->f.group->link_count; l++) {
         const int32_t i = link[l], local = s->model->link[i].local;
-        const kt_real1 x = dot4(n, s->d.column[local], mu);
+        const kt_real1 x = kt_dot4(n, s->d.column[local], mu);
         if (planar) {
             s->data->planar_response[kt_planar_index_shift(s->model, i)].free += s->d.inverse[local] * x;
         } else if (s->model->link[i].motion == KT_MOTION_SPHERICAL) {
-            const kt_real1 y = dot4(n, s->d.column[local + 1], mu), z = dot4(n, s->d.column[local + 2], mu);
+            const kt_real1 y = kt_dot4(n, s->d.column[local + 1], mu), z = kt_dot4(n, s->d.column[local + 2], mu);
             kt_real3 *moment = &s->data->articulated[s->model->link[i].articulated].moment, more = kt_make3(x, y, z);
 #ifndef KT_LANES
             if (s->model->link[i].has_armature)
@@ -682,8 +526,8 @@ KT_INLINE void sums_of(const sweep *s, int components, kt_real3 ground, sums *to
 }
 
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
-    sums to = {.force = zero4()};
-    kt_real4 mu = zero4();
+    sums to = {.force = kt_zero4()};
+    kt_real4 mu = kt_zero4();
     sweep s;
     (void)find(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
@@ -694,15 +538,15 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
     else
         sums_of(&s, KT_FRONT_SPACE, data->motion[0].linear, &to);
     for (int r = 0; r < s.count; r++)
-        mu = add4(ALL, mu, scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
-    mu = sub4(ALL, mu, to.force);
-    kt_condition positive = solve_multipliers(to.square, s.count, &mu);
+        mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
+    mu = kt_sub4(ALL, mu, to.force);
+    kt_condition positive = kt_square4_solve(to.square, s.count, &mu);
     if (kt_fails(&positive, positive))
         return kt_condition_false();
 #ifndef KT_LANES
     memset(s.f.w.multiplier, 0, (size_t)s.f.w.k * sizeof *s.f.w.multiplier);
     for (int r = 0; r < s.count; r++)
-        s.f.w.multiplier[s.row[r].slot] = dot4(ALL, s.d.transform[r], mu);
+        s.f.w.multiplier[s.row[r].slot] = kt_dot4(ALL, s.d.transform[r], mu);
 #endif
     if (planar)
         add_responses(&s, true, mu);
@@ -746,7 +590,7 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
         square[r][r] += damping;
         lambda[r] = -gap[slot] / s.f.w.scale[slot];
     }
-    if (!solve_multipliers(square, s.count, &lambda))
+    if (!kt_square4_solve(square, s.count, &lambda))
         return false;
     take_steps(&s, lambda, step);
     return true;

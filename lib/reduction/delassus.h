@@ -34,6 +34,7 @@
 #ifndef KT_REDUCTION_DELASSUS_H
 #define KT_REDUCTION_DELASSUS_H
 
+#include "algebra/real4.h"
 #include "dynamics/aba.h"
 #include "reduction/front.h"
 
@@ -45,15 +46,6 @@ enum { KT_DELASSUS_MAX = 4 };
 static inline size_t kt_delassus_count(size_t m) {
     return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
-
-/* A number of each equation, in the lanes of a vector; for several states in an array. */
-#ifndef KT_LANES
-typedef kt_v4 kt_real4;
-#else
-typedef struct kt_real4 {
-    kt_real1 of[KT_DELASSUS_MAX];
-} kt_real4;
-#endif
 
 typedef struct kt_delassus {
     kt_real4 *column;    /* m */
