@@ -1,4 +1,4 @@
-/* The steps of a simulation, its inputs, counts and state. */
+/* The steps of a simulation, its counts and its state. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
@@ -9,131 +9,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-/* ---- inputs ------------------------------------------------------------------------------------------------------ */
-
-void kt_simulation_inputs_use(kt_simulation *simulation) {
-    simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
-    simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
-}
-
-static bool inputs_differ(const kt_simulation *simulation) {
-    const kt_simulation_memory *memory = &simulation->memory;
-    const kt_simulation_sizes *size = &simulation->size;
-    if (memory->changed)
-        return true;
-    if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
-        return true;
-    return memcmp(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double)) != 0 ||
-           memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
-}
-
-kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error) {
-    const kt_simulation_sizes *size = &simulation->size;
-    if (!simulation->memory.pending)
-        return KT_OK;
-    if (inputs_differ(simulation)) {
-        if (KT_HAS_JACOBIAN && simulation->watches_works)
-            kt_simulation_complete_powers(simulation);
-        simulation->memory.powers.count = 0;
-        /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
-        memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
-        kt_status status = KT_OK;
-        if (simulation->memory.changed) { /* the model itself */
-            simulation->gap_time = (double)NAN;
-            status = kt_integrator_jump(simulation->integrator, simulation->y, error);
-        } else {
-            kt_integrator_change(simulation->integrator, simulation->smooth_inputs);
-        }
-        if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
-            return status;   /* GCOVR_EXCL_LINE */
-        memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
-        memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
-        simulation->memory.now = simulation->memory.next;
-        kt_simulation_inputs_use(simulation);
-        kt_simulation_forget_corners(simulation);
-        kt_simulation_note_jump(simulation);
-    }
-    simulation->memory.pending = simulation->memory.changed = false;
-    return KT_OK;
-}
-
-/* Checks that parameters of a model may change while the simulation runs. */
-static kt_status check_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
-    if (simulation->transformation != NULL)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
-                            "another formulation is integrated, whose model was made of the description; take the "
-                            "formulation 'tree'");
-    const bool related = KT_HAS_SWITCHES && copy->family != NULL && copy->family == simulation->model->family;
-    if (copy != simulation->model && !related)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
-                            "the simulation runs on another model than this copy");
-    return KT_OK;
-}
-
-kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
-                                      const double *values, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, copy, parameter, values))
-        return KT_ERROR_ARGUMENT;
-    kt_status status = check_model(simulation, copy, error);
-    if (status == KT_OK)
-        status = kt_parameter_set(copy, parameter, values, error);
-    if (status != KT_OK)
-        return status;
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->renew(simulation);
-#endif
-    simulation->memory.pending = simulation->memory.changed = true;
-    simulation->cached = KT_CACHED_NOTHING;
-    return KT_OK;
-}
-
-kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
-        return KT_ERROR_ARGUMENT;
-    size_t nv = simulation->size.user_nv;
-    for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
-        for (int i = 0; i < at.nv; i++)
-            if (!isfinite(torque[at.v + i])) {
-                char where[KT_WHERE_SIZE];
-                snprintf(where, sizeof where, "joint '%s'", kt_joint_name(simulation->user_model, body));
-                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
-            }
-    }
-    if (torque != NULL)
-        memcpy(simulation->torque_next, torque, nv * sizeof(double));
-    else
-        memset(simulation->torque_next, 0, nv * sizeof(double));
-    simulation->memory.next.torque = torque != NULL;
-    simulation->memory.pending = true;
-    return KT_OK;
-}
-
-static bool wrench_is_finite(const kt_wrench *wrench) {
-    return isfinite(wrench->moment.x) && isfinite(wrench->moment.y) && isfinite(wrench->moment.z) &&
-           isfinite(wrench->force.x) && isfinite(wrench->force.y) && isfinite(wrench->force.z);
-}
-
-kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
-        return KT_ERROR_ARGUMENT;
-    size_t count = simulation->size.body;
-    for (int body = 1; wrenches != NULL && body < (int)count; body++)
-        if (!wrench_is_finite(&wrenches[body])) {
-            char where[KT_WHERE_SIZE];
-            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->user_model, body));
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the wrench is not finite");
-        }
-    if (wrenches != NULL)
-        memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
-    else
-        memset(simulation->wrench_next, 0, count * sizeof(kt_wrench));
-    simulation->memory.next.wrenches = wrenches != NULL;
-    simulation->memory.pending = true;
-    return KT_OK;
-}
 
 /* ---- counts ------------------------------------------------------------------------------------------------------ */
 
@@ -228,6 +103,69 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
     return KT_OK;
 }
 
+kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, kt_error *from) {
+    simulation->cause.code = KT_OK;
+    kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
+    if (status == KT_OK && simulation->corners.any) {
+        status = kt_simulation_pass_corner(simulation, from);
+        kt_simulation_clip_step(simulation, t_limit);
+    }
+    return status;
+}
+
+kt_status kt_simulation_begin_watch(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    simulation->event_searched = false;
+#endif
+    return KT_HAS_EVENTS && simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
+}
+
+void kt_simulation_begin_try(kt_simulation *simulation) {
+    if (KT_HAS_GAP && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
+        kt_simulation_begin_gaps(simulation);
+}
+
+kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
+                                   kt_error *error) {
+    *again = KT_HAS_GAP && ((simulation->watches_ends && kt_simulation_take_back_missed(simulation, t_limit)) ||
+                            (simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit)));
+    return KT_HAS_EVENTS && !*again && simulation->watch != NULL
+               ? simulation->watch->take_back(simulation, repetition, t_limit, again, error)
+               : KT_OK;
+}
+
+/* Takes a step. A step that leapt over a contact or a stop is repeated up to that, a step with an event up to the
+ * event. */
+static kt_status try_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
+    kt_status status = kt_simulation_begin_watch(simulation, error);
+    bool again = true;
+    for (int repetition = 0; status == KT_OK && again; repetition++) {
+        kt_simulation_begin_try(simulation);
+        status = kt_integrator_take_step(simulation->integrator, t_limit, error);
+        if (status == KT_OK)
+            status = kt_simulation_check_step(simulation, repetition, &t_limit, &again, error);
+    }
+    return status;
+}
+
+/* A step on hard contacts that fails may have a shorter one, or one behind an impulse. */
+static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
+#if KT_HAS_EVENTS
+    kt_retry retry = {.t_limit = t_limit};
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->limit(simulation, &t_limit);
+#endif
+    kt_status status = try_watched_step(simulation, t_limit, error);
+#if KT_HAS_EVENTS
+    while (status != KT_OK && simulation->contacts != NULL &&
+           simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
+        simulation->cause.code = error->code = KT_OK;
+        status = try_watched_step(simulation, t_limit, error);
+    }
+#endif
+    return status;
+}
+
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_error from = {0};
     kt_status status = kt_simulation_check_start(simulation, error);
@@ -237,7 +175,7 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
     if (status == KT_OK)
         status = (KT_HAS_GAP && (simulation->watches_gaps || simulation->watches_ends)) ||
                          (KT_HAS_EVENTS && simulation->watch != NULL)
-                     ? kt_simulation_step_watched(simulation, t_limit, &from)
+                     ? take_watched_step(simulation, t_limit, &from)
                      : kt_integrator_take_step(simulation->integrator, t_limit, &from);
     return kt_simulation_end_step(simulation, status, &from, error);
 }
@@ -579,6 +517,37 @@ kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *
     const instant_change change = {.x = x};
     const kt_status status = check_own_states(simulation, x, error);
     return status == KT_OK && simulation->size.x > 0 ? jump(simulation, &change, error) : status;
+}
+
+/* Checks that parameters of a model may change while the simulation runs. */
+static kt_status check_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
+    if (simulation->transformation != NULL)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
+                            "another formulation is integrated, whose model was made of the description; take the "
+                            "formulation 'tree'");
+    const bool related = KT_HAS_SWITCHES && copy->family != NULL && copy->family == simulation->model->family;
+    if (copy != simulation->model && !related)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
+                            "the simulation runs on another model than this copy");
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy, const kt_parameter *parameter,
+                                      const double *values, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, copy, parameter, values))
+        return KT_ERROR_ARGUMENT;
+    kt_status status = check_model(simulation, copy, error);
+    if (status == KT_OK)
+        status = kt_parameter_set(copy, parameter, values, error);
+    if (status != KT_OK)
+        return status;
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->renew(simulation);
+#endif
+    simulation->memory.pending = simulation->memory.changed = true;
+    simulation->cached = KT_CACHED_NOTHING;
+    return KT_OK;
 }
 
 kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_parameter_change *changes, int count,

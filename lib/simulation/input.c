@@ -1,0 +1,103 @@
+/* The inputs of a step: torques and wrenches. They are set between steps, and come into force at the beginning of the
+ * next step, as changed parameters do.
+ *
+ * The right-hand side then jumps, so that the integrator discards slopes from before, unless inputs are smooth.
+ */
+#include "integrator/integrator.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void kt_simulation_inputs_use(kt_simulation *simulation) {
+    simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
+    simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
+}
+
+static bool inputs_differ(const kt_simulation *simulation) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const kt_simulation_sizes *size = &simulation->size;
+    if (memory->changed)
+        return true;
+    if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
+        return true;
+    return memcmp(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double)) != 0 ||
+           memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
+}
+
+kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    if (!simulation->memory.pending)
+        return KT_OK;
+    if (inputs_differ(simulation)) {
+        if (KT_HAS_JACOBIAN && simulation->watches_works)
+            kt_simulation_complete_powers(simulation);
+        simulation->memory.powers.count = 0;
+        /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
+        memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
+        kt_status status = KT_OK;
+        if (simulation->memory.changed) { /* the model itself */
+            simulation->gap_time = (double)NAN;
+            status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+        } else {
+            kt_integrator_change(simulation->integrator, simulation->smooth_inputs);
+        }
+        if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
+            return status;   /* GCOVR_EXCL_LINE */
+        memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
+        memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
+        simulation->memory.now = simulation->memory.next;
+        kt_simulation_inputs_use(simulation);
+        kt_simulation_forget_corners(simulation);
+        kt_simulation_note_jump(simulation);
+    }
+    simulation->memory.pending = simulation->memory.changed = false;
+    return KT_OK;
+}
+
+kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    size_t nv = simulation->size.user_nv;
+    for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
+        kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
+        for (int i = 0; i < at.nv; i++)
+            if (!isfinite(torque[at.v + i])) {
+                char where[KT_WHERE_SIZE];
+                snprintf(where, sizeof where, "joint '%s'", kt_joint_name(simulation->user_model, body));
+                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
+            }
+    }
+    if (torque != NULL)
+        memcpy(simulation->torque_next, torque, nv * sizeof(double));
+    else
+        memset(simulation->torque_next, 0, nv * sizeof(double));
+    simulation->memory.next.torque = torque != NULL;
+    simulation->memory.pending = true;
+    return KT_OK;
+}
+
+static bool wrench_is_finite(const kt_wrench *wrench) {
+    return isfinite(wrench->moment.x) && isfinite(wrench->moment.y) && isfinite(wrench->moment.z) &&
+           isfinite(wrench->force.x) && isfinite(wrench->force.y) && isfinite(wrench->force.z);
+}
+
+kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    size_t count = simulation->size.body;
+    for (int body = 1; wrenches != NULL && body < (int)count; body++)
+        if (!wrench_is_finite(&wrenches[body])) {
+            char where[KT_WHERE_SIZE];
+            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->user_model, body));
+            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the wrench is not finite");
+        }
+    if (wrenches != NULL)
+        memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
+    else
+        memset(simulation->wrench_next, 0, count * sizeof(kt_wrench));
+    simulation->memory.next.wrenches = wrenches != NULL;
+    simulation->memory.pending = true;
+    return KT_OK;
+}
