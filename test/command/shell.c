@@ -161,6 +161,13 @@ kt_ran kt_terminal(const char *format, ...) {
 
 /* ---- what was read ----------------------------------------------------------------------------------------------- */
 
+int kt_count_of(const char *text, const char *part) {
+    int found = 0;
+    for (const char *at = strstr(text, part); at != NULL; at = strstr(at + 1, part))
+        found++;
+    return found;
+}
+
 int kt_count_lines(const char *text) {
     int count = 0;
     for (const char *c = text; *c != '\0'; c++)

@@ -33,6 +33,8 @@ double kt_page_lightness(const char *svg);
 /* ---- what was read ----------------------------------------------------------------------------------------------- */
 
 int kt_count_lines(const char *text);
+/* How often `part` occurs in a text. */
+int kt_count_of(const char *text, const char *part);
 /* The number in a column (from 0) of a line (0: the header) of CSV text. */
 double kt_csv_number(const char *text, int line, int column);
 /* The column of this name in the header; -1: none. */

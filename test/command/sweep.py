@@ -5,58 +5,17 @@ sweep.py COMMAND [--fewer]
 
 --fewer: smaller sweeps, as sanitizers need no large ones.
 """
-import array
-import csv
 import json
 import math
 import os
 import pathlib
-import re
 import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 
-command = sys.argv[1]
-os.environ["LSAN_OPTIONS"] = f"print_suppressions=0:suppressions={pathlib.Path(__file__).resolve().with_name('suppressions.txt')}"  # of pictures
-fewer = "--fewer" in sys.argv
-passed = failed = 0
-
-
-def check(what, observed, bound, ratio=None):
-    """Prints observed, bound and ratio; a NaN fails."""
-    global passed, failed
-    good = observed <= bound
-    ratio = observed / bound if bound else float(observed)
-    print(f"{'ok  ' if good else 'FAIL'} {what}: observed {observed:.6g}, bound {bound:.6g}, ratio {ratio:.3g}")
-    passed, failed = passed + good, failed + (not good)
-
-
-def same(what, observed, expected):
-    check(f"{what} ({observed!r:.60}, expected {expected!r:.60})" if observed != expected else what, int(observed != expected), 0)
-
-
-def run(*arguments, code=0):
-    done = subprocess.run([command, "sweep", *arguments], capture_output=True, text=True, check=False)
-    if done.returncode != code:
-        print(done.stderr)
-    same(f"exit code of {' '.join(arguments)[:70]}", done.returncode, code)
-    return done
-
-
-def rows(text):
-    return list(csv.DictReader(text.splitlines()))
-
-
-FALL = """kinetree: 1
-parameters: {g: 9.81, m: 2}
-gravity: [0, 0, =-g]
-bodies: [{name: stone, joint: {type: prismatic, axis: z}, mass: =m}]
-simulate: {duration: 2}
-output: {record: [position, energy]}
-"""
+from swept import BOUNCE, FALL, check, command, fewer, finish, is_fused, rows, run, same
 
 
 def grids():
@@ -96,10 +55,6 @@ def samples():
     pathlib.Path("cases.csv").write_text("m,g\n1,2\n3,4\n5,6\n")
     lines = rows(run("fall.yaml", "--from", "cases.csv", "--out", "-").stdout)
     same("a table", [(l["m"], l["g"]) for l in lines], [("1", "2"), ("3", "4"), ("5", "6")])
-
-
-def is_fused():
-    return "fused" in subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout
 
 
 def fused():
@@ -206,7 +161,6 @@ output: {columns: {strength: k*lag}}
 def eventful():
     """Runs with events, what these set, formulas, auxiliary states and stops are computed in lanes: the bytes of one by one."""
     pathlib.Path("eventful.yaml").write_text(EVENTFUL)
-    pathlib.Path("bounce.yaml").write_text(BOUNCE)
     scenes = pathlib.Path(__file__).parents[2] / "apps/scenes"
     for scene, axis in (("eventful.yaml", "a=0.5:2:12"), ("eventful.yaml", "bodies.lower.mass=1:2:9"), ("bounce.yaml", "v=1:9:9"),
                         (str(scenes / "lugre.yaml"), "simulate.tolerance=1e-9,1e-8,1e-7,1e-6"), (str(scenes / "furuta-pendulum.yaml"), "gravity[2]=-5:-9:5")):
@@ -294,17 +248,6 @@ def killed():
     same(f"after {breaks} kills", pathlib.Path("k.csv").read_bytes() == whole, True)
 
 
-BOUNCE = """kinetree: 1
-parameters: {v: 3, h: 1, g: 9.81}
-gravity: [0, 0, =-g]
-bodies: [{name: stone, joint: {type: prismatic, axis: z, position: =h, velocity: =v}, mass: 1}]
-effects: [{name: air, type: joint_damper, joint: stone, damping: 0.1}]
-events: [{name: apex, when: velocity.stone, direction: falling, then: record}]
-simulate: {duration: 5, until: position.stone < 0}
-output: {record: [position, velocity, energy], columns: {height: 2*position.stone}}
-"""
-
-
 def alone(scene, name, value, line):
     """The numbers of a run alone, those of its line: the same bits."""
     done = subprocess.run([command, "run", scene, "--set", f"{name}={value}", "--quiet", "--out", "a.csv", "--summary", "a.json"], check=False)
@@ -321,7 +264,6 @@ def alone(scene, name, value, line):
 
 def as_alone():
     """Runs of a sweep, whose scene is read once, against runs alone."""
-    pathlib.Path("bounce.yaml").write_text(BOUNCE)
     lines = rows(run("bounce.yaml", "--vary", "v=1,4,7", "--jobs", "1", "--out", "-").stdout)
     same("own columns and events have cells", "height.end" in lines[0] and "event.apex" in lines[0], True)
     for line in lines:
@@ -339,70 +281,6 @@ def as_alone():
         alone("formula.yaml", "h", line["h"], line)
     pathlib.Path("from.yaml").write_text(BOUNCE + "initial: {from: a.csv}\n")
     same("a state from a file is refused", "initial.from" in run("from.yaml", "--vary", "g=1,2", code=2).stderr, True)
-
-
-def dump(file, name):
-    """The numbers of a dataset, by h5dump."""
-    subprocess.run(["h5dump", "-d", name, "-b", "LE", "-o", "dump.bin", file], check=True, capture_output=True)
-    return array.array("d", pathlib.Path("dump.bin").read_bytes())
-
-
-def texts(file, name):
-    return re.findall(r'"([^"]*)"', subprocess.run(["h5dump", "-d", name, file], check=True, capture_output=True, text=True).stdout.split("DATA {")[1])
-
-
-def attributes(file, name):
-    words = subprocess.run(["h5dump", "-A", "-m", "%.17g", "-d", name, file], check=True, capture_output=True, text=True).stdout
-    return dict(re.findall(r'ATTRIBUTE "([^"]+)" \{.*?\(0\): "?([^\n"]+)"?\n', words, re.DOTALL))
-
-
-def kept():
-    """All records in one HDF5 file, read by another program, against those of runs alone as CSV."""
-    sweep = ["bounce.yaml", "--vary", "v=1,4,7", "--vary", "bodies.stone.mass=1,-1", "--quiet"]
-    done = subprocess.run([command, "sweep", *sweep, "--out", "h.csv", "--keep", "h.h5"], capture_output=True, text=True, check=False)
-    if "built without HDF5" in done.stderr:
-        same("without HDF5: exit code, and nothing is left", (done.returncode, list(pathlib.Path().glob("h.*"))), (1, []))
-        same("run without HDF5", subprocess.run([command, "run", "bounce.yaml", "--out", "h.h5"], capture_output=True, check=False).returncode, 1)
-        return
-    same("exit code with --keep", done.returncode, 0)
-    whole = pathlib.Path("h.h5").read_bytes()
-    time.sleep(1.1)  # no times of the clock are in it
-    run(*sweep, "--jobs", "1", "--out", "h.csv", "--keep", "h.h5")
-    same("the same bytes by one thread, later", pathlib.Path("h.h5").read_bytes() == whole, True)
-    same("no side file is left", list(pathlib.Path().glob("h.h5.*")), [])
-    lines = pathlib.Path("h.csv").read_bytes()
-    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--out", "i.csv", "--keep", "i.h5")
-    long, records = pathlib.Path("i.csv").read_bytes(), pathlib.Path("i.h5").read_bytes()
-    process = subprocess.Popen([command, "sweep", "bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--jobs", "1", "--out", "i.csv", "--keep", "i.h5"])
-    time.sleep(0.02)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    with open("i.h5.partial", "ab") as file:  # the end of a run that was not finished
-        file.write(b"\0" * 20)
-    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--resume", "--out", "i.csv", "--keep", "i.h5")
-    same("killed and resumed: lines and records", (pathlib.Path("i.csv").read_bytes() == long, pathlib.Path("i.h5").read_bytes() == records), (True, True))
-    same("other endings are refused", "FILE.h5" in run("bounce.yaml", "--vary", "g=1,2", "--keep", "h.csv", code=1).stderr, True)
-    if shutil.which("h5dump") is None:
-        print("skipped: h5dump is not on this machine")
-        return
-    columns = texts("h.h5", "/columns")
-    same("units", dict(zip(columns, texts("h.h5", "/units")))["velocity.stone"], "m/s")
-    for number, line in enumerate(rows(lines.decode())):
-        told = attributes("h.h5", f"/runs/{number}")
-        same(f"run {number}: its values", (float(told["v"]), float(told["bodies.stone.mass"]), told["status"]), (float(line["v"]), float(line["bodies.stone.mass"]), line["status"]))
-        if line["status"] != "done":
-            continue
-        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={line['v']}", "--quiet", "--out", "a.csv"], check=True)
-        numbers = [float(r[c]) for r in rows(pathlib.Path("a.csv").read_text()) for c in columns]
-        same(f"run {number}: its records, to the bit", list(dump("h.h5", f"/runs/{number}")) == numbers, True)
-    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "b.h5"], check=True)
-    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "a.csv"], check=True)
-    records = rows(pathlib.Path("a.csv").read_text())
-    same("run --out FILE.h5: columns", texts("b.h5", "/columns"), list(records[0]))
-    same("its records, to the bit", list(dump("b.h5", "/records")) == [float(x) for r in records for x in r.values()], True)
-    same("its parameters", {k: float(v) for k, v in attributes("b.h5", "/records").items() if k != "status"}, {"v": 3, "h": 1, "g": 9.81})
-    layout = subprocess.run(["h5dump", "-p", "-H", "-d", "/runs/0", "h.h5"], check=True, capture_output=True, text=True).stdout
-    same("chunked and compressed", ("CHUNKED" in layout, "DEFLATE" in layout), (True, True))
 
 
 def rank_of(process):
@@ -456,59 +334,6 @@ def ranks():
     same("the bytes of an unbroken sweep", pathlib.Path("q.csv").read_bytes() == whole, True)
 
 
-def pictures():
-    """What is drawn of the lines of a sweep: counted in the picture."""
-    rectangle = r'd="M [-\d. ]+ L [-\d. ]+ L [-\d. ]+ L [-\d. ]+ Z'
-
-    def plot(*arguments, code=0):
-        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
-        same(f"plot {' '.join(arguments)}", done.returncode, code)
-        return done.stderr if code else pathlib.Path("p.svg").read_text()
-
-    run("fall.yaml", "--vary", "g=1:20:12", "--vary", "m=log:0.1:10:7", "--quiet", "--out", "g.csv")
-    if "without cairo" in subprocess.run([command, "plot", "g.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
-        return
-    picture = plot("g.csv", "--map", "g,m", "--columns", "energy.kinetic.max")
-    same("cells of a map, and stripes of its colours", len(re.findall(rectangle, picture)), 12 * 7 + 64)
-    same("colours", len({line.split(" d=")[0] for line in picture.splitlines() if re.search(rectangle, line)}) > 60, True)
-    curves = [d for d in re.findall(r'd="(M [^"]*)"', plot("g.csv", "--by", "m", "--columns", "energy.kinetic.max", "--log")) if d.count("L") > 4 and "Z" not in d]
-    same("curves, one a value", len(curves), 7)
-    run("fall.yaml", "--random", "g=normal(9.81,1)", "--random", "m=uniform(-0.1,1)", "--repeats", "200", "--quiet", "--out", "n.csv")
-    same("runs that fail, whose words have commas", plot("n.csv", "--columns", "position.stone.end").count("runs, ") <= 1, True)
-    plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
-    same("a map of a sample", len(re.findall(rectangle, plot("n.csv", "--map", "g,m", "--columns", "position.stone.end"))) - 64, sum(1 for line in rows(pathlib.Path("n.csv").read_text()) if line["status"] == "done"))
-    for arguments, words in ((["g.csv", "--map", "g"], "two columns"), (["g.csv", "--map", "g,q"], "no column 'q'"), (["g.csv", "--by", "q"], "no column 'q'"),
-                             (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this file is no sweep")):
-        same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)
-
-
-def motions():
-    """Motions over each other: of several results, and of the runs of an HDF5 file."""
-    def curves(*arguments):
-        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
-        same(f"plot {' '.join(arguments)}", done.returncode, 0)
-        paths = [d for d in re.findall(r'd="(M [^"]*)"', pathlib.Path("p.svg").read_text()) if d.count("L") > 4]
-        return sum(d.count("M") for d in paths), len(paths), done.stderr  # motions, and how many of them are apart
-
-    for v in (1, 2, 3):
-        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={v}", "--quiet", "--out", f"v{v}.csv"], check=True)
-    if "without cairo" in subprocess.run([command, "plot", "v1.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
-        return
-    same("three results: a curve each, and colours of their own", curves("v1.csv", "v2.csv", "v3.csv", "--columns", "position.stone")[:2], (3, 3))
-    told = subprocess.run([command, "plot", "v1.csv", "cases.csv", "--out", "p.svg"], capture_output=True, text=True, check=False)
-    same("other columns are refused", ("other columns" in told.stderr, told.returncode), (True, 2))
-    if not pathlib.Path("h.h5").exists():
-        return
-    same("the runs of an HDF5 file that have records", curves("h.h5", "--columns", "position.stone")[0], 3)
-    same("a single run", curves("b.h5", "--columns", "position.stone")[0], 1)
-    run("fall.yaml", "--vary", "g=1:20:300", "--set", "output.interval=0.1", "--quiet", "--out", "w.csv", "--keep", "w.h5")
-    drawn = curves("w.h5", "--columns", "position.stone")
-    same("some of very many", (drawn[0], "200 of 300 runs" in drawn[2]), (200, True))
-    pathlib.Path("no.h5").write_text("this is no HDF5")
-    told = subprocess.run([command, "plot", "no.h5", "--out", "p.svg"], capture_output=True, text=True, check=False)
-    same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
-
-
 def accuracy():
     """A study for each value of a parameter: lines as those of a sweep, and what they say against studies alone."""
     arguments = ["swing.yaml", "--integrators", "rk4,dopri5", "--goal", "1e-4,1e-7", "--budget", "0.5", "--quiet"]
@@ -544,7 +369,6 @@ def functionals():
     same("one by one the same bytes", run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--one-by-one", "--out", "-").stdout,
          run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--out", "-").stdout)
     # The records of a run have the bits that the sweep has seen, with two rows where an event writes them.
-    pathlib.Path("bounce.yaml").write_text(BOUNCE)
     lines = rows(run("bounce.yaml", "--vary", "v=1,2,3", "--functionals", "rms,mean,integral,end", "--out", "-").stdout)
     worst = compared = 0
     for line in lines:
@@ -598,14 +422,5 @@ def faults():
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
-with tempfile.TemporaryDirectory() as folder:
-    command = os.path.realpath(command)
-    os.chdir(folder)
-    pathlib.Path("fall.yaml").write_text(FALL)
-    for part in (grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, kept, ranks, pictures, motions, accuracy, functionals, reason, faults):
-        if part in (equal_bytes, lanes, eventful, armed, killed, ranks) and is_fused():
-            print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
-        else:
-            part()
-print(f"{passed} passed, {failed} failed")
-sys.exit(failed > 0)
+finish((grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
+       not_with_fused_lanes=(equal_bytes, lanes, eventful, armed, killed, ranks))

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Files of sweeps: records of all runs in one HDF5 file, and pictures of their lines and motions.
+
+sweep_files.py COMMAND
+"""
+import array
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+from swept import check, command, finish, rows, run, same
+
+
+def dump(file, name):
+    """The numbers of a dataset, by h5dump."""
+    subprocess.run(["h5dump", "-d", name, "-b", "LE", "-o", "dump.bin", file], check=True, capture_output=True)
+    return array.array("d", pathlib.Path("dump.bin").read_bytes())
+
+
+def texts(file, name):
+    return re.findall(r'"([^"]*)"', subprocess.run(["h5dump", "-d", name, file], check=True, capture_output=True, text=True).stdout.split("DATA {")[1])
+
+
+def attributes(file, name):
+    words = subprocess.run(["h5dump", "-A", "-m", "%.17g", "-d", name, file], check=True, capture_output=True, text=True).stdout
+    return dict(re.findall(r'ATTRIBUTE "([^"]+)" \{.*?\(0\): "?([^\n"]+)"?\n', words, re.DOTALL))
+
+
+def kept():
+    """All records in one HDF5 file, read by another program, against those of runs alone as CSV."""
+    sweep = ["bounce.yaml", "--vary", "v=1,4,7", "--vary", "bodies.stone.mass=1,-1", "--quiet"]
+    done = subprocess.run([command, "sweep", *sweep, "--out", "h.csv", "--keep", "h.h5"], capture_output=True, text=True, check=False)
+    if "built without HDF5" in done.stderr:
+        same("without HDF5: exit code, and nothing is left", (done.returncode, list(pathlib.Path().glob("h.*"))), (1, []))
+        same("run without HDF5", subprocess.run([command, "run", "bounce.yaml", "--out", "h.h5"], capture_output=True, check=False).returncode, 1)
+        return
+    same("exit code with --keep", done.returncode, 0)
+    whole = pathlib.Path("h.h5").read_bytes()
+    time.sleep(1.1)  # no times of the clock are in it
+    run(*sweep, "--jobs", "1", "--out", "h.csv", "--keep", "h.h5")
+    same("the same bytes by one thread, later", pathlib.Path("h.h5").read_bytes() == whole, True)
+    same("no side file is left", list(pathlib.Path().glob("h.h5.*")), [])
+    lines = pathlib.Path("h.csv").read_bytes()
+    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--out", "i.csv", "--keep", "i.h5")
+    long, records = pathlib.Path("i.csv").read_bytes(), pathlib.Path("i.h5").read_bytes()
+    process = subprocess.Popen([command, "sweep", "bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--jobs", "1", "--out", "i.csv", "--keep", "i.h5"])
+    time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    with open("i.h5.partial", "ab") as file:  # the end of a run that was not finished
+        file.write(b"\0" * 20)
+    run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--resume", "--out", "i.csv", "--keep", "i.h5")
+    same("killed and resumed: lines and records", (pathlib.Path("i.csv").read_bytes() == long, pathlib.Path("i.h5").read_bytes() == records), (True, True))
+    same("other endings are refused", "FILE.h5" in run("bounce.yaml", "--vary", "g=1,2", "--keep", "h.csv", code=1).stderr, True)
+    if shutil.which("h5dump") is None:
+        print("skipped: h5dump is not on this machine")
+        return
+    columns = texts("h.h5", "/columns")
+    same("units", dict(zip(columns, texts("h.h5", "/units")))["velocity.stone"], "m/s")
+    for number, line in enumerate(rows(lines.decode())):
+        told = attributes("h.h5", f"/runs/{number}")
+        same(f"run {number}: its values", (float(told["v"]), float(told["bodies.stone.mass"]), told["status"]), (float(line["v"]), float(line["bodies.stone.mass"]), line["status"]))
+        if line["status"] != "done":
+            continue
+        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={line['v']}", "--quiet", "--out", "a.csv"], check=True)
+        numbers = [float(r[c]) for r in rows(pathlib.Path("a.csv").read_text()) for c in columns]
+        same(f"run {number}: its records, to the bit", list(dump("h.h5", f"/runs/{number}")) == numbers, True)
+    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "b.h5"], check=True)
+    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "a.csv"], check=True)
+    records = rows(pathlib.Path("a.csv").read_text())
+    same("run --out FILE.h5: columns", texts("b.h5", "/columns"), list(records[0]))
+    same("its records, to the bit", list(dump("b.h5", "/records")) == [float(x) for r in records for x in r.values()], True)
+    same("its parameters", {k: float(v) for k, v in attributes("b.h5", "/records").items() if k != "status"}, {"v": 3, "h": 1, "g": 9.81})
+    layout = subprocess.run(["h5dump", "-p", "-H", "-d", "/runs/0", "h.h5"], check=True, capture_output=True, text=True).stdout
+    same("chunked and compressed", ("CHUNKED" in layout, "DEFLATE" in layout), (True, True))
+
+
+def pictures():
+    """What is drawn of the lines of a sweep: counted in the picture."""
+    rectangle = r'd="M [-\d. ]+ L [-\d. ]+ L [-\d. ]+ L [-\d. ]+ Z'
+
+    def plot(*arguments, code=0):
+        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
+        same(f"plot {' '.join(arguments)}", done.returncode, code)
+        return done.stderr if code else pathlib.Path("p.svg").read_text()
+
+    run("fall.yaml", "--vary", "g=1:20:12", "--vary", "m=log:0.1:10:7", "--quiet", "--out", "g.csv")
+    if "without cairo" in subprocess.run([command, "plot", "g.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
+        return
+    subprocess.run([command, "run", "bounce.yaml", "--quiet", "--out", "a.csv"], check=True)
+    picture = plot("g.csv", "--map", "g,m", "--columns", "energy.kinetic.max")
+    same("cells of a map, and stripes of its colours", len(re.findall(rectangle, picture)), 12 * 7 + 64)
+    same("colours", len({line.split(" d=")[0] for line in picture.splitlines() if re.search(rectangle, line)}) > 60, True)
+    curves = [d for d in re.findall(r'd="(M [^"]*)"', plot("g.csv", "--by", "m", "--columns", "energy.kinetic.max", "--log")) if d.count("L") > 4 and "Z" not in d]
+    same("curves, one a value", len(curves), 7)
+    run("fall.yaml", "--random", "g=normal(9.81,1)", "--random", "m=uniform(-0.1,1)", "--repeats", "200", "--quiet", "--out", "n.csv")
+    same("runs that fail, whose words have commas", plot("n.csv", "--columns", "position.stone.end").count("runs, ") <= 1, True)
+    plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
+    same("a map of a sample", len(re.findall(rectangle, plot("n.csv", "--map", "g,m", "--columns", "position.stone.end"))) - 64, sum(1 for line in rows(pathlib.Path("n.csv").read_text()) if line["status"] == "done"))
+    for arguments, words in ((["g.csv", "--map", "g"], "two columns"), (["g.csv", "--map", "g,q"], "no column 'q'"), (["g.csv", "--by", "q"], "no column 'q'"),
+                             (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this file is no sweep")):
+        same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)
+
+
+def motions():
+    """Motions over each other: of several results, and of the runs of an HDF5 file."""
+    def curves(*arguments):
+        done = subprocess.run([command, "plot", *arguments, "--out", "p.svg"], capture_output=True, text=True, check=False)
+        same(f"plot {' '.join(arguments)}", done.returncode, 0)
+        paths = [d for d in re.findall(r'd="(M [^"]*)"', pathlib.Path("p.svg").read_text()) if d.count("L") > 4]
+        return sum(d.count("M") for d in paths), len(paths), done.stderr  # motions, and how many of them are apart
+
+    pathlib.Path("cases.csv").write_text("m,g\n1,2\n3,4\n5,6\n")
+    for v in (1, 2, 3):
+        subprocess.run([command, "run", "bounce.yaml", "--set", f"v={v}", "--quiet", "--out", f"v{v}.csv"], check=True)
+    if "without cairo" in subprocess.run([command, "plot", "v1.csv", "--out", "p.svg"], capture_output=True, text=True, check=False).stderr:
+        return
+    same("three results: a curve each, and colours of their own", curves("v1.csv", "v2.csv", "v3.csv", "--columns", "position.stone")[:2], (3, 3))
+    told = subprocess.run([command, "plot", "v1.csv", "cases.csv", "--out", "p.svg"], capture_output=True, text=True, check=False)
+    same("other columns are refused", ("other columns" in told.stderr, told.returncode), (True, 2))
+    if not pathlib.Path("h.h5").exists():
+        return
+    same("the runs of an HDF5 file that have records", curves("h.h5", "--columns", "position.stone")[0], 3)
+    same("a single run", curves("b.h5", "--columns", "position.stone")[0], 1)
+    run("fall.yaml", "--vary", "g=1:20:300", "--set", "output.interval=0.1", "--quiet", "--out", "w.csv", "--keep", "w.h5")
+    drawn = curves("w.h5", "--columns", "position.stone")
+    same("some of very many", (drawn[0], "200 of 300 runs" in drawn[2]), (200, True))
+    pathlib.Path("no.h5").write_text("this is no HDF5")
+    told = subprocess.run([command, "plot", "no.h5", "--out", "p.svg"], capture_output=True, text=True, check=False)
+    same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
+
+
+finish((kept, pictures, motions))
