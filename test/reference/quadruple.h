@@ -68,6 +68,8 @@ bool quad_accelerate(const quad_mechanism *m, const quad *q, const quad *u, quad
 void quad_point(const quad_mechanism *m, const quad *q, int body, const quad at[3], quad out[3]);
 /* The point of the world in a body's frame. */
 void quad_in_body(const quad_mechanism *m, const quad *q, int body, const quad point[3], quad out[3]);
+/* K x = x by Gauss' elimination with row pivots, in place. False at a pivot that is zero but for rounding. */
+bool quad_eliminate(int n, quad *K, int stride, quad *x);
 /* x of least norm with A x = b, A of full row rank; n columns, stride QUAD_NV. False if it has not. */
 bool quad_least(int rows, int columns, const quad *A, int stride, const quad *b, quad *x);
 /* The smallest and the largest singular value of A (A A' by Jacobi's method), and the left vector of the smallest. */
