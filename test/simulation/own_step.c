@@ -1,9 +1,7 @@
-/* Derivatives of steps with auxiliary states. The oracles are the step of a simulation, differences of the step for A,
- * B and C, and exponentials of the modes for Floquet multipliers. Gradients run over many steps, through a loop,
- * quaternions and markers. */
+/* Derivatives of steps with auxiliary states. The oracles are the step of a simulation, and differences of the step for
+ * A, B and C. Gradients run over many steps, through a loop, quaternions and markers. */
 #include "scenes.h"
 
-#include "kinetree/analysis.h"
 #include "kinetree/batch.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
@@ -595,54 +593,4 @@ KT_TEST(failed_step_leaves_the_own_states) {
     kt_check_near("x", x[0], 0.25, 0.0);
     kt_check_true("NaN", isnan(x[1]));
     end(&m);
-}
-
-/* A linear system at rest: J q'' = -P q + x - D q', x' = -20 q - 0.5 x. Its multipliers over T are exp(lambda T). A
- * state alone has the multiplier exp(-3 T). */
-KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
-    static const char text[] =
-        "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: prismatic, axis: x}, mass: 2}\n"
-        "states: {x: {rate: \"-20*position.arm - 0.5*x\"}, alone: {rate: \"-3*alone\"}}\neffects:\n"
-        "  - {type: expression, joint: arm, force: \"-50*position.arm + x - velocity.arm\"}\n";
-    const double T = 0.7, q = 0.0, v = 0.0;
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_modes *modes = NULL;
-    kt_linearization *l = NULL;
-    kt_floquet *floquet = NULL;
-    kt_error error = {0};
-    const kt_floquet_options options = kt_floquet_options_default(T);
-    const kt_linearization_options linear = kt_linearization_options_default();
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), &error) ||
-        !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error) ||
-        !kt_fine("linear", kt_linearization_create(model, &linear, &l, &error), &error) ||
-        !kt_fine("system", kt_linearization_evaluate(l, 0.0, &q, &v, NULL, &error), &error) ||
-        !kt_fine("modes", kt_modes_create(model, &modes, &error), &error) ||
-        !kt_fine("evaluate", kt_modes_evaluate(modes, kt_linearization_system(l), &error), &error) ||
-        !kt_fine("floquet", kt_floquet_create(model, &options, &floquet, &error), &error) ||
-        !kt_fine("multipliers", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error))
-        return;
-    kt_check_equal_int("multipliers", kt_floquet_count(floquet), kt_modes_count(modes));
-    kt_worst distance = kt_worst_make("distance of the nearest multiplier");
-    for (int i = 0; i < kt_modes_count(modes); i++) {
-        const kt_mode mode = kt_modes_at(modes, i);
-        const double re = exp(mode.real * T) * cos(mode.imaginary * T),
-                     im = exp(mode.real * T) * sin(mode.imaginary * T);
-        double nearest = HUGE_VAL;
-        for (int j = 0; j < kt_floquet_count(floquet); j++) {
-            const kt_multiplier mu = kt_floquet_at(floquet, j);
-            nearest = fmin(nearest, hypot(mu.real - re, mu.imaginary - fabs(im)));
-        }
-        kt_worst_below(&distance, nearest, 1e-9, "mode %d", i);
-    }
-    kt_check_worst(&distance);
-    kt_check_below("gap", kt_floquet_gap(floquet), 0.0);
-    kt_floquet_own_states(floquet)[1] = 2.0;
-    (void)kt_fine("again", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);
-    kt_check_near("gap of the state", kt_floquet_gap(floquet), 1.0 - exp(-3.0 * T), 1e-9);
-    kt_floquet_free(floquet);
-    kt_modes_free(modes);
-    kt_linearization_free(l);
-    kt_model_free(model);
-    kt_scene_free(&scene);
 }
