@@ -39,6 +39,11 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
     KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
+    KT_NOTE(kt_mjcf, armatures, MOTION,
+            "armatures of spatial tendons around geoms, which MuJoCo rejects, of too many parts, or of parts without "
+            "a length, left out:"),
+    KT_NOTE(kt_mjcf, tied_paths, DETAIL,
+            "spatial tendons with an armature, each a body without mass that a coupling moves:"),
     KT_NOTE(kt_mjcf, branches, MOTION,
             "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
             "nothing:"),
@@ -109,9 +114,6 @@ static void make_notes(const kt_mjcf *m, kt_scene *scene) {
                 "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
                 m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     KT_NOTES_PUT(&n, m, force_notes);
-    kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->armatures,
-                "armature of a spatial tendon, which is left out, up to %.2g of the inertia along the tendon: %d",
-                m->armature_share, m->armatures.count);
     kt_note_put(
         &n, KT_NOTE_RANK_MOTION, &m->cables,
         "elastic torques of cables, which have an energy here, differ from MuJoCo's by up to %.2g of the torque "
@@ -139,10 +141,10 @@ static bool init_names(kt_mjcf *m) {
     if (memory == NULL)
         return kt_reader_out_of_memory(m->r);
     kt_names_init(&m->names, count, memory);
-    return kt_namer_init(&m->bodies_named, m->r, 2 * m->elements + 2) &&
-           kt_namer_init(&m->draft.loop_names, m->r, m->elements + 2) &&
+    return kt_namer_init(&m->bodies_named, m->r, 5 * m->elements + 2) &&
+           kt_namer_init(&m->draft.loop_names, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->states_named, m->r, m->elements + 2) &&
-           kt_namer_init(&m->joints_named, m->r, 4 * m->elements + 4) &&
+           kt_namer_init(&m->joints_named, m->r, 7 * m->elements + 4) &&
            kt_namer_init(&m->effects_named, m->r,
                          (m->source->options->contacts ? KT_CONTACT_POINTS_MOST + 1 : 1) * (m->elements + 2));
 }

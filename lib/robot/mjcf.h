@@ -199,12 +199,10 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list wraps;         /* kt_mjcf_wrap */
-    kt_list reaches;       /* kt_mjcf_reach */
-    kt_left armatures;     /* of spatial tendons */
-    double armature_share; /* the largest part of the inertia along a tendon */
-    kt_left cables;        /* bodies whose elastic torque differs from MuJoCo's */
-    double cable_share;    /* the largest such difference, as a part of the torque */
+    kt_list wraps;      /* kt_mjcf_wrap */
+    kt_list reaches;    /* kt_mjcf_reach */
+    kt_left cables;     /* bodies whose elastic torque differs from MuJoCo's */
+    double cable_share; /* the largest such difference, as a part of the torque */
     kt_left activations;
     int ctrl_count;
 
@@ -213,7 +211,7 @@ typedef struct kt_mjcf {
     kt_strange strange;         /* elements and attributes that are left out */
     kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
     kt_left limits, contacts, pictures, mesh_files, renamed_joints, offsets, several, mocap, soft, inactive, keys, tied,
-        lost_limits, freed, attached, incomplete, lost_settings;
+        tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
     double depth;                             /* of the deepest contact at the start */
@@ -350,6 +348,7 @@ void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
 void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
 void kt_mjcf_start(kt_mjcf *m);       /* the requested keyframe */
+void kt_mjcf_keep_start(kt_mjcf *m);  /* loops of lengths move none of its positions and velocities */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
 void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper`; reaches of muscles */
@@ -442,6 +441,8 @@ void kt_mjcf_add_wrap(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
  * False if it is left out. */
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
+int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end);
+int kt_mjcf_common_body(const kt_mjcf *m, int a, int b); /* that carries both */
 /* Adds springs, dampers and stops along a spatial tendon. */
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
@@ -454,6 +455,9 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
 
 /* "2*length" of a factor times the length of a path, or of its rate. */
 void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to);
+
+/* Adds its armature, as that of a slider whose position is the length (mjcf_length.c). */
+void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t);
 
 /* ---- mjcf_muscle.c ----------------------------------------------------------------------------------------------- */
 
@@ -490,6 +494,8 @@ typedef struct kt_mjcf_reach {
     bool is_found, is_computed; /* there is a range; the file does not give it */
 } kt_mjcf_reach;
 
+/* Adds the armatures of spatial tendons to the mass matrix at the reference positions; `room` as below. */
+void kt_mjcf_add_path_armatures(kt_mjcf *m, const kt_contact_tree *tree, double *mass, double *room);
 /* Finds them for all muscles. `factors` is the Cholesky factor of the tree's mass matrix at the reference positions;
  * `room` has space for 8 vectors of nv. */
 void kt_mjcf_find_reaches(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room);
@@ -583,9 +589,9 @@ static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
 static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) {
     return i < m->terms.count ? (kt_mjcf_term *)m->terms.items + i : NULL;
 }
-/* Whether a tendon has an armature along a path. */
-static inline bool kt_mjcf_has_lost_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
-    return t->path_count > 0 && t->moves && kt_mjcf_number(m, t->element, "tendon", "armature", 0.0) != 0.0;
+/* The armature of a tendon along a path; 0 of others. */
+static inline double kt_mjcf_path_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
+    return t->path_count > 0 && t->moves ? kt_mjcf_number(m, t->element, "tendon", "armature", 0.0) : 0.0;
 }
 static inline int kt_mjcf_nq(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 7 : type == KT_MJCF_BALL ? 4 : 1; }
 static inline int kt_mjcf_nv(kt_mjcf_motion type) { return type == KT_MJCF_FREE ? 6 : type == KT_MJCF_BALL ? 3 : 1; }

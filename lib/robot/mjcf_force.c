@@ -258,6 +258,7 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     t->joint = joint;
     t->coefficient = 1.0;
     kt_left_count(&m->tied, t->element);
+    kt_mjcf_keep_start(m);
 }
 
 bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t) {
@@ -353,6 +354,8 @@ void kt_mjcf_read_tendons(kt_mjcf *m) {
 void kt_mjcf_make_tendons(kt_mjcf *m) {
     for (int i = 0; i < m->tendons.count && !m->r->out_of_memory; i++) {
         kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, i);
+        if (kt_mjcf_path_armature(m, t) != 0.0)
+            kt_mjcf_add_armature(m, t);
         if (t->path_count > 0)
             kt_mjcf_act_in_path(m, t);
         else if (strcmp(t->element->name, "fixed") == 0)

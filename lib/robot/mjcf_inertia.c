@@ -2,8 +2,8 @@
  *
  * `springdamper` defines stiffness and damping relative to the inertia of the joint. A joint of n coordinates has
  *     I = n / sum_i (M^-1)_ii
- * with the mass matrix M of the tree. A fixed tendon of length L = c'q adds armature c c' to M, for pairs of joints of
- * which one carries the other. A joint with the time constant T and the damping ratio z then has
+ * with the mass matrix M of the tree. A tendon of length L adds armature J'J with J = dL/dq to M, for pairs of joints
+ * of which one carries the other. A joint with the time constant T and the damping ratio z then has
  *     stiffness = I / (T z)^2,   damping = 2 I / T.
  *
  * Muscles need the inverse of the mass matrix, too (mjcf_reach.c).
@@ -89,6 +89,7 @@ static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *err
     if (status != KT_OK)
         return status;
     add_tendons(m, tree->model, mass);
+    kt_mjcf_add_path_armatures(m, tree, mass, room);
     if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
         return KT_ERROR_SINGULAR;
     take_inertias(m, tree->model, mass, room);
@@ -107,11 +108,6 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     if (first == NULL && m->source->options->contacts && m->nv > 0)
         first = m->root;
     first = first == NULL && m->nv > 0 ? kt_mjcf_find_muscle(m, NULL) : first;
-    for (int i = 0; i < m->tendons.count && m->nv > 0; i++)
-        if (kt_mjcf_has_lost_armature(m, kt_mjcf_tendon_at(m, i))) {
-            kt_left_count(&m->armatures, kt_mjcf_tendon_at(m, i)->element);
-            first = first == NULL ? kt_mjcf_tendon_at(m, i)->element : first;
-        }
     if (first == NULL || m->r->out_of_memory)
         return;
     kt_body *bodies = kt_pool_take(&m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);

@@ -149,3 +149,10 @@ void kt_mjcf_start(kt_mjcf *m) {
             j->start = m->qpos[j->position];
     }
 }
+
+void kt_mjcf_keep_start(kt_mjcf *m) {
+    kt_body *bodies = m->draft.bodies.items;
+    for (int i = 0; i < m->joints.count && m->source->options->keyframe != NULL; i++)
+        bodies[kt_mjcf_joint_at(m, i)->carrier_index].joint.given |=
+            KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION | KT_GIVEN_VELOCITY | KT_GIVEN_ANGULAR;
+}

@@ -35,7 +35,7 @@ typedef struct length {
     line on;
     kt_path_point_record *points;
     int bodies[KT_PATH_LINK_MAX], links;
-    double *jacobian, *gradient; /* room for 6 nv and 2 nv numbers */
+    double *jacobian, *gradient; /* room for 6 nv and nv numbers */
 } length;
 
 static line line_of(kt_mjcf *m, const kt_element *e) {
@@ -339,22 +339,12 @@ static void take_range(const length *l, kt_mjcf_reach *reach) {
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* M^-1 J' in place of the gradient J; returns J M^-1 J', the acceleration of the length by a force along it. */
-static double solve_gradient(const length *l, const double *factors) {
+static double acceleration_of(const length *l, const double *factors) {
     const int nv = kt_model_nv(l->tree->model);
-    double *force = l->gradient + nv, sum = 0.0;
+    double sum = 0.0;
     (void)evaluate_length(l);
-    memcpy(force, l->gradient, (size_t)nv * sizeof *force);
     kt_dense_solve(factors, nv, l->gradient);
     for (int i = 0; i < nv; i++)
-        sum += force[i] * l->gradient[i];
-    return sum;
-}
-
-static double acceleration_of(const length *l, const double *factors) {
-    double sum = 0.0;
-    (void)solve_gradient(l, factors);
-    for (int i = 0; i < kt_model_nv(l->tree->model); i++)
         sum += l->gradient[i] * l->gradient[i];
     return fabs(l->on.gear) * sqrt(sum);
 }
@@ -390,16 +380,28 @@ static void add_reach(kt_mjcf *m, const kt_element *e, const kt_contact_tree *tr
     take_range(&l, reach);
 }
 
-/* The armature of a spatial tendon has no place in the mass matrix. Finds its largest part of the inertia along the
- * tendon. */
-static void compare_armatures(kt_mjcf *m, const kt_contact_tree *tree, const double *factors, double *room) {
+/* Adds a J'J of a tendon's gradient J, for pairs of joints of which one carries the other. */
+static void add_square(const length *l, double armature, double *mass) {
+    const int nv = kt_model_nv(l->tree->model);
+    for (int i = 0; i < l->m->joints.count; i++)
+        for (int k = 0; k < l->m->joints.count; k++) {
+            const kt_coordinates row = kt_mjcf_coordinates_of(l->m, l->tree->model, kt_mjcf_joint_at(l->m, i));
+            const kt_coordinates column = kt_mjcf_coordinates_of(l->m, l->tree->model, kt_mjcf_joint_at(l->m, k));
+            if (!kt_mjcf_is_chain(l->m, i, k))
+                continue;
+            for (int r = row.v; r < row.v + row.nv; r++)
+                for (int c = column.v; c < column.v + column.nv; c++)
+                    mass[c * nv + r] += armature * l->gradient[r] * l->gradient[c];
+        }
+}
+
+void kt_mjcf_add_path_armatures(kt_mjcf *m, const kt_contact_tree *tree, double *mass, double *room) {
     for (int i = 0; i < m->tendons.count && !m->r->out_of_memory; i++) {
-        const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, i);
+        const double armature = kt_mjcf_path_armature(m, kt_mjcf_tendon_at(m, i));
         length l = {.m = m, .tree = tree, .on = {.joint = -1, .tendon = i, .gear = 1.0}, .jacobian = room};
         l.gradient = room + 6 * (size_t)kt_model_nv(tree->model);
-        if (kt_mjcf_has_lost_armature(m, t) && read_points(&l))
-            m->armature_share = fmax(m->armature_share, kt_mjcf_number(m, t->element, "tendon", "armature", 0.0) *
-                                                            solve_gradient(&l, factors));
+        if (armature != 0.0 && read_points(&l) && isfinite(evaluate_length(&l)))
+            add_square(&l, armature, mass);
     }
 }
 
@@ -407,7 +409,6 @@ void kt_mjcf_find_reaches(kt_mjcf *m, const kt_contact_tree *tree, const double 
     for (const kt_element *e = kt_mjcf_find_muscle(m, NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_find_muscle(m, e))
         add_reach(m, e, tree, factors, room);
-    compare_armatures(m, tree, factors, room);
 }
 
 const kt_mjcf_reach *kt_mjcf_reach_of(const kt_mjcf *m, const kt_element *e) {

@@ -58,10 +58,10 @@ static kt_pose pose_at_rest(const kt_mjcf *m, int body) {
     return pose;
 }
 
-/* The body of a point. Names of bodies are unique, and that of the world is missing. */
-static int body_of_point(const kt_mjcf *m, const kt_path_point *point) {
+/* Names of bodies are unique, and that of the world is missing. */
+int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end) {
     for (int i = 1; i < m->bodies.count; i++)
-        if (kt_mjcf_body_at(m, i)->name == point->end.body)
+        if (kt_mjcf_body_at(m, i)->name == end->body)
             return i;
     return 0;
 }
@@ -74,7 +74,7 @@ static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
         return 0.0;
     }
     for (int i = 0; i < t->path_count; i++) { /* all in the axes of the world */
-        const kt_pose on = pose_at_rest(m, body_of_point(m, &t->path[i]));
+        const kt_pose on = pose_at_rest(m, kt_mjcf_body_of_end(m, &t->path[i].end));
         const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
         records[i] = kt_path_record_of(&t->path[i], &frame, 0);
     }
@@ -84,8 +84,7 @@ static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
     return value.length;
 }
 
-/* The body that carries both; 0: only the world does. */
-static int find_common_body(const kt_mjcf *m, int a, int b) {
+int kt_mjcf_common_body(const kt_mjcf *m, int a, int b) {
     while (a != b) {
         int *lower = a > b ? &a : &b;
         *lower = kt_mjcf_body_at(m, *lower)->parent;
@@ -112,7 +111,7 @@ static bool leaves_in_place(const kt_mjcf *m, const kt_mjcf_joint *j, const kt_m
 /* The pose of a surface in another body, in which the joints between both bodies leave it; false if they do not. */
 static bool find_surface_in(const kt_mjcf *m, const kt_mjcf_wrap *wrap, int body, kt_pose *pose) {
     const kt_pose surface = kt_pose_compose(kt_mjcf_body_at(m, wrap->body)->world, wrap->pose);
-    const int common = find_common_body(m, wrap->body, body), ends[2] = {wrap->body, body};
+    const int common = kt_mjcf_common_body(m, wrap->body, body), ends[2] = {wrap->body, body};
     for (int k = 0; k < 2; k++)
         for (int b = ends[k]; b != common; b = kt_mjcf_body_at(m, b)->parent)
             for (int i = 0; i < kt_mjcf_body_at(m, b)->joint_count; i++)
@@ -217,7 +216,7 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (!read_points(m, t))
         return false;
     for (int i = 0; i < t->path_count; i++)
-        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, body_of_point(m, &t->path[i]));
+        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, kt_mjcf_body_of_end(m, &t->path[i].end));
     t->moves = count_bodies(t) > 1;
     t->rest = length_at_rest(m, t);
     return count_bodies(t) <= KT_PATH_LINK_MAX;

@@ -1,5 +1,5 @@
-/* Actuators of MJCF with activations: against closed forms, and against today's MuJoCo (mujoco_wasm.mjs), if
- * KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
+/* Actuators of MJCF with activations, and tendons with armatures: against closed forms, and against today's MuJoCo
+ * (mujoco_wasm.mjs), if KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
 #include "check.h"
 
 #include "kinetree/import.h"
@@ -280,6 +280,19 @@ static const char muscles[] =
     "area='.3'/></actuator><keyframe><key name='k' qpos='.1 .2 .3' ctrl='.6 .7 .2 .8 .4 .9' act='.05 .9 .7 .3 "
     "-.2'/></keyframe></mujoco>";
 
+/* Armatures of a spatial tendon of three parts, two of which are a branch with half the length, and of a fixed one.
+ * Each joint carries the next one. */
+static const char armatures[] =
+    "<mujoco><option timestep='0.000244140625' integrator='RK4'><flag contact='disable' limit='disable'/></option>"
+    "<default><geom type='capsule' fromto='0 0 0 0 0 -.3' size='.02' mass='1'/></default><worldbody><site name='w' "
+    "pos='.1 .2 .1'/><body name='a'><joint name='a' axis='0 1 0' damping='.3'/><geom/><site name='a' pos='.05 0 -.2'/>"
+    "<body name='b' pos='0 0 -.3'><joint name='b' axis='1 .2 0' ref='20'/><geom/><body name='c' pos='0 0 -.3'><joint "
+    "name='c' type='slide' axis='.1 0 1' stiffness='30'/><geom/><site name='c' pos='.1 .1 -.1'/></body></body></body>"
+    "</worldbody><tendon><spatial armature='1.7' stiffness='3' springlength='.2'><site site='w'/><site site='a'/>"
+    "<pulley divisor='2'/><site site='w'/><site site='c'/><site site='a'/></spatial><fixed armature='.4'><joint "
+    "joint='a' coef='1'/><joint joint='b' coef='-.5'/></fixed></tendon><keyframe><key name='k' qpos='.3 0 .05' "
+    "qvel='1 0 -.3'/></keyframe></mujoco>";
+
 /* The positions after 1 s are those of MuJoCo. */
 static void compare_motion(const char *text, int joints) {
     const char *package = getenv("KT_MUJOCO_WASM");
@@ -308,3 +321,5 @@ static void compare_motion(const char *text, int joints) {
 KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) { compare_motion(robot, JOINTS_MOST); }
 
 KT_TEST(muscles_move_as_those_of_mujoco_of_today) { compare_motion(muscles, 3); }
+
+KT_TEST(tendons_with_armatures_move_as_those_of_mujoco_of_today) { compare_motion(armatures, 3); }

@@ -16,8 +16,10 @@
     "<mujoco><worldbody><site name='h' pos='0 0 2'/><body name='a' pos='0 0 1.5'><joint name='a' type='slide' "        \
     "axis='0 0 1'/><geom size='.1' mass='3'/><site name='s'/></body></worldbody><tendon>" tendon "</tendon></mujoco>"
 #define COPIES(tendon, actuator)                                                                                       \
-    "<mujoco><worldbody><site name='h' pos='0 0 2'/><replicate count='2'><body><joint type='ball'/><geom size='.1' "   \
-    "mass='3'/><site name='s'/></body></replicate><body><joint name='b' type='ball'/><geom size='.1'/></body>"         \
+    "<mujoco><worldbody><site name='h' pos='0 0 2'/><geom name='g' size='.1'/><replicate count='2'><body><joint "      \
+    "type='ball'/><geom size='.1' "                                                                                    \
+    "mass='3'/><site name='s'/></body></replicate><body><joint name='b' type='ball'/><geom size='.1'/><site "          \
+    "name='h2'/></body>"                                                                                               \
     "</worldbody><tendon>" tendon "</tendon><actuator>" actuator "</actuator></mujoco>"
 #define SITES "<site site='h'/><site site='s'/>"
 
@@ -107,7 +109,9 @@ KT_TEST(what_tendons_lose_is_told) {
         {MODEL("<spatial>" SITES "<pulley/>" SITES "</spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial><site site='h'/></spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "dry friction that is smooth"},
-        {MODEL("<spatial armature='1'>" SITES "</spatial>"), "up to 0.33 of the inertia along the tendon: 1"},
+        {COPIES("<spatial armature='1'><site site='h'/><geom geom='g'/><site site='h2'/></spatial>", ""),
+         "armatures of spatial tendons around geoms, which MuJoCo rejects, of too many parts, or of parts without a "
+         "length, left out: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", ""), "copies by a replicate: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", "<motor tendon='t'/>"),
          "copies by a replicate: 2"},
@@ -123,6 +127,136 @@ KT_TEST(what_tendons_lose_is_told) {
         kt_check_true(table[i].note, found);
         kt_scene_free(&scene);
     }
+}
+
+/* ---- armature ---------------------------------------------------------------------------------------------------- */
+
+enum { ARM_NQ = 6, ARM_NV = 5, ARM_PARTS = 3 };
+
+#define ARM                                                                                                            \
+    "<mujoco><worldbody><site name='w' pos='.3 .1 .2'/><body name='a' pos='0 0 1'><joint name='a' axis='0 1 .2'/>"     \
+    "<geom size='.1' pos='.3 0 0' mass='2'/><site name='a' pos='.2 .1 0'/><body name='b' pos='.5 0 0'><joint "         \
+    "name='b' type='ball'/><geom type='box' size='.1 .2 .05' pos='.1 0 .1'/><site name='b' pos='.1 .2 .1'/><body "     \
+    "name='c' pos='.3 0 0'><joint name='c' type='slide' axis='1 .3 0'/><geom size='.05' mass='1'/><site name='c' "     \
+    "pos='0 .1 .1'/></body></body></body></worldbody><tendon>%s</tendon><keyframe><key name='k' qpos='%.17g %.17g "    \
+    "%.17g %.17g %.17g %.17g' qvel='%.17g 0 %.17g %.17g %.17g'/></keyframe></mujoco>"
+
+static const char arm_tendon[] =
+    "<spatial armature='1.3'><site site='w'/><site site='a'/><site site='c'/><pulley divisor='2'/><site site='w'/>"
+    "<site site='b'/></spatial><fixed armature='.7'><joint joint='a' coef='1'/><joint joint='c' coef='-.4'/></fixed>";
+
+/* The parts of the spatial tendon. */
+static const struct {
+    const char *from, *to;
+    kt_vec3 at[2];
+    double divisor;
+} arm_parts[ARM_PARTS] = {{NULL, "a", {{.3, .1, .2}, {.2, .1, 0.0}}, 1.0},
+                          {"a", "c", {{.2, .1, 0.0}, {0.0, .1, .1}}, 1.0},
+                          {NULL, "b", {{.3, .1, .2}, {.1, .2, .1}}, 2.0}};
+
+typedef struct arm {
+    kt_scene scene;
+    kt_model *model;
+    kt_data *data;
+    double q[64], v[64];
+} arm;
+
+/* Reads the arm and closes its loops at the start of the keyframe. */
+static bool open_arm(const char *tendon, const double q[ARM_NQ], const double v[ARM_NV], arm *a) {
+    const kt_robot_options options = {.keyframe = "k"};
+    char text[3000];
+    kt_error error = {0};
+    (void)snprintf(text, sizeof text, ARM, tendon, q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[2], v[3], v[4]);
+    memset(a, 0, sizeof *a);
+    if (!read_text(text, &options, &a->scene) ||
+        !kt_check_equal_int(error.message, kt_model_compile(&a->scene.description, NULL, &a->model, &error), KT_OK) ||
+        !kt_check_equal_int(error.message, kt_data_create(a->model, &a->data, &error), KT_OK))
+        return false;
+    (void)kt_model_initial(a->model, a->q, a->v);
+    return kt_check_equal_int(error.message, kt_state_assemble(a->model, a->data, 0.0, a->q, a->v, &error), KT_OK);
+}
+
+static void close_arm(arm *a) {
+    kt_data_free(a->data);
+    kt_model_free(a->model);
+    kt_scene_free(&a->scene);
+}
+
+/* Adds armature (J a + dJ/dt v) J' of a straight part to the forces, where J a + dJ/dt v is the acceleration of its
+ * length. The kinematics are those of the acceleration a. */
+static double part_of_arm(const arm *t, int part, double gradient[ARM_NV]) {
+    kt_vec3 x[2], u[2], w[2];
+    double jacobian[2][6 * ARM_NV];
+    for (int k = 0; k < 2; k++) {
+        const char *name = k == 0 ? arm_parts[part].from : arm_parts[part].to;
+        const int body = name != NULL ? kt_body_find(t->model, name) : 0;
+        const kt_vec3 at = arm_parts[part].at[k];
+        x[k] = kt_point_position(t->model, t->data, body, at);
+        u[k] = kt_point_velocity(t->model, t->data, body, at);
+        w[k] = kt_point_acceleration(t->model, t->data, body, at);
+        kt_point_jacobian(t->model, t->data, body, at, jacobian[k]);
+    }
+    const kt_vec3 d = kt_vec3_sub(x[1], x[0]), rate = kt_vec3_sub(u[1], u[0]), n = kt_vec3_normalize(d);
+    const kt_vec3 across = kt_vec3_cross(n, rate);
+    for (int j = 0; j < ARM_NV; j++) {
+        const double *c = jacobian[1] + 6 * (size_t)j, *b = jacobian[0] + 6 * (size_t)j;
+        gradient[j] += kt_vec3_dot(n, kt_vec3_make(c[3] - b[3], c[4] - b[4], c[5] - b[5])) / arm_parts[part].divisor;
+    }
+    return (kt_vec3_dot(n, kt_vec3_sub(w[1], w[0])) + kt_vec3_dot(across, across) / kt_vec3_norm(d)) /
+           arm_parts[part].divisor;
+}
+
+/* The forces that the accelerations of the arm need: those of the tree, and of both armatures. */
+static bool forces_of_arm(arm *tree, const double a[ARM_NV], double f[ARM_NV]) {
+    kt_error error = {0};
+    double gradient[ARM_NV] = {0.0}, rate = 0.0;
+    if (kt_dynamics_inverse(tree->model, tree->data, tree->q, tree->v, a, NULL, f, &error) != KT_OK ||
+        kt_kinematics_update(tree->model, tree->data, tree->q, tree->v, a, &error) != KT_OK)
+        return kt_check_text("the tree", error.message, "");
+    for (int part = 0; part < ARM_PARTS; part++)
+        rate += part_of_arm(tree, part, gradient);
+    for (int j = 0; j < ARM_NV; j++)
+        f[j] += 1.3 * rate * gradient[j];
+    const double sum = 0.7 * (a[0] - 0.4 * a[4]);
+    f[0] += sum;
+    f[4] += -0.4 * sum;
+    return true;
+}
+
+/* Forces of random size on the arm, the accelerations that it then has, and the forces that these need. */
+KT_TEST(armatures_of_tendons_are_inertias_along_their_lengths) {
+    kt_random random = kt_random_of_test();
+    kt_worst force = kt_worst_make("force"), kept = kt_worst_make("start");
+    for (int n = 0; n < 20; n++) {
+        arm arms[2] = {{.model = NULL}, {.model = NULL}};
+        double q[ARM_NQ], v[ARM_NV], tau[64] = {0.0}, a[64], f[ARM_NV];
+        kt_error error = {0};
+        for (int i = 0; i < ARM_NQ; i++)
+            q[i] = i == 0 && n % 4 == 0 ? 0.0 : kt_random_uniform(&random, -1.0, 1.0);
+        const double size = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3] + q[4] * q[4]);
+        for (int i = 1; i < 5; i++)
+            q[i] /= size;
+        for (int i = 0; i < ARM_NV; i++)
+            v[i] = i == 1 || (i == 4 && n % 3 == 0) ? 0.0 : kt_random_uniform(&random, -2.0, 2.0);
+        const bool is_open = open_arm(arm_tendon, q, v, &arms[0]) && open_arm("", q, v, &arms[1]);
+        for (int i = 0; i < ARM_NV; i++)
+            tau[i] = kt_random_uniform(&random, -20.0, 20.0);
+        if (is_open &&
+            kt_check_equal_int(
+                error.message,
+                kt_acceleration_evaluate(arms[0].model, arms[0].data, 0.0, arms[0].q, arms[0].v, tau, NULL, a, &error),
+                KT_OK) &&
+            forces_of_arm(&arms[1], a, f))
+            for (int i = 0; i < ARM_NV; i++) {
+                kt_worst_near(&force, f[i], tau[i], 1e-12, "%d, %d", n, i);
+                kt_worst_near(&kept, arms[0].q[i], arms[1].q[i], 0.0, "position %d, %d", n, i);
+                kt_worst_near(&kept, arms[0].v[i], arms[1].v[i], 0.0, "velocity %d, %d", n, i);
+            }
+        close_arm(&arms[0]);
+        close_arm(&arms[1]);
+    }
+    kt_check_worst(&force);
+    kt_check_worst(&kept);
 }
 
 static void count_lost(void *user, const char *what, int count) {
