@@ -10,7 +10,10 @@
 /* The forces in a joint of one coordinate. */
 typedef struct kt_export_forces {
     double damping, friction, stiffness, rest;
+    double range[2]; /* bounds of the sum of its actuators; none if both are equal */
 } kt_export_forces;
+
+static inline bool kt_export_has_force_range(const kt_export_forces *f) { return f->range[0] < f->range[1]; }
 
 /* A coupling as a joint's: q = a0 + a1 q' + a2 q'^2 + ..., with q' of another body's joint; -1: it follows none. */
 typedef struct kt_export_follower {
@@ -52,6 +55,7 @@ typedef struct kt_export_actuator {
     int body, rope;          /* of the joint; in `ropes`; -1: none */
     int state;               /* the auxiliary state w that its force contains; -1: none */
     double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
+    double delay;            /* before which the control is zero; without w it is a force */
     bool is_first;           /* of the actuators of one effect: it has the name */
     double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
     bool has_force_range, has_act_range;

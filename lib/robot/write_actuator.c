@@ -4,7 +4,8 @@
  *     b0 + b1 L + b2 L' + w (g0 + g1 L + g2 L').
  * The rate of w must be constant, an integrator, or (u - w) / T, a filter. The actuator then has the dynamics of w, the
  * bias b and the gain g. A force with several such states is the sum of as many actuators. The values at some
- * positions, rates and states decide whether a formula has this form. */
+ * positions, rates and states decide whether a formula has this form. A sum of other formulas is one actuator for each,
+ * and bounds of such a sum are those of the joint. A factor step(t - D) of the control is a delay D. */
 #include "model/formula.h"
 #include "model/joint_name.h"
 #include "robot/write.h"
@@ -15,6 +16,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const double no_bound = 1e9;
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
@@ -200,34 +203,82 @@ static bool strip_bounds(kt_export *x, const char *text, actuator_formula *f) {
         last--;
     }
     f->factor = strtod(text, &behind);
-    const char *at = behind + 1;
-    if (behind != text && *behind == '*' && read_bounded(&at, &inner, &stop, f->bounds) && at == last) {
+    const char *at = behind != text && *behind == '*' ? behind + 1 : text, *first = at;
+    f->factor = at != text ? f->factor : 1.0;
+    if (read_bounded(&at, &inner, &stop, f->bounds) && at == last) {
         f->has_bounds = true;
-        (void)snprintf(copy, size, "%.*s(%.*s)", (int)(behind + 1 - text), text, (int)(stop - inner), inner);
+        (void)snprintf(copy, size, "%.*s(%.*s)", (int)(first - text), text, (int)(stop - inner), inner);
     } else {
         (void)snprintf(copy, size, "%.*s", (int)(last - text), text);
     }
     return strip_activation(x, copy, f);
 }
 
+/* ---- delays ------------------------------------------------------------------------------------------------------ */
+
+/* A text with factors "*step(t - D)": after the delay D without them, and before it with zeros in their place. */
+typedef struct delayed_text {
+    const char *late, *early;
+    double delay; /* 0: there is none */
+} delayed_text;
+
+/* False if there are several delays, or there is no memory. */
+static bool split_delay(kt_export *x, const char *text, delayed_text *to) {
+    static const char factor[] = "*step(t - ";
+    char *late = kt_pool_take(&x->pool, strlen(text) + 1, 1), *early = kt_pool_take(&x->pool, strlen(text) + 1, 1);
+    *to = (delayed_text){late, early, 0.0};
+    if (late == NULL || early == NULL)
+        return false;
+    for (const char *found; (found = strstr(text, factor)) != NULL;) {
+        char *end = NULL;
+        const double delay = strtod(found + strlen(factor), &end);
+        if (*end != ')' || !(delay > 0.0) || (to->delay > 0.0 && delay != to->delay))
+            return false;
+        to->delay = delay;
+        memcpy(late, text, (size_t)(found - text));
+        memcpy(early, text, (size_t)(found - text));
+        late += found - text;
+        early += found - text;
+        *early++ = '*';
+        *early++ = '0';
+        text = end + 1;
+    }
+    memcpy(late, text, strlen(text) + 1);
+    memcpy(early, text, strlen(text) + 1);
+    return true;
+}
+
 /* ---- which effects are actuators --------------------------------------------------------------------------------- */
 
-/* Finds the control and the time constant of a state, or its rate; false if it follows another law. */
-static bool find_actuator_dynamics(kt_export *x, kt_export_actuator *to) {
+/* The value of a rate at w = 0, and its slope; false if it is not affine in its own state. */
+static bool fit_rate(kt_export *x, const char *text, int state, double *constant, double *slope) {
     static const double states[] = {-9.0, -0.3, 0.4, 2.0, 30.0};
     const kt_effect none = kt_effect_default();
     actuator_formula f = {.body = -1};
-    if (!parse_actuator(x, x->d->states[to->state].rate, &none, &f) || !find_actuator_variables(&f) ||
-        f.state_count > 1 || (f.state_count == 1 && f.states[0] != to->state))
+    if (!parse_actuator(x, text, &none, &f) || !find_actuator_variables(&f) || f.state_count > 1 ||
+        (f.state_count == 1 && f.states[0] != state))
         return false;
-    const double constant = actuator_value(&f, 0.0, 0.0, &(double){0.0});
-    const double slope = actuator_value(&f, 0.0, 0.0, &(double){1.0}) - constant;
+    *constant = actuator_value(&f, 0.0, 0.0, &(double){0.0});
+    *slope = actuator_value(&f, 0.0, 0.0, &(double){1.0}) - *constant;
     for (size_t i = 0; i < sizeof states / sizeof *states; i++)
-        if (!(fabs(actuator_value(&f, 0.0, 0.0, &states[i]) - constant - slope * states[i]) <=
-              1e-12 * (fabs(constant) + fabs(slope * states[i]))))
+        if (!(fabs(actuator_value(&f, 0.0, 0.0, &states[i]) - *constant - *slope * states[i]) <=
+              1e-12 * (fabs(*constant) + fabs(*slope * states[i]))))
             return false;
-    to->time = slope != 0.0 ? -1.0 / slope : 0.0;
-    to->control = slope != 0.0 ? constant * to->time : constant;
+    return true;
+}
+
+/* Finds the control, its delay and the time constant of a state, or its rate; false if it follows another law. */
+static bool find_actuator_dynamics(kt_export *x, kt_export_actuator *to) {
+    delayed_text text;
+    double late, early, by_state[2];
+    if (!split_delay(x, x->d->states[to->state].rate, &text) ||
+        !fit_rate(x, text.late, to->state, &late, &by_state[0]) ||
+        !fit_rate(x, text.early, to->state, &early, &by_state[1]) ||
+        (text.delay > 0.0 && (early != 0.0 || by_state[0] != by_state[1])))
+        return false;
+    to->delay = text.delay;
+    to->time = by_state[0] != 0.0 ? -1.0 / by_state[0] : 0.0;
+    to->control = by_state[0] != 0.0 ? late * to->time : late;
     return to->time >= 0.0;
 }
 
@@ -242,14 +293,14 @@ static void shift_actuator(const kt_export *x, kt_export_actuator *d) {
 }
 
 /* Whether a muscle has the force and the rate of its formulas, in and beyond its range. */
-static bool is_muscle(kt_export *x, const actuator_formula *f, const kt_export_muscle *m) {
+static bool is_muscle(kt_export *x, const actuator_formula *f, const char *rate_text, const kt_export_muscle *m) {
     static const double lengths[] = {-0.3, 0.4, 0.63, 0.8, 0.97, 1.0, 1.1, 1.26, 1.4, 1.9},
                         speeds[] = {-1.4, -0.7, -0.1, 0.0, 0.15, 0.4, 2.0}, values[] = {0.0, 0.13, 0.5, 0.8, 1.0, 1.3};
     const kt_effect none = kt_effect_default();
     const double most = fabs(m->gear) * m->force;
     actuator_formula rate = {.body = -1};
-    if (!parse_actuator(x, x->d->states[f->states[0]].rate, &none, &rate) || !find_actuator_variables(&rate) ||
-        rate.state_count != 1 || rate.states[0] != f->states[0])
+    if (!parse_actuator(x, rate_text, &none, &rate) || !find_actuator_variables(&rate) || rate.state_count != 1 ||
+        rate.states[0] != f->states[0])
         return false;
     for (size_t i = 0; i < 420; i++) {
         const double length = (lengths[i % 10] - m->offset) / m->slope, speed = speeds[i / 10 % 7] / m->rate;
@@ -265,7 +316,9 @@ static bool is_muscle(kt_export *x, const actuator_formula *f, const kt_export_m
 /* Adds the actuators of an effect. */
 static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *made, int count) {
     const bool is_path = e->end_count == 2;
-    if (is_path && !kt_export_add_rope(x, e, 0.0, 0.0, 0.0))
+    const bool has_rope = x->rope_count > 0 && x->ropes[x->rope_count - 1].effect == e;
+    if (x->actuator_count + count > KT_EXPORT_STATES_MOST * x->d->effect_count ||
+        (is_path && !has_rope && !kt_export_add_rope(x, e, 0.0, 0.0, 0.0)))
         return false;
     for (int k = 0; k < count; k++) {
         made[k].rope = is_path ? x->rope_count - 1 : -1;
@@ -276,36 +329,69 @@ static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *
     return true;
 }
 
+/* Whether an effect is the only one that drives its joint, of which MuJoCo can bound the sum of actuators. */
+static bool drives_alone(const kt_export *x, const kt_effect *e) {
+    int count = 0;
+    for (int i = 0; i < x->d->effect_count; i++) {
+        const kt_effect *other = &x->d->effects[i];
+        count +=
+            (other->type == KT_EFFECT_EXPRESSION || other->type == KT_EFFECT_MOTOR || other->type == KT_EFFECT_SERVO) &&
+            other->joint != NULL && e->joint != NULL && strcmp(other->joint, e->joint) == 0;
+    }
+    return count == 1 && e->end_count != 2 && x->role[kt_export_scalar(x, e->joint)] != KT_EXPORT_SUM;
+}
+
 static void keep_bounds(const actuator_formula *f, double factor, kt_export_actuator *to) {
-    static const double far = 1e9;
     for (int i = 0; i < 2; i++) {
         const double end = f->bounds[factor < 0.0 ? 1 - i : i];
-        to->force_range[i] = factor * (isinf(end) ? copysign(far, end) : end);
-        to->act_range[i] = isinf(f->act_bounds[i]) ? copysign(far, f->act_bounds[i]) : f->act_bounds[i];
+        to->force_range[i] = factor * (isinf(end) ? copysign(no_bound, end) : end);
+        to->act_range[i] = isinf(f->act_bounds[i]) ? copysign(no_bound, f->act_bounds[i]) : f->act_bounds[i];
     }
     to->has_force_range = f->has_bounds;
     to->has_act_range = f->has_act_bounds;
 }
 
 /* A muscle in the slider of a tendon would need other numbers: an import makes none. */
-static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula *f) {
-    kt_export_muscle read, *muscle = NULL;
+static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula *f, bool is_first) {
+    kt_export_muscle read, resting, *muscle = NULL;
+    delayed_text rate;
     if (f->state_count != 1 || (f->body >= 0 && x->role[f->body] == KT_EXPORT_SUM) ||
-        !kt_export_read_muscle(f->text, x->d->states[f->states[0]].rate, &read) || !is_muscle(x, f, &read) ||
-        (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
+        !split_delay(x, x->d->states[f->states[0]].rate, &rate) || !kt_export_read_muscle(f->text, rate.late, &read) ||
+        !is_muscle(x, f, rate.late, &read) || (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
+        return false;
+    resting = read;
+    resting.control = 0.0;
+    if (rate.delay > 0.0 && !is_muscle(x, f, rate.early, &resting))
         return false;
     *muscle = read;
     kt_export_actuator made = {.effect = e,
                                .body = f->body,
                                .state = f->states[0],
-                               .is_first = true,
+                               .is_first = is_first,
                                .control = read.control,
+                               .delay = rate.delay,
                                .muscle = muscle};
     keep_bounds(f, 1.0, &made);
     return add_actuators(x, e, &made, 1);
 }
 
-static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula *f) {
+/* The part of the bias that a delay leaves out is the control; `early`: the formula before the delay. */
+static bool find_delayed_control(const actuator_formula *early, double delay, kt_export_actuator *to) {
+    double bias[3], gain[KT_EXPORT_STATES_MOST][3];
+    if (to->state >= 0 || !fit_actuator(early, bias, gain))
+        return false;
+    for (int i = 1; i < 3; i++)
+        if (fabs(bias[i] - to->bias[i]) > 1e-14 * (fabs(to->bias[0]) + fabs(bias[i])))
+            return false;
+    to->delay = delay;
+    to->control = to->bias[0] - bias[0];
+    memcpy(to->bias, bias, sizeof bias);
+    to->gain[0] = 1.0;
+    return true;
+}
+
+static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula *f, const actuator_formula *early,
+                        double delay, bool is_first) {
     kt_export_actuator made[KT_EXPORT_STATES_MOST] = {0};
     double bias[3], gain[KT_EXPORT_STATES_MOST][3];
     const int count = f->state_count > 0 ? f->state_count : 1;
@@ -313,13 +399,13 @@ static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula
         return false;
     for (int k = 0; k < count; k++) {
         kt_export_actuator *a = &made[k];
-        *a = (kt_export_actuator){.effect = e, .body = f->body, .is_first = k == 0};
+        *a = (kt_export_actuator){.effect = e, .body = f->body, .is_first = is_first && k == 0};
         a->state = f->state_count > 0 ? f->states[k] : -1;
         for (int i = 0; i < 3; i++) {
             a->bias[i] = k == 0 ? bias[i] : 0.0;
             a->gain[i] = a->state >= 0 ? gain[k][i] : 0.0;
         }
-        if (a->state >= 0 && !find_actuator_dynamics(x, a))
+        if ((a->state >= 0 && !find_actuator_dynamics(x, a)) || (delay > 0.0 && !find_delayed_control(early, delay, a)))
             return false;
         shift_actuator(x, a);
         keep_bounds(f, f->factor, a);
@@ -327,15 +413,99 @@ static bool take_affine(kt_export *x, const kt_effect *e, const actuator_formula
     return add_actuators(x, e, made, count);
 }
 
+/* Adds the actuators of a formula, one term of the force of an effect; false if it is none. */
+static bool take_term(kt_export *x, const kt_effect *e, const char *text, bool is_first) {
+    actuator_formula f = {.body = e->end_count == 2 ? -1 : kt_export_scalar(x, e->joint)}, early;
+    delayed_text parts;
+    if (!strip_bounds(x, text, &f) || !split_delay(x, f.text, &parts))
+        return false;
+    early = f;
+    f.text = parts.late;
+    early.text = parts.early;
+    return parse_actuator(x, f.text, e, &f) && find_actuator_variables(&f) &&
+           parse_actuator(x, early.text, e, &early) && find_actuator_variables(&early) &&
+           (take_affine(x, e, &f, &early, parts.delay, is_first) ||
+            (parts.delay == 0.0 && take_muscle(x, e, &f, is_first)));
+}
+
+/* The end of the first term of a sum: " + " outside of all parentheses; NULL: there is one term. */
+static char *find_plus(char *text) {
+    int depth = 0;
+    for (char *at = text; *at != '\0'; at++) {
+        depth += *at == '(' ? 1 : *at == ')' ? -1 : 0;
+        if (depth == 0 && strncmp(at, " + ", 3) == 0)
+            return at;
+    }
+    return NULL;
+}
+
+/* A copy of the sum in "clamp(SUM, a, b)" or "(SUM)", with its bounds, which are infinite of the second. */
+static char *copy_sum(kt_export *x, const char *text, double bounds[2]) {
+    const char *inner = text, *stop = text + strlen(text), *at = text;
+    bounds[0] = (double)-INFINITY;
+    bounds[1] = (double)INFINITY;
+    if ((!read_bounded(&at, &inner, &stop, bounds) || *at != '\0')) {
+        inner = text;
+        stop = text + strlen(text);
+        bounds[0] = (double)-INFINITY;
+        bounds[1] = (double)INFINITY;
+        if (text[0] == '(' && find_partner(text) == stop - 1) {
+            inner++;
+            stop--;
+        }
+    }
+    char *copy = kt_pool_take(&x->pool, (size_t)(stop - inner) + 1, 1);
+    if (copy != NULL)
+        memcpy(copy, inner, (size_t)(stop - inner));
+    return copy;
+}
+
+/* Adds the actuators of each term of a sum; none if one of them is no actuator. */
+static bool take_sum(kt_export *x, const kt_effect *e) {
+    const int before = x->actuator_count, ropes = x->rope_count;
+    double bounds[2];
+    char *text = copy_sum(x, e->formula[0], bounds);
+    const bool is_bounded = isfinite(bounds[0]) || isfinite(bounds[1]);
+    bool is_taken = text != NULL && find_plus(text) != NULL && !(is_bounded && !drives_alone(x, e));
+    for (char *plus = NULL; is_taken && text != NULL; text = plus != NULL ? plus + 3 : NULL) {
+        plus = find_plus(text);
+        if (plus != NULL)
+            *plus = '\0';
+        is_taken = take_term(x, e, text, x->actuator_count == before);
+    }
+    for (int i = before; i < x->actuator_count && !is_taken; i++)
+        if (x->actuators[i].state >= 0)
+            x->is_kept[x->actuators[i].state] = false;
+    x->actuator_count = is_taken ? x->actuator_count : before;
+    x->rope_count = is_taken ? x->rope_count : ropes;
+    for (int i = 0; i < 2 && is_taken && is_bounded; i++)
+        x->forces[kt_export_scalar(x, e->joint)].range[i] =
+            isinf(bounds[i]) ? copysign(no_bound, bounds[i]) : bounds[i];
+    return is_taken;
+}
+
+/* A force with bounds that is all of its joint: the joint's bounds are these, and not its effort, which is data. */
+static bool take_alone(kt_export *x, const kt_effect *e) {
+    if (!take_term(x, e, e->formula[0], true))
+        return false;
+    const kt_export_actuator *last = &x->actuators[x->actuator_count - 1];
+    if (last->has_force_range && last->body >= 0 && isfinite(kt_export_body(x, last->body)->joint.limits.effort) &&
+        drives_alone(x, e))
+        memcpy(x->forces[last->body].range, last->force_range, sizeof last->force_range);
+    return true;
+}
+
 bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
     const bool is_path = e->end_count == 2;
-    actuator_formula f = {.body = is_path ? -1 : kt_export_scalar(x, e->joint)};
-    return e->type == KT_EFFECT_EXPRESSION && e->law == NULL && e->end_count != 1 && (is_path || f.body >= 0) &&
-           e->formula[0] != NULL && strip_bounds(x, e->formula[0], &f) && parse_actuator(x, f.text, e, &f) &&
-           find_actuator_variables(&f) && (take_affine(x, e, &f) || take_muscle(x, e, &f));
+    return e->type == KT_EFFECT_EXPRESSION && e->law == NULL && e->end_count != 1 &&
+           (is_path || kt_export_scalar(x, e->joint) >= 0) && e->formula[0] != NULL &&
+           (take_alone(x, e) || take_sum(x, e));
 }
 
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
+
+/* MuJoCo keeps the controls of its last `nsample` steps. There are as many as the delay has steps of this length. */
+static const double least_step = 1e-4;
 
 static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     fputs(d->muscle != NULL ? "    <muscle" : "    <general", x->stream);
@@ -353,8 +523,13 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
         kt_export_numbers(x, "forcerange", d->force_range, 2);
     if (d->has_act_range)
         kt_export_numbers(x, "actrange", d->act_range, 2);
-    if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort))
+    if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort) &&
+        !kt_export_has_force_range(&x->forces[d->body]))
         kt_export_lose(x, KT_EXPORT_EFFORTS);
+    if (d->delay > 0.0) {
+        kt_export_numbers(x, "delay", &d->delay, 1);
+        fprintf(x->stream, " nsample=\"%d\"", (int)fmin(ceil(d->delay / least_step) + 1.0, 16777216.0));
+    }
     if (d->muscle != NULL) {
         kt_export_write_muscle(x, d->muscle);
         fputs("/>\n", x->stream);

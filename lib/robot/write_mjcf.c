@@ -36,7 +36,9 @@ static void write_limits(kt_export *x, int i) {
     static const double far = 1e9;
     if (isfinite(l->velocity))
         kt_export_lose(x, "limits of speed");
-    if (isfinite(l->effort) && l->effort > 0.0)
+    if (kt_export_has_force_range(&x->forces[i]))
+        kt_export_numbers(x, "actuatorfrcrange", x->forces[i].range, 2);
+    else if (isfinite(l->effort) && l->effort > 0.0)
         kt_export_numbers(x, "actuatorfrcrange", (const double[]){-l->effort, l->effort}, 2);
     if (!isfinite(l->lower) && !isfinite(l->upper))
         return;

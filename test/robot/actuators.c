@@ -53,11 +53,12 @@ static void free_machine(machine *m) {
 }
 
 /* Forces and rates of auxiliary states. */
-static bool evaluate(const machine *m, const double *q, const double *v, const double *x, double *force, double *rate) {
+static bool evaluate(const machine *m, double t, const double *q, const double *v, const double *x, double *force,
+                     double *rate) {
     kt_error error = {0};
     memcpy(kt_own_states(m->model, m->data), x, (size_t)kt_own_state_count(m->model) * sizeof *x);
-    return kt_effect_forces(m->model, m->data, 0.0, q, v, force, &error) == KT_OK &&
-           kt_own_state_rates(m->model, m->data, 0.0, q, v, rate, &error) == KT_OK;
+    return kt_effect_forces(m->model, m->data, t, q, v, force, &error) == KT_OK &&
+           kt_own_state_rates(m->model, m->data, t, q, v, rate, &error) == KT_OK;
 }
 
 static void compare_numbers(kt_worst *worst, int count, const double *a, const double *b) {
@@ -96,8 +97,9 @@ static void compare_machines(const machine *a, const machine *b, kt_random *rand
             x[0][i] = kt_random_uniform(random, -1.0, 2.0);
         for (int i = 0; i < count; i++)
             x[1][i] = x[0][find_state(a, b, i)];
-        if (!kt_check_true("forces",
-                           evaluate(a, q, v, x[0], force[0], rate[0]) && evaluate(b, q, v, x[1], force[1], rate[1])))
+        const double t = n % 3 == 0 ? 0.0 : kt_random_uniform(random, 0.0, 1.0);
+        if (!kt_check_true("forces", evaluate(a, t, q, v, x[0], force[0], rate[0]) &&
+                                         evaluate(b, t, q, v, x[1], force[1], rate[1])))
             return;
         compare_numbers(&forces, nq, force[0], force[1]);
         for (int i = 0; i < count; i++)
@@ -207,19 +209,60 @@ KT_TEST(bounds_of_forces_and_activations_come_back) {
               "");
 }
 
-/* A delay is none of these forms, and neither is a bounded sum with several activations. */
+/* Controls that are zero before a delay: of forces, servos, activations and muscles. */
+KT_TEST(delays_come_back) {
+    come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"
+                    "<motor name='d' joint='a' gear='3' delay='.1' nsample='100'/>"
+                    "<position name='p' joint='c' kp='8' kv='.3' delay='.7' nsample='900' forcerange='-2 2'/>"
+                    "<general name='f' joint='b' dyntype='filterexact' dynprm='.2' gainprm='3' delay='.3' "
+                    "nsample='300' actrange='-1 .5'/><motor name='t' tendon='l' delay='.2' nsample='100'/>"
+                    "<muscle name='m' joint='b' lengthrange='-2 3' force='40' delay='.4' nsample='300'/></actuator>"
+                    "<keyframe><key name='k' ctrl='.7 .2 -.3 .5 .6' act='.1 .4'/></keyframe>"),
+              "");
+}
+
+/* Several actuators of one joint or path, each with its bounds and its delay, and the bounds of their sum. */
+KT_TEST(sums_of_bounded_actuators_come_back) {
+    come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"
+                    "<position name='p' joint='c' kp='8' delay='.7' nsample='900' forcerange='-2 2'/>"
+                    "<intvelocity name='i' joint='c' kp='3' actrange='-.5 .5' forcerange='-1 2'/>"
+                    "<position name='q' tendon='l' kp='9' forcerange='-.5 .7'/></actuator>"
+                    "<keyframe><key name='k' ctrl='.7 .2 -.3' act='.1'/></keyframe>"),
+              "");
+    come_back("<mujoco><worldbody><body><joint name='a' actuatorfrcrange='-3 2'/><geom size='.1' pos='.2 0 0'/></body>"
+              "</worldbody><actuator><position name='p' joint='a' kp='8' forcerange='-2 2'/><general name='f' "
+              "joint='a' dyntype='filterexact' dynprm='.2' gainprm='30' forcerange='-4 4'/><general name='g' "
+              "joint='a' dyntype='integrator' gainprm='9'/></actuator><keyframe><key name='k' ctrl='.7 .2 .1' "
+              "act='.1 .3'/></keyframe></mujoco>",
+              "");
+    come_back("<mujoco><worldbody><body><joint name='a' actuatorfrcrange='-3 2'/><geom size='.1' pos='.2 0 0'/></body>"
+              "</worldbody><actuator><position joint='a' kp='8'/><general joint='a' dyntype='filterexact' "
+              "dynprm='.2' gainprm='3'/></actuator><keyframe><key name='k' ctrl='.7 .2' act='.3'/></keyframe></mujoco>",
+              "");
+}
+
+/* Other functions of time than delays of the control, and a sum with one term of another form. */
 KT_TEST(forces_of_other_forms_are_left_out_and_told) {
-    static const char text[] =
-        MODEL("<actuator><motor name='d' joint='a' delay='.1'/><general name='e' joint='b' dyntype='filterexact' "
-              "dynprm='.2' actrange='-1 .5'/><general name='f' joint='b' dyntype='filterexact' dynprm='.3' "
-              "actrange='-1 .5'/></actuator><keyframe><key name='k' ctrl='.7 0 0' act='0 0'/></keyframe>");
-    machine here;
-    told t;
-    if (read_machine(text, "k", &here)) {
-        free(write_model(&here.scene.description, &t));
-        kt_check_text("lost", t.text, "effects of type expression 2\nauxiliary states 2\n");
+    static const char *const forces[] = {"2*position.a*step(t - 1)", "3*step(t - 1) + 2*sin(t)", "abs(velocity.a)",
+                                         "1 + step(t - 2)*3*x", "clamp(velocity.a*x + 2*x, -1, position.a)"};
+    for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
+        char text[500];
+        kt_scene scene;
+        kt_error error = {0};
+        told t;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, axis: x}, mass: 1, inertia: [1, 1, "
+                       "1]}]\nstates:\n  x: {rate: \"1 - x\"}\neffects:\n  - {type: expression, joint: a, force: "
+                       "\"%s\"}\n",
+                       forces[i]);
+        if (!kt_check_equal_int("read", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), KT_OK)) {
+            kt_note("%s: %s", error.where, error.message);
+            continue;
+        }
+        free(write_model(&scene.description, &t));
+        kt_check_text(forces[i], t.text, "effects of type expression 1\nauxiliary states 1\n");
+        kt_scene_free(&scene);
     }
-    free_machine(&here);
 }
 
 /* MuJoCo bounds each of its actuators, and the sum of all in a joint, but not the sum of two of them. */
