@@ -264,10 +264,10 @@ static void count_lost(void *user, const char *what, int count) {
         *(int *)user += count;
 }
 
-/* The first two are a - k L - c L' with k, c and a / k of 0 or more, the springs and dampers of tendons. The next three
- * are affine, too: actuators have them. The others are not. */
+/* The first two are a - k L - c L' with k, c and a / k of 0 or more, the springs and dampers of tendons. The next four
+ * are affine, too, one of them within a bound: actuators have them. The others are not. */
 KT_TEST(forces_that_neither_a_tendon_nor_an_actuator_has_are_counted_as_lost) {
-    enum { OF_TENDONS = 2, OF_BOTH = 5 };
+    enum { OF_TENDONS = 2, OF_BOTH = 6 };
     static const char *const forces[] = {"3 - 2*length - 0.1*speed", "-speed/2",           "2*length",  "5 + 0*length",
                                          "-2*(length + 1)",          "max(1 - length, 0)", "-length^2", "-3*length*t"};
     for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
