@@ -172,8 +172,9 @@ enum { KT_MJCF_ELEMENTS_MOST = 1 << 20 /* copies included */ };
 /* Likewise of a body that a <composite> makes: default classes do not apply to it, nor to anything in it. */
 enum { KT_MJCF_BARE = -5 };
 
-/* The name of the element that replaces the plugin of cables in a body. */
+/* The names of elements that replace the plugin of cables in a body, and an edge of constant length of a flexcomp. */
 #define KT_MJCF_ELASTICITY "mujoco.elasticity.cable"
+#define KT_MJCF_EDGE "flexcomp.edge"
 
 typedef struct kt_mjcf {
     kt_reader *r;
@@ -293,7 +294,6 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 /* Adds an element at the end of another's. */
 void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
-
 /* ---- mjcf_composite.c, mjcf_cable.c ------------------------------------------------------------------------------ */
 
 /* Replaces each cable of a document with its bodies, after the compiler's settings have been read. */

@@ -369,6 +369,8 @@ static const kt_known known[] = {
               "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
               "actuatorgravcomp springdamper "},
     {"freejoint", " name group align "},
+    {"flexcomp", " name type dim dof count spacing point element scale mass inertiabox radius rigid pos quat axisangle "
+                 "xyaxes zaxis euler "},
     {"composite", " type prefix count offset quat curve size vertex initial "},
     {KT_MJCF_ELASTICITY, " instance twist bend flat "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
@@ -411,7 +413,7 @@ static const kt_known_list all_known = {
     sizeof known / sizeof *known,
     .apart = " visual statistic size custom sensor contact extension material texture skin hfield camera light ",
     .closed = " ",
-    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation ",
+    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation " KT_MJCF_EDGE " ",
     .harmless =
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
         "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "
@@ -421,7 +423,7 @@ static const kt_known_list all_known = {
         "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
         "octree_maxdepth needsdf ",
-    .moving = " flexcomp flex flexvert flexstrain plugin armature damping adhesion "};
+    .moving = " flex flexvert flexstrain plugin armature damping adhesion "};
 
 /* In attached models, counts the elements that are not moved to the model: settings and classes. */
 void kt_mjcf_count_strange(kt_mjcf *m) {

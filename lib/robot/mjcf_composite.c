@@ -10,8 +10,7 @@
  * The quaternion is then that of MuJoCo's formula for such columns, which keeps a cable along x straight.
  *
  * As in MuJoCo, vertices are single-precision numbers, and default classes do not apply. Source: user_composite.cc. */
-#include "document/number.h"
-#include "robot/mjcf.h"
+#include "robot/mjcf_make.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -27,64 +26,6 @@ typedef struct cable {
     kt_vec3 offset, normal;
     kt_quat before; /* orientation of the body before */
 } cable;
-
-/* ---- elements ---------------------------------------------------------------------------------------------------- */
-
-/* The numbers of an attribute; NULL: no memory. */
-static const char *write_cable_numbers(kt_mjcf *m, int count, const double *values) {
-    char text[7 * KT_NUMBER_SIZE];
-    size_t length = 0;
-    for (int i = 0; i < count; i++) {
-        text[length] = ' ';
-        length += i > 0;
-        kt_number_format(text + length, values[i]);
-        length += strlen(text + length);
-    }
-    const char *kept = kt_pool_text(&m->r->scratch, text, length);
-    if (kept == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    return kept;
-}
-
-static size_t count_words(const char *const *attributes) {
-    size_t count = 0;
-    while (attributes[count] != NULL)
-        count++;
-    return count;
-}
-
-/* A new element below another, with attributes before those of `like` (NULL: none). The first of a name counts. */
-static kt_element *add_cable_element(kt_mjcf *m, kt_element *parent, const cable *c, const char *name,
-                                     const char *const *attributes, const kt_element *like) {
-    const size_t own = count_words(attributes), more = like != NULL ? count_words(like->attributes) : 0;
-    kt_element *e = kt_pool_take(&m->r->scratch, 1, sizeof *e);
-    const char **all = kt_pool_take(&m->r->scratch, own + more + 1, sizeof *all);
-    if (e == NULL || all == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
-        return NULL;
-    }
-    if (++m->elements > KT_MJCF_ELEMENTS_MOST) {
-        if (!kt_draft_is_wrong(&m->draft))
-            (void)kt_mjcf_fault(m, c->element, "cables make more than %d elements of the model",
-                                (int)KT_MJCF_ELEMENTS_MOST);
-        return NULL;
-    }
-    size_t count = own;
-    memcpy(all, attributes, own * sizeof *all);
-    for (size_t i = 0; i < more; i += 2) {
-        if (strcmp(like->attributes[i], "kind") == 0)
-            continue;
-        all[count++] = like->attributes[i];
-        all[count++] = like->attributes[i + 1];
-    }
-    all[count] = NULL;
-    *e = *c->element;
-    e->name = name;
-    e->attributes = all;
-    e->first = e->last = NULL;
-    kt_mjcf_hang_below(parent, e);
-    return e;
-}
 
 /* ---- elasticity -------------------------------------------------------------------------------------------------- */
 
@@ -305,14 +246,14 @@ static void add_cable_geom(kt_mjcf *m, const cable *c, kt_element *body, int i, 
     (void)kt_mjcf_numbers(m, c->geom, NULL, "size", 1, 3, size);
     size[0] = 0.5 * length;
     const char *whole = kt_mjcf_join(m, c->element, c->prefix, name);
-    const char *place = is_box ? write_cable_numbers(m, 3, (const double[]){0.5 * length, 0.0, 0.0})
-                               : write_cable_numbers(m, 6, (const double[]){0.0, 0.0, 0.0, length, 0.0, 0.0});
-    const char *sizes = write_cable_numbers(m, 3, size);
+    const char *place = is_box ? kt_mjcf_write_numbers(m, 3, (const double[]){0.5 * length, 0.0, 0.0})
+                               : kt_mjcf_write_numbers(m, 6, (const double[]){0.0, 0.0, 0.0, length, 0.0, 0.0});
+    const char *sizes = kt_mjcf_write_numbers(m, 3, size);
     if (whole == NULL || place == NULL || sizes == NULL)
         return;
     const char *const attributes[] = {"name", whole, is_box ? "pos" : "fromto", place, is_box ? "size" : NULL,
                                       sizes,  NULL};
-    (void)add_cable_element(m, body, c, "geom", attributes, c->geom);
+    (void)kt_mjcf_add_element(m, body, c->element, "geom", attributes, c->geom);
 }
 
 static void add_cable_joint(kt_mjcf *m, const cable *c, kt_element *body, int i) {
@@ -323,16 +264,16 @@ static void add_cable_joint(kt_mjcf *m, const cable *c, kt_element *body, int i)
     const char *const attributes[] = {
         "name",         name, "type", is_free ? "free" : "ball", is_free ? "damping" : NULL, "0", "armature", "0",
         "frictionloss", "0",  NULL};
-    (void)add_cable_element(m, body, c, "joint", attributes, c->joint);
+    (void)kt_mjcf_add_element(m, body, c->element, "joint", attributes, c->joint);
 }
 
 static void add_cable_site(kt_mjcf *m, const cable *c, kt_element *body, int i, double length) {
     const double place[3] = {i == c->count - 2 ? length : 0.0, 0.0, 0.0};
-    const char *name = name_cable_part(m, c, "S", i), *text = write_cable_numbers(m, 3, place);
+    const char *name = name_cable_part(m, c, "S", i), *text = kt_mjcf_write_numbers(m, 3, place);
     if (name == NULL || text == NULL || (i > 0 && i < c->count - 2))
         return;
     const char *const attributes[] = {"name", name, "pos", text, NULL};
-    (void)add_cable_element(m, body, c, "site", attributes, c->site);
+    (void)kt_mjcf_add_element(m, body, c->element, "site", attributes, c->site);
 }
 
 /* Adds the body of edge i below the one before it. */
@@ -342,12 +283,12 @@ static kt_element *add_cable_edge(kt_mjcf *m, cable *c, kt_element *parent, int 
     const double first[3] = {c->offset.x + (double)p[0], c->offset.y + (double)p[1], c->offset.z + (double)p[2]};
     const double others[3] = {normalize_edge(&before), 0.0, 0.0};
     const kt_quat whole = follow_edge(c, i), q = i > 0 ? kt_quat_multiply(kt_quat_conjugate(c->before), whole) : whole;
-    const char *name = name_cable_part(m, c, "B", i), *place = write_cable_numbers(m, 3, i > 0 ? others : first);
-    const char *turned = write_cable_numbers(m, 4, (const double[]){q.w, q.x, q.y, q.z});
+    const char *name = name_cable_part(m, c, "B", i), *place = kt_mjcf_write_numbers(m, 3, i > 0 ? others : first);
+    const char *turned = kt_mjcf_write_numbers(m, 4, (const double[]){q.w, q.x, q.y, q.z});
     if (name == NULL || place == NULL || turned == NULL)
         return NULL;
     const char *const attributes[] = {"name", name, "pos", place, "quat", turned, NULL};
-    kt_element *body = add_cable_element(m, parent, c, "body", attributes, NULL);
+    kt_element *body = kt_mjcf_add_element(m, parent, c->element, "body", attributes, NULL);
     if (body == NULL)
         return NULL;
     body->number = i == 0 ? KT_MJCF_BARE : body->number;
@@ -358,7 +299,7 @@ static kt_element *add_cable_edge(kt_mjcf *m, cable *c, kt_element *parent, int 
     add_cable_site(m, c, body, i, length);
     if (c->elasticity != NULL) {
         static const char *const none[] = {NULL};
-        (void)add_cable_element(m, body, c, c->elasticity->name, none, c->elasticity);
+        (void)kt_mjcf_add_element(m, body, c->element, c->elasticity->name, none, c->elasticity);
     }
     return m->r->out_of_memory ? NULL : body;
 }
@@ -393,6 +334,22 @@ static bool read_cable(kt_mjcf *m, const kt_element *e, cable *c) {
     return instance != NULL || plugin == NULL;
 }
 
+/* Composites of other types, which MuJoCo has no more. */
+static void count_removed(kt_mjcf *m, const kt_element *e) {
+    const char *type = kt_xml_attribute(e, "type");
+    if (kt_mjcf_is_equal(type, "rope") || kt_mjcf_is_equal(type, "loop"))
+        kt_unknown_count(&m->changes,
+                         "composites of the types rope and loop, which MuJoCo removed, left out; give the type cable, "
+                         "or a flexcomp with dim 1",
+                         e);
+    else
+        kt_unknown_count(
+            &m->changes,
+            "composites of points, cloths and solids, which MuJoCo removed, left out; give a replicate for "
+            "points",
+            e);
+}
+
 static void expand_cables(kt_mjcf *m, kt_element *parent) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first, *next; e != NULL && !kt_draft_is_wrong(&m->draft); e = next) {
@@ -407,9 +364,18 @@ static void expand_cables(kt_mjcf *m, kt_element *parent) {
             before = chain.last != NULL ? chain.last : before;
             continue;
         }
-        if (strcmp(e->name, "composite") == 0)
-            kt_unknown_count(&m->strange.moving, "composite", e);
-        else if (strcmp(e->name, "plugin") == 0 && strcmp(parent->name, "body") == 0)
+        if (strcmp(e->name, "composite") == 0 || strcmp(e->name, "flexcomp") == 0) {
+            static const char *const none[] = {NULL};
+            kt_element chain = {.name = "frame", .attributes = none, .document = e->document};
+            if (strcmp(e->name, "composite") == 0)
+                count_removed(m, e);
+            else
+                kt_mjcf_make_flex(m, e, &chain);
+            (void)kt_mjcf_splice(parent, before, e, &chain);
+            before = chain.last != NULL ? chain.last : before;
+            continue;
+        }
+        if (strcmp(e->name, "plugin") == 0 && strcmp(parent->name, "body") == 0)
             (void)read_cable_plugin(m, e, NULL);
         else
             expand_cables(m, e);

@@ -206,6 +206,19 @@ static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
 }
 
+/* ---- edges of a flexcomp ----------------------------------------------------------------------------------------- */
+
+static void join_edge(kt_mjcf *m, const kt_element *e) {
+    kt_end ends[2];
+    if (!find_sites(m, e, ends))
+        return;
+    kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_DISTANCE, "edge");
+    if (loop == NULL)
+        return;
+    memcpy(loop->between, ends, sizeof ends);
+    loop->function = kt_function_constant(kt_mjcf_number(m, e, NULL, "length", 0.0));
+}
+
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
 void kt_mjcf_equalities(kt_mjcf *m) {
@@ -216,6 +229,8 @@ void kt_mjcf_equalities(kt_mjcf *m) {
             kt_left_count(&m->idle_ties, e);
         else if (!kt_mjcf_flag(m, e, "equality", "active", true))
             kt_left_count(&m->inactive, e);
+        else if (strcmp(e->name, KT_MJCF_EDGE) == 0)
+            join_edge(m, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
             join(m, e, strcmp(e->name, "weld") == 0);
         else if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "tendon") == 0)

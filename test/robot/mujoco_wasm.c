@@ -553,7 +553,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},  {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},  {MODELS "/mjcf/medium.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/muscles.xml", 1e-13, "k", false, false},  {MODELS "/mjcf/wraps.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/cables.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/cables.xml", 4e-14, NULL, false, false},  {MODELS "/mjcf/flex.xml", 1e-13, NULL, false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);

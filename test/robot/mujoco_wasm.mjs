@@ -79,7 +79,8 @@ function residuals(model, data) {
     model.opt.disableflags &= ~constraint;
     mujoco.mj_fwdPosition(model, data);
     for (let row = 0; row < data.ne; row++)
-        rows[6 * data.efc_id[row] + count[data.efc_id[row]]++] = data.efc_pos[row];
+        if (count[data.efc_id[row]] < 6) // a flex has more
+            rows[6 * data.efc_id[row] + count[data.efc_id[row]]++] = data.efc_pos[row];
     model.opt.disableflags |= constraint;
     return rows;
 }

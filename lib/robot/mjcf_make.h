@@ -1,0 +1,21 @@
+/* Elements of MJCF that others stand for, made before default classes are found. */
+#ifndef KT_ROBOT_MJCF_MAKE_H
+#define KT_ROBOT_MJCF_MAKE_H
+
+#include "robot/mjcf.h"
+
+/* A new element below another, for an element of the file, with attributes before those of `like` (NULL: none). The
+ * first of a name counts. NULL after reporting. */
+kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
+                                const char *const *attributes, const kt_element *like);
+
+/* The text of up to seven numbers; NULL: no memory. */
+const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
+
+/* ---- mjcf_flex.c ------------------------------------------------------------------------------------------------- */
+
+/* The points of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. Counts
+ * one that is left out. */
+void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain);
+
+#endif
