@@ -127,7 +127,7 @@ static bool take_memory(kt_export *x) {
     x->role = kt_pool_take(&x->pool, count, sizeof *x->role);
     x->sum = kt_pool_take(&x->pool, count, sizeof *x->sum);
     x->motors = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->motors);
-    x->ropes = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->ropes);
+    x->ropes = kt_pool_take(&x->pool, (size_t)(x->d->effect_count + x->length_count) + 1, sizeof *x->ropes);
     x->actuators =
         kt_pool_take(&x->pool, KT_EXPORT_STATES_MOST * ((size_t)x->d->effect_count + 1), sizeof *x->actuators);
     x->is_kept = kt_pool_take(&x->pool, (size_t)x->d->state_count + 1, sizeof *x->is_kept);
@@ -199,8 +199,10 @@ static bool report_moments(kt_export *x) {
 
 static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *error) {
     const bool is_urdf = format == KT_ROBOT_URDF;
-    if (!take_memory(x))
+    if (!(is_urdf || kt_export_take_lengths(x)) || !take_memory(x))
         return out_of_memory(error);
+    for (int i = 0; i < x->length_count; i++)
+        x->ropes[x->rope_count++] = x->lengths[i];
     find_tree(x);
     const kt_status status = is_urdf ? reject_for_urdf(x, error) : KT_OK;
     if (status != KT_OK)

@@ -37,7 +37,7 @@ typedef struct kt_export_motor {
 /* A spring and a damper between two ends or along a path: a spatial tendon. */
 typedef struct kt_export_rope {
     const kt_effect *effect;
-    double stiffness, damping, rest;
+    double stiffness, damping, rest, armature;
 } kt_export_rope;
 
 enum { KT_EXPORT_STATES_MOST = 8 /* auxiliary states in one formula */ };
@@ -86,6 +86,8 @@ typedef struct kt_export {
     int motor_count;
     kt_export_rope *ropes;
     int rope_count;
+    kt_export_rope *lengths; /* those that have an armature alone */
+    int length_count;
     kt_export_actuator *actuators;
     int actuator_count;
     bool *is_kept;           /* of auxiliary states: whether an actuator has it */
@@ -189,6 +191,9 @@ bool kt_export_assemble(kt_export *x);
 bool kt_export_find_meshes(kt_export *x, const char *endings);
 
 /* ---- write_path.c ------------------------------------------------------------------------------------------------ */
+
+/* Takes the armatures of paths out of the description (write_length.c). False if there is no memory. */
+bool kt_export_take_lengths(kt_export *x);
 
 /* Adds an effect to the ropes; false if no tendon has its force. */
 bool kt_export_take_rope(kt_export *x, const kt_effect *e);

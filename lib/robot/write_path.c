@@ -170,6 +170,8 @@ void kt_export_ropes(kt_export *x) {
         }
         if (rope->damping > 0.0)
             kt_export_numbers(x, "damping", &rope->damping, 1);
+        if (rope->armature > 0.0)
+            kt_export_numbers(x, "armature", &rope->armature, 1);
         fputs(">", x->stream);
         for (int k = 0; k < count_points(rope->effect); k++) {
             const kt_path_point point = point_at(rope->effect, k);

@@ -259,6 +259,62 @@ KT_TEST(armatures_of_tendons_are_inertias_along_their_lengths) {
     kt_check_worst(&kept);
 }
 
+static void add_lost(void *user, const char *what, int count) {
+    kt_note("%s %d", what, count);
+    *(int *)user += count;
+}
+
+/* Writes the arm and reads it back; NULL bodies if it fails. */
+static bool give_arm_back(const arm *from, kt_scene *back, int *lost) {
+    const kt_robot_options options = {.keyframe = "start"};
+    char written[8000] = "";
+    kt_error error = {0};
+    FILE *to = tmpfile();
+    if (to == NULL ||
+        !kt_check_equal_int("written",
+                            kt_robot_write_scene(&from->scene, KT_ROBOT_MJCF, NULL, to, add_lost, lost, &error), KT_OK))
+        return false;
+    rewind(to);
+    const size_t length = fread(written, 1, sizeof written - 1, to);
+    (void)fclose(to);
+    return kt_check_true("it is written", length > 0 && length < sizeof written - 1) &&
+           read_text(written, &options, back);
+}
+
+/* Accelerations of the arm and of its export at the same start. */
+KT_TEST(armatures_of_tendons_come_back) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("acceleration");
+    for (int n = 0; n < 5; n++) {
+        arm here = {.model = NULL}, back = {.model = NULL};
+        double q[ARM_NQ] = {0.3, 0.5, -0.5, 0.5, 0.5, 0.1}, v[ARM_NV], a[2][64];
+        kt_error error = {0};
+        int lost = 0;
+        for (int i = 0; i < ARM_NV; i++)
+            v[i] = i == 1 ? 0.0 : kt_random_uniform(&random, -2.0, 2.0);
+        if (open_arm(arm_tendon, q, v, &here) && give_arm_back(&here, &back.scene, &lost) &&
+            kt_check_equal_int(error.message, kt_model_compile(&back.scene.description, NULL, &back.model, &error),
+                               KT_OK) &&
+            kt_check_equal_int(error.message, kt_data_create(back.model, &back.data, &error), KT_OK)) {
+            kt_model_initial(back.model, back.q, back.v);
+            kt_check_equal_int("closed", kt_state_assemble(back.model, back.data, 0.0, back.q, back.v, &error), KT_OK);
+            kt_check_equal_int("lost", lost, 0);
+            kt_check_equal_int("loops", back.scene.description.loop_count, here.scene.description.loop_count);
+            arm *const arms[] = {&here, &back};
+            for (int k = 0; k < 2; k++)
+                kt_check_equal_int(error.message,
+                                   kt_acceleration_evaluate(arms[k]->model, arms[k]->data, 0.0, arms[k]->q, arms[k]->v,
+                                                            NULL, NULL, a[k], &error),
+                                   KT_OK);
+            for (int i = 0; i < ARM_NV; i++)
+                kt_worst_near(&worst, a[1][i], a[0][i], 1e-12 * (1.0 + fabs(a[0][i])), "%d, %d", n, i);
+        }
+        close_arm(&here);
+        close_arm(&back);
+    }
+    kt_check_worst(&worst);
+}
+
 static void count_lost(void *user, const char *what, int count) {
     if (strcmp(what, "effects of type expression") == 0)
         *(int *)user += count;
