@@ -152,7 +152,7 @@ static bool read_flex(kt_mjcf *m, const kt_element *e, flex *f) {
 /* ---- elements ---------------------------------------------------------------------------------------------------- */
 
 /* "NAME_3", and "NAME_3__site" of its site. */
-static const char *name_point(kt_mjcf *m, const flex *f, int i, const char *suffix) {
+static const char *name_flex_point(kt_mjcf *m, const flex *f, int i, const char *suffix) {
     char text[48];
     (void)snprintf(text, sizeof text, "_%d%s", i, suffix);
     return kt_mjcf_join(m, f->element, f->name, text);
@@ -168,7 +168,7 @@ static kt_element *add_bare(kt_mjcf *m, const flex *f, kt_element *parent, const
 }
 
 static bool add_site_of_point(kt_mjcf *m, const flex *f, int i, kt_element *parent, const double at[3]) {
-    const char *name = name_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
+    const char *name = name_flex_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
     if (name == NULL || place == NULL)
         return false;
     const char *const attributes[] = {"name", name, "pos", place, NULL};
@@ -195,7 +195,7 @@ static bool add_geom_of_point(kt_mjcf *m, const flex *f, kt_element *body) {
 static bool add_body_of_point(kt_mjcf *m, const flex *f, int i, kt_element *chain) {
     static const double origin[3] = {0.0, 0.0, 0.0};
     static const char *const axes[] = {"1 0 0", "0 1 0", "0 0 1"};
-    const char *name = name_point(m, f, i, ""), *place = kt_mjcf_write_numbers(m, 3, f->points + 3 * (size_t)i);
+    const char *name = name_flex_point(m, f, i, ""), *place = kt_mjcf_write_numbers(m, 3, f->points + 3 * (size_t)i);
     const char *mass = kt_mjcf_write_numbers(m, 1, &f->mass);
     const char *moments = kt_mjcf_write_numbers(m, 3, (const double[]){f->inertia, f->inertia, f->inertia});
     if (name == NULL || place == NULL || mass == NULL || moments == NULL)
@@ -234,7 +234,7 @@ static void add_elastic_edge(kt_mjcf *m, const flex *f, const kt_element *edge, 
     }
 }
 
-static void add_edges(kt_mjcf *m, const flex *f) {
+static void add_flex_edges(kt_mjcf *m, const flex *f) {
     kt_element *root = kt_mjcf_document_at(m, f->element->document)->root;
     const kt_element *edge = kt_xml_child(f->element, "edge");
     const bool is_rigid = edge != NULL && kt_mjcf_is_equal(kt_xml_attribute(edge, "equality"), "true");
@@ -245,7 +245,7 @@ static void add_edges(kt_mjcf *m, const flex *f) {
     for (int i = 0; i < f->edge_count && section != NULL && !kt_draft_is_wrong(&m->draft); i++) {
         const int *ends = f->edges + 2 * (size_t)i;
         const double *a = f->points + 3 * (size_t)ends[0], *b = f->points + 3 * (size_t)ends[1];
-        const char *sites[2] = {name_point(m, f, ends[0], "__site"), name_point(m, f, ends[1], "__site")};
+        const char *sites[2] = {name_flex_point(m, f, ends[0], "__site"), name_flex_point(m, f, ends[1], "__site")};
         if (sites[0] == NULL || sites[1] == NULL || (f->pinned[ends[0]] && f->pinned[ends[1]]))
             continue;
         if (is_rigid)
@@ -264,5 +264,5 @@ void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain) {
         is_whole = f.pinned[i] ? add_site_of_point(m, &f, i, chain, f.points + 3 * (size_t)i)
                                : add_body_of_point(m, &f, i, chain);
     if (is_whole)
-        add_edges(m, &f);
+        add_flex_edges(m, &f);
 }

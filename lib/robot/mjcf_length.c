@@ -39,7 +39,7 @@ static kt_vec3 offset_between(const kt_mjcf *m, const kt_end *from, const kt_end
 }
 
 /* The parts of the path; false if it leads around a geom, has too many parts, or a part without a length. */
-static bool find_parts(const kt_mjcf *m, const kt_mjcf_tendon *t, parts *p) {
+static bool find_path_parts(const kt_mjcf *m, const kt_mjcf_tendon *t, parts *p) {
     double divisor = t->path[0].divisor > 0.0 ? t->path[0].divisor : 1.0;
     *p = (parts){.count = 0};
     for (int i = 1; i < t->path_count; i++) {
@@ -97,8 +97,8 @@ static void put_part(const char *const names[3], double divisor, kt_mjcf_formula
 }
 
 /* Adds the sliders of a part as terms without a coefficient, and its length to the formula. */
-static void add_part(kt_mjcf *m, const kt_mjcf_tendon *t, const part *p, const char *wanted, kt_term *terms,
-                     kt_mjcf_formula *to) {
+static void add_part_of_path(kt_mjcf *m, const kt_mjcf_tendon *t, const part *p, const char *wanted, kt_term *terms,
+                             kt_mjcf_formula *to) {
     const double start[3] = {p->start.x, p->start.y, p->start.z};
     const char *names[3], *parent = p->from->end.body;
     for (int k = 0; k < 3; k++) {
@@ -146,7 +146,7 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     kt_mjcf_formula to = {.whole = true};
     kt_joint joint = kt_joint_default();
     parts p;
-    if (!find_parts(m, t, &p) || !has_formula_room(wanted, p.count)) {
+    if (!find_path_parts(m, t, &p) || !has_formula_room(wanted, p.count)) {
         kt_left_count(&m->armatures, t->element);
         return;
     }
@@ -167,7 +167,7 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     loop->offset = p.constant;
     const int index = m->draft.loops.count - 1;
     for (int i = 0; i < p.count && !m->r->out_of_memory; i++)
-        add_part(m, t, &p.items[i], wanted, terms + 1 + 3 * i, &to);
+        add_part_of_path(m, t, &p.items[i], wanted, terms + 1 + 3 * i, &to);
     ((kt_loop *)m->draft.loops.items)[index].formula = kt_mjcf_keep_formula(m, &to);
     kt_left_count(&m->tied_paths, t->element);
     if (joins_branches(m, t))

@@ -29,7 +29,7 @@ static int find_by_joint(const kt_export *x, const char *joint) {
     return -1;
 }
 
-static bool is_named(const char *name, const char *other) {
+static bool has_that_name(const char *name, const char *other) {
     return name != NULL && other != NULL && strcmp(name, other) == 0;
 }
 
@@ -51,25 +51,25 @@ static int count_ends(const kt_export *x, const char *body) {
     int count = 0;
     for (int i = 0; i < x->d->loop_count; i++)
         for (int k = 0; k < 2; k++)
-            count += is_named(x->d->loops[i].between[k].body, body);
+            count += has_that_name(x->d->loops[i].between[k].body, body);
     for (int i = 0; i < x->d->effect_count; i++) {
         for (int k = 0; k < 2; k++)
-            count += is_named(x->d->effects[i].between[k].body, body);
+            count += has_that_name(x->d->effects[i].between[k].body, body);
         for (int k = 0; k < x->d->effects[i].path_count; k++)
-            count += is_named(x->d->effects[i].path[k].end.body, body);
+            count += has_that_name(x->d->effects[i].path[k].end.body, body);
     }
     for (int i = 0; i < x->d->body_count; i++)
-        count += is_named(kt_export_body(x, i)->parent, body);
+        count += has_that_name(kt_export_body(x, i)->parent, body);
     return count;
 }
 
 static int count_drives(const kt_export *x, const char *joint) {
     int count = 0;
     for (int i = 0; i < x->d->effect_count; i++)
-        count += is_named(x->d->effects[i].joint, joint);
+        count += has_that_name(x->d->effects[i].joint, joint);
     for (int i = 0; i < x->d->loop_count; i++)
         for (int k = 0; k < x->d->loops[i].term_count; k++)
-            count += is_named(x->d->loops[i].terms[k].joint, joint);
+            count += has_that_name(x->d->loops[i].terms[k].joint, joint);
     return count;
 }
 
@@ -80,12 +80,14 @@ static int find_loop_of_part(const kt_export *x, const int sliders[3]) {
         const kt_body *b = sliders[k] >= 0 ? kt_export_body(x, sliders[k]) : NULL;
         if (b == NULL || !is_plain_slider(b, k) || b->joint.armature[0] != 0.0 || count_ends(x, b->name) != 1 ||
             count_drives(x, kt_joint_name_of(b)) != 1 ||
-            (k > 0 && (!is_named(b->parent, kt_export_body(x, sliders[k - 1])->name) || !is_zero_vector(b->joint.at))))
+            (k > 0 &&
+             (!has_that_name(b->parent, kt_export_body(x, sliders[k - 1])->name) || !is_zero_vector(b->joint.at))))
             return -1;
     }
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
-        if (loop->type == KT_LOOP_SPHERICAL && is_named(loop->between[0].body, kt_export_body(x, sliders[2])->name) &&
+        if (loop->type == KT_LOOP_SPHERICAL &&
+            has_that_name(loop->between[0].body, kt_export_body(x, sliders[2])->name) &&
             loop->between[0].marker == NULL && is_zero_vector(loop->between[0].at))
             found = i;
     }
@@ -129,7 +131,7 @@ static bool fit_length(kt_export *x, const kt_loop *loop, found_length *f) {
     return true;
 }
 
-static bool find_length(kt_export *x, int coupling, found_length *f) {
+static bool find_armature_path(kt_export *x, int coupling, found_length *f) {
     const kt_loop *loop = &x->d->loops[coupling];
     *f = (found_length){.coupling = coupling, .count = (loop->term_count - 1) / 3};
     if (loop->type != KT_LOOP_COUPLING || loop->formula == NULL || loop->term_count % 3 != 1 || f->count < 1 ||
@@ -156,18 +158,18 @@ static bool find_length(kt_export *x, int coupling, found_length *f) {
 /* ---- the path ---------------------------------------------------------------------------------------------------- */
 
 static bool is_same_end(const kt_end *a, const kt_end *b) {
-    return (a->body == b->body || is_named(a->body, b->body)) && is_zero_vector(kt_vec3_sub(a->at, b->at));
+    return (a->body == b->body || has_that_name(a->body, b->body)) && is_zero_vector(kt_vec3_sub(a->at, b->at));
 }
 
 /* An end without its marker. */
 static kt_end plain_end(const kt_export *x, const kt_end *end) {
     kt_end plain = kt_end_default();
-    plain.body = is_named(end->body, "world") ? NULL : end->body;
+    plain.body = has_that_name(end->body, "world") ? NULL : end->body;
     plain.at = end->at;
     for (int i = 0; i < x->d->body_count && end->marker != NULL; i++)
         for (int k = 0; k < kt_export_body(x, i)->marker_count; k++)
-            if (is_named(kt_export_body(x, i)->name, end->body) &&
-                is_named(kt_export_body(x, i)->markers[k].name, end->marker))
+            if (has_that_name(kt_export_body(x, i)->name, end->body) &&
+                has_that_name(kt_export_body(x, i)->markers[k].name, end->marker))
                 plain.at = kt_export_body(x, i)->markers[k].at;
     return plain;
 }
@@ -181,13 +183,13 @@ static kt_effect *make_path(kt_export *x, const found_length *f) {
     *e = kt_effect_default();
     e->name = kt_joint_name_of(kt_export_body(x, f->slider));
     for (int i = 0; i < x->d->effect_count; i++) /* a tendon of springs and dampers has the name */
-        e->name = is_named(x->d->effects[i].name, e->name) ? NULL : e->name;
+        e->name = has_that_name(x->d->effects[i].name, e->name) ? NULL : e->name;
     e->end_count = 2;
     e->path = path;
     for (int i = 0; i < f->count; i++) {
         const kt_body *first = kt_export_body(x, f->sliders[3 * i]);
         kt_end from = kt_end_default();
-        from.body = is_named(first->parent, "world") ? NULL : first->parent;
+        from.body = has_that_name(first->parent, "world") ? NULL : first->parent;
         from.at = first->joint.at;
         const bool goes_on =
             i > 0 && f->factor[i] == f->factor[i - 1] && is_same_end(&from, &path[e->path_count - 1].end);
@@ -227,7 +229,7 @@ bool kt_export_take_lengths(kt_export *x) {
         return false;
     for (int i = 0; i < x->d->loop_count; i++) {
         found_length f;
-        if (!find_length(x, i, &f))
+        if (!find_armature_path(x, i, &f))
             continue;
         kt_effect *path = make_path(x, &f);
         if (path == NULL)
