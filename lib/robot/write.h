@@ -37,7 +37,7 @@ typedef struct kt_export_motor {
 /* A spring and a damper between two ends or along a path: a spatial tendon. */
 typedef struct kt_export_rope {
     const kt_effect *effect;
-    double stiffness, damping, rest, armature;
+    double stiffness, damping, rest[2], armature; /* rest: lengths between which the spring has no force */
 } kt_export_rope;
 
 enum { KT_EXPORT_STATES_MOST = 8 /* auxiliary states in one formula */ };
@@ -198,8 +198,8 @@ bool kt_export_take_lengths(kt_export *x);
 /* Adds an effect to the ropes; false if no tendon has its force. */
 bool kt_export_take_rope(kt_export *x, const kt_effect *e);
 
-/* Adds the path of an effect, with a spring and a damper; false if MJCF has no such path. */
-bool kt_export_add_rope(kt_export *x, const kt_effect *e, double stiffness, double damping, double rest);
+/* Adds the path of an effect; false if MJCF has no such path. */
+bool kt_export_add_rope(kt_export *x, const kt_effect *e);
 
 /* Writes ` attribute="NAME"` of a rope. */
 void kt_export_rope_name(kt_export *x, const char *attribute, int rope);

@@ -318,7 +318,7 @@ static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *
     const bool is_path = e->end_count == 2;
     const bool has_rope = x->rope_count > 0 && x->ropes[x->rope_count - 1].effect == e;
     if (x->actuator_count + count > KT_EXPORT_STATES_MOST * x->d->effect_count ||
-        (is_path && !has_rope && !kt_export_add_rope(x, e, 0.0, 0.0, 0.0)))
+        (is_path && !has_rope && !kt_export_add_rope(x, e)))
         return false;
     for (int k = 0; k < count; k++) {
         made[k].rope = is_path ? x->rope_count - 1 : -1;

@@ -1,15 +1,17 @@
 /* Springs and dampers between two ends and along paths, as spatial tendons of MJCF.
  *
- * A force f(L, L') is that of a tendon if it is a - k L - c L' with k, c >= 0 and a / k >= 0: the tendon has the
- * stiffness k, the spring length a / k and the damping c. The values at some lengths and rates decide whether a formula
- * is that function. Each point of the path is a site, and each surface a geom without mass. A side is a site outside of
- * the geom, and the centre of a ring is a site inside. */
+ * A force f(L, L') is that of a tendon if it is k (r - L) - c L' with k, c >= 0 and r >= 0: the tendon has the stiffness
+ * k, the spring length r and the damping c. If r is the number in [a, b] that is nearest to L, the tendon has the spring
+ * lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each point of the
+ * path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the centre of a ring
+ * is a site inside. */
 #include "model/formula.h"
 #include "robot/write.h"
 
 #include "kinetree/effect.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- which effects are tendons ----------------------------------------------------------------------------------- */
 
@@ -27,10 +29,29 @@ static bool reads_path_alone(const kt_formula_names *names) {
     return true;
 }
 
-/* Finds a, k and c of a formula. */
-static bool find_line(kt_export *x, const kt_effect *e, double c[3]) {
+/* k, c, and the ends a and b of the lengths without force. */
+typedef struct rope_line {
+    double stiffness, damping, rest[2];
+} rope_line;
+
+/* Whether a formula is such a force at some lengths and rates. */
+static bool is_rope(const kt_expression *formula, const kt_formula_names *names, const rope_line *r) {
     static const double lengths[] = {1e-3, 0.02, 0.11, 0.37, 0.9, 1.7, 4.1, 13.0, 90.0};
     static const double rates[] = {-50.0, -3.1, -0.4, -0.01, 0.02, 0.7, 5.3, 80.0};
+    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
+        for (size_t k = 0; k < sizeof rates / sizeof *rates; k++) {
+            const double rest = fmin(fmax(lengths[i], r->rest[0]), r->rest[1]);
+            const double terms[3] = {r->stiffness * rest, r->stiffness * lengths[i], r->damping * rates[k]};
+            const double error = value_at(formula, names, lengths[i], rates[k]) - (terms[0] - terms[1] - terms[2]);
+            if (!(fabs(error) <= 1e-12 * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))))
+                return false;
+        }
+    return true;
+}
+
+/* Finds the numbers of a formula. A rope whose force is zero up to a length has the slope k at large lengths alone. */
+static bool find_line(kt_export *x, const kt_effect *e, rope_line *r) {
+    static const double far = 1024.0;
     kt_formula_names names = kt_formula_names_of(x->d, e);
     const kt_symbols symbols = kt_formula_symbols(&names);
     const kt_expression *formula;
@@ -41,41 +62,44 @@ static bool find_line(kt_export *x, const kt_effect *e, double c[3]) {
         kt_expression_parse(e->formula[0], &symbols, memory, size, &formula, NULL, &ignored) != KT_OK ||
         !reads_path_alone(&names))
         return false;
-    c[0] = value_at(formula, &names, 0.0, 0.0);
-    c[1] = c[0] - value_at(formula, &names, 1.0, 0.0);
-    c[2] = c[0] - value_at(formula, &names, 0.0, 1.0);
-    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
-        for (size_t k = 0; k < sizeof rates / sizeof *rates; k++) {
-            const double terms[3] = {c[0], c[1] * lengths[i], c[2] * rates[k]};
-            const double error = value_at(formula, &names, lengths[i], rates[k]) - (terms[0] - terms[1] - terms[2]);
-            if (!(fabs(error) <= 1e-12 * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))))
-                return false;
-        }
-    return true;
+    const double start = value_at(formula, &names, 0.0, 0.0), end = value_at(formula, &names, far, 0.0);
+    r->damping = start - value_at(formula, &names, 0.0, 1.0);
+    r->stiffness = start - value_at(formula, &names, 1.0, 0.0);
+    r->rest[0] = r->rest[1] = r->stiffness > 0.0 ? start / r->stiffness : 0.0;
+    if (is_rope(formula, &names, r))
+        return r->stiffness > 0.0 || start == 0.0;
+    r->stiffness = (end - value_at(formula, &names, 2.0 * far, 0.0)) / far;
+    if (!(r->stiffness > 0.0))
+        return false;
+    r->rest[0] = start / r->stiffness;
+    r->rest[1] = far + end / r->stiffness;
+    return is_rope(formula, &names, r);
 }
 
 bool kt_export_take_rope(kt_export *x, const kt_effect *e) {
-    double c[3] = {0.0, 0.0, 0.0};
+    rope_line r = {.stiffness = 0.0};
     if (e->type == KT_EFFECT_EXPRESSION && e->end_count == 2 && e->law == NULL) {
-        if (!find_line(x, e, c))
+        if (!find_line(x, e, &r))
             return false;
     } else if (e->type == KT_EFFECT_SPRING && !e->initial_length) {
-        c[0] = e->stiffness * e->length;
-        c[1] = e->stiffness;
-        c[2] = e->damping;
+        r = (rope_line){e->stiffness, e->damping, {e->length, e->length}};
     } else {
         return false;
     }
-    if (!(c[0] >= 0.0 && c[1] >= 0.0 && c[2] >= 0.0) || (c[0] > 0.0 && c[1] == 0.0))
+    if (!(r.rest[0] >= 0.0 && r.rest[1] >= r.rest[0] && r.stiffness >= 0.0 && r.damping >= 0.0) ||
+        !kt_export_add_rope(x, e))
         return false;
-    return kt_export_add_rope(x, e, c[1], c[2], c[1] > 0.0 ? c[0] / c[1] : 0.0);
+    kt_export_rope *rope = &x->ropes[x->rope_count - 1];
+    rope->stiffness = r.stiffness;
+    rope->damping = r.damping;
+    memcpy(rope->rest, r.rest, sizeof r.rest);
+    return true;
 }
 
-bool kt_export_add_rope(kt_export *x, const kt_effect *e, double stiffness, double damping, double rest) {
+bool kt_export_add_rope(kt_export *x, const kt_effect *e) {
     const bool divides_first = e->path_count > 0 && e->path[0].divisor > 0.0 && e->path[0].divisor != 1.0;
     if (!divides_first)
-        x->ropes[x->rope_count++] =
-            (kt_export_rope){.effect = e, .stiffness = stiffness, .damping = damping, .rest = rest};
+        x->ropes[x->rope_count++] = (kt_export_rope){.effect = e};
     return !divides_first;
 }
 
@@ -166,7 +190,7 @@ void kt_export_ropes(kt_export *x) {
         write_name(x, "name", i, -1, "");
         if (rope->stiffness > 0.0) {
             kt_export_numbers(x, "stiffness", &rope->stiffness, 1);
-            kt_export_numbers(x, "springlength", &rope->rest, 1);
+            kt_export_numbers(x, "springlength", rope->rest, rope->rest[0] < rope->rest[1] ? 2 : 1);
         }
         if (rope->damping > 0.0)
             kt_export_numbers(x, "damping", &rope->damping, 1);

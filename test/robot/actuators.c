@@ -161,6 +161,16 @@ KT_TEST(actuators_of_spatial_tendons_come_back) {
               "");
 }
 
+/* Without a force between two lengths, from the length zero on, and with one length. */
+KT_TEST(springs_of_spatial_tendons_come_back) {
+    come_back(MODEL("<tendon><spatial name='l' stiffness='8' springlength='.4 .7' damping='.2'><site site='s'/>"
+                    "<site site='t'/></spatial><spatial name='m' stiffness='30' springlength='0 .5'><site site='s'/>"
+                    "<site site='u'/></spatial><spatial name='n' stiffness='5' springlength='.3'><site site='t'/>"
+                    "<site site='u'/></spatial></tendon><actuator><general name='f' joint='a' dyntype='filterexact' "
+                    "dynprm='.2'/></actuator><keyframe><key name='k' ctrl='.5' act='.3'/></keyframe>"),
+              "");
+}
+
 KT_TEST(muscles_of_joints_and_spatial_tendons_come_back) {
     come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"
                     "<muscle name='m' joint='a' gear='-1.5' lengthrange='-2 3' force='40' timeconst='.02 .07' "
