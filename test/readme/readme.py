@@ -9,7 +9,9 @@ Of a page, in a folder of its own in which `apps` is that of the sources:
   the name that a comment of its own gives it ("# pendulum.yaml", in XML "<!-- arm.urdf -->" or .xml), or as scene-1.yaml and so on;
 - so is a scene or a robot of a page that this one links to, if its name stands in the text, in backticks;
 - a block of Python is run with the package of the build directory;
-- a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader.
+- a line of a shell block begins with "kinetree " and is run, in the order of the page; with "cc " it is for the reader;
+- a fault "NAME.yaml:LINE:COLUMN: ... 'WRONG' ...; did you mean 'RIGHT'?" is what "kinetree check" reports if WRONG stands for
+  RIGHT at that place of the page's scene NAME.yaml.
 
 Of a header, the blocks of C in its comments are compiled together: what begins with "static" as it stands, all else as
 the body of a function that is given what FRAGMENT names.
@@ -77,6 +79,9 @@ def scenes_of_others(text, scenes):
     """(name, body) of the named scenes of linked pages whose names stand in the text, in backticks."""
     for linked in re.findall(r"\]\(([\w-]+\.md)", text):
         yield from ((name, body) for name, body in scenes.get(linked, {}).items() if f"`{name}`" in text)
+
+
+FAULT = re.compile(r"^    (([\w.-]+\.yaml):(\d+):(\d+): .*'([\w.-]+)'[^']*; did you mean '([\w.-]+)'\?)$", flags=re.M)
 
 
 def failure(command, folder, environment, printed=None):
@@ -188,6 +193,20 @@ class Page:
             elif not text.startswith("cc "):
                 claim(f"{self.name}:{line + offset}: {text}", ["a line that nothing tests"])
 
+    def faults(self, text, scenes):
+        for shown, name, line, column, wrong, right in FAULT.findall(text):
+            if name not in scenes:
+                continue
+            lines = scenes[name].splitlines()
+            there = lines[int(line) - 1][int(column) - 1:] if int(line) <= len(lines) else ""
+            if not there.startswith(right):
+                claim(f"{self.name}: {shown}", [f"the scene has '{there}' there"])
+                continue
+            lines[int(line) - 1] = lines[int(line) - 1][:int(column) - 1] + wrong + there[len(right):]
+            (self.folder / name).write_text("\n".join(lines) + "\n")
+            seen = subprocess.run([self.command, "check", name], cwd=self.folder, env=self.environment, capture_output=True, text=True)
+            claim(f"{self.name}: {shown}", [] if shown in seen.stderr.splitlines() + seen.stdout.splitlines() else [seen.stderr])
+
     def take(self, found):
         for line, language, body in found:
             handler = {"c": self.c, "text": self.text, "yaml": self.scene, "xml": self.scene, "sh": self.sh, "python": self.python}.get(language)
@@ -244,7 +263,10 @@ def main():
             (pathlib.Path(folder) / "apps").symlink_to(root / "apps")
             for name, body in scenes_of_others(path.read_text(), scenes):
                 (pathlib.Path(folder) / name).write_text(body)
-            Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder).take(found)
+            page = Page(path.name, pathlib.Path(build), root / "include", command, compiler, folder)
+            page.take(found)
+            if command and path.suffix == ".md":
+                page.faults(path.read_text(), scenes[path.name])
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
     table = (root / "include/pages/c-interface.md").read_text()
