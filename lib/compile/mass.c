@@ -206,8 +206,8 @@ static void check_triangle(kt_checker *checker, kt_vec3 m, double excess) {
     if (little && checker->description->inertia_check == KT_INERTIA_WARN)
         return;
     kt_checker_fault(checker, "inertia", -1,
-                     "inertia has the principal moments %g, %g, %g; of no body is one larger than the two others "
-                     "together: check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com%s",
+                     "inertia has the principal moments %g, %g, %g; no body has one above the sum of the two "
+                     "others: check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com%s",
                      m.x, m.y, m.z,
                      little ? "; rounded data that breaks this by up to 1 % is accepted with 'inertia_check: warn'"
                             : "");

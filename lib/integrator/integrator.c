@@ -58,7 +58,7 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
                       "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
     if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                            "%g (relative): is below the rounding of numbers, which no step can undercut; take %.2g or "
+                            "%g (relative) is below the rounding of numbers, which no step can undercut; take %.2g or "
                             "more, or 0 for the absolute one alone",
                             o->relative_tolerance, KT_TOLERANCE_LEAST);
     for (size_t i = 0; o->absolute_tolerances != NULL && i < n; i++)

@@ -146,13 +146,12 @@ static bool accepts(const kt_judge *j, double odd) {
 }
 
 static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
-    (void)kt_robot_fault(
-        j->r, e,
-        "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: of no body is one "
-        "negative, or larger than the two others together; check units, order and the axes of "
-        "<origin>, or let 'kinetree import --inertia %s' accept it",
-        m.x, m.y, m.z, isinf(odd) ? "one is negative or alone" : "one is too large",
-        odd <= excess_most ? "warn" : "accept");
+    (void)kt_robot_fault(j->r, e,
+                         "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: no body has a "
+                         "negative one, or one above the sum of the two others; check units, order and the axes of "
+                         "<origin>, or let 'kinetree import --inertia %s' accept it",
+                         m.x, m.y, m.z, isinf(odd) ? "one is negative or alone" : "one is too large",
+                         odd <= excess_most ? "warn" : "accept");
 }
 
 /* Whether an inertia is the rounding error of a zero. The scale is the inertia of the part plus the moment m c^2 about

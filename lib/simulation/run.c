@@ -21,7 +21,7 @@ static kt_status check_length(const kt_run *run, const char *where, double step,
     const double least = 16.0 * DBL_EPSILON * run->duration;
     if (step > 0.0 && step <= least)
         return kt_error_set(error, KT_ERROR_ARGUMENT, where,
-                            "%g s: is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
+                            "%g s is lost in the rounding of times up to %g s; take one above %.3g s, or a shorter "
                             "duration",
                             step, run->duration, least);
     return KT_OK;
@@ -52,7 +52,7 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
                             run->relative, run->absolute);
     if (run->relative > 0.0 && run->relative < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
-                            "%g (relative): is below the rounding of numbers, which no step can undercut; take %.2g or "
+                            "%g (relative) is below the rounding of numbers, which no step can undercut; take %.2g or "
                             "more, or 0 for the absolute one alone",
                             run->relative, KT_TOLERANCE_LEAST);
     return KT_OK;
@@ -140,7 +140,7 @@ kt_status kt_run_check(const kt_run *run, kt_error *error) {
         return kt_error_set(error, KT_ERROR_ARGUMENT, "duration", "%g s: must be zero or more", run->duration);
     if (run->duration > 0.0 && run->duration < KT_DURATION_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "duration",
-                            "%g s: is too short to be divided into steps and records; take zero, or %g s or more",
+                            "%g s is too short to be divided into steps and records; take zero, or %g s or more",
                             run->duration, KT_DURATION_LEAST);
     if (!kt_is_not_negative(run->interval))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "interval",

@@ -62,6 +62,7 @@ KT_TEST(typing_errors_end_in_one_with_the_nearest_name) {
     kt_expect(1, "did you mean 'run'?", "$K rnu p.yaml");
     kt_expect(1, "did you mean 'integrators'?", "$K integrator");
     kt_expect(1, "'kinetree --help' lists them", "$K xyzzy");
+    kt_expect(1, "there is no subcommand 'p.yaml'; 'kinetree run p.yaml' simulates this file", "$K p.yaml");
     kt_expect(1, "did you mean '--duration'?", "$K run p.yaml --duratoin 3");
     kt_expect(1, "did you mean '--tolerance'?", "$K run p.yaml --tolerence=3");
     kt_expect(1, "did you mean 'dopri5'?", "$K run p.yaml --integrator dopri");
@@ -82,9 +83,9 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--duration takes a number, not '1e999'", "$K run p.yaml --duration 1e999");
     kt_expect(1, "--duration takes a number, not '3s'", "$K run p.yaml --duration 3s");
     kt_expect(1, "must be zero or more", "$K run p.yaml --duration -1");
-    kt_expect(1, "duration: 4.94066e-324 s: is too short", "$K run p.yaml --duration 5e-324");
-    kt_expect(1, "tolerance: 1e-30 (relative): is below the rounding", "$K run p.yaml --tolerance 1e-30");
-    kt_expect(1, "step: 1e-30 s: is lost in the rounding", "$K run p.yaml --step 1e-30");
+    kt_expect(1, "duration: 4.94066e-324 s is too short", "$K run p.yaml --duration 5e-324");
+    kt_expect(1, "tolerance: 1e-30 (relative) is below the rounding", "$K run p.yaml --tolerance 1e-30");
+    kt_expect(1, "step: 1e-30 s is lost in the rounding", "$K run p.yaml --step 1e-30");
     kt_expect(0, "warning: the step, 20 s, is longer than the duration: one step of 0.1 s is taken",
               "$K run p.yaml --integrator rk4 --step 20 --duration 0.1 --out once.csv");
     kt_ran ran = kt_shell("$K run p.yaml --integrator rk4 --step 20 --duration 0.1 --quiet --out once.csv --summary -");

@@ -128,21 +128,21 @@ KT_TEST(inertias_are_possible) {
             "inertia has the principal moments -1, 1, 5; none can be negative: check signs and order (Ixx, Iyy, Izz, "
             "Ixy, Ixz, Iyz)");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1.0, 4.0, 2.5, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
-            "inertia has the principal moments 1, 2.5, 4; of no body is one larger than the two others together: check "
+            "inertia has the principal moments 1, 2.5, 4; no body has one above the sum of the two others: check "
             "units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com");
     REFUSES(CRANK, b->inertia = kt_sym3_make(2e150, 2e150, 2e150, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
             "inertia has the entry 2e+150, and the equations would overflow; magnitudes end at 1e+150");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1e-151, 1e-151, 0.0, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
             "inertia is 1e-151 at most, too small to compute with; give 0, or 1e-150 or more");
     REFUSES(CRANK, b->inertia = kt_sym3_make(1.0, 2.0, 3.027, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
-            "inertia has the principal moments 1, 2, 3.027; of no body is one larger than the two others together: "
+            "inertia has the principal moments 1, 2, 3.027; no body has one above the sum of the two others: "
             "check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com; rounded data that "
             "breaks this by up to 1 % is accepted with 'inertia_check: warn'");
     PASSES("0.9 % beyond, accepted", CRANK,
            (m.description.inertia_check = KT_INERTIA_WARN, b->inertia = kt_sym3_make(1.0, 2.0, 3.027, 0.0, 0.0, 0.0)));
     REFUSES(CRANK, m.description.inertia_check = KT_INERTIA_WARN;
             b->inertia = kt_sym3_make(1.0, 2.0, 3.033, 0.0, 0.0, 0.0), -1, "inertia", "body 'crank'",
-            "inertia has the principal moments 1, 2, 3.033; of no body is one larger than the two others together: "
+            "inertia has the principal moments 1, 2, 3.033; no body has one above the sum of the two others: "
             "check units and order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that it is about the com");
     PASSES("inertia that the shape replaces", BALL, b->inertia.xx = nan_value);
     PASSES("plate, equal but for rounding", CRANK, b->inertia = kt_sym3_make(0.1, 0.2, 0.1 + 0.2, 0.0, 0.0, 0.0));

@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct kt_help_arguments {
     bool man, types;
@@ -85,6 +86,10 @@ const kt_subcommand *kt_subcommand_find(const char *name) {
     const kt_subcommand *found = find_subcommand(name, &nearest);
     if (found == NULL && nearest.best != NULL)
         kt_say("there is no subcommand '%s'%s", name, kt_ask(&nearest, "").text);
+    else if (found == NULL && access(name, F_OK) == 0)
+        kt_say("there is no subcommand '%s'; 'kinetree run %s' simulates this file, and 'kinetree --help' lists the "
+               "subcommands",
+               kt_show(name).text, kt_show(name).text);
     else if (found == NULL)
         kt_say("there is no subcommand '%s'; 'kinetree --help' lists them", name);
     return found;
