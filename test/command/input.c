@@ -191,4 +191,5 @@ KT_TEST(run_reads_robots_with_their_ground) {
     kt_expect(1, "--ground is for contacts", "$K run ball.urdf --floating --ground 0");
     kt_expect(1, "--ground is a height in m, such as 0, not 'low'", "$K run ball.urdf --contacts --ground low");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --contacts");
+    kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --ground 0");
 }

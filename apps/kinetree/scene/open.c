@@ -272,14 +272,14 @@ static bool has_robot_options(const kt_settings *settings) {
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
     const bool is_robot = is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
     kt_robot_options options = {0};
-    if (settings != NULL && !kt_robot_how_apply(&settings->robot, &options))
-        return KT_EXIT_USAGE;
     if (!may_be && has_robot_options(settings)) {
         kt_say(
             "%s: --floating, --keyframe, --contacts and --ground are for robots in URDF, MJCF or SDF; this is a scene",
             path);
         return KT_EXIT_USAGE;
     }
+    if (settings != NULL && !kt_robot_how_apply(&settings->robot, &options))
+        return KT_EXIT_USAGE;
     return may_be ? read_with(path, is_robot, &options, settings, scene) : read_any(path, false, NULL, settings, scene);
 }
 
