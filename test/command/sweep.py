@@ -138,6 +138,9 @@ def lanes():
     loop = ["--set", "effects=[{type: joint_spring, joint: close, stiffness: 3}]", "--set", "simulate.duration=0.1"]
     told = run(four_bar, *loop, "--vary", "gravity[1]=-1,-9", "--jobs", "1", "--out", "x.csv").stderr
     same("an effect in a loop", "one by one, not in lanes: it has loops" in told, True)
+    told = run("pendulum.yaml", "--vary", "bodies.upper.mass=1,-1,-2", "--jobs", "1", "--out", "x.csv").stderr
+    same("why the first failed", "2 of them failed\n  the first failure: bodies.upper.mass=-1: body 'upper': mass is -1; it cannot be negative "
+         "(the column 'why' has all reasons)\n" in told, True)
 
 
 EVENTFUL = """kinetree: 1

@@ -88,8 +88,24 @@ typedef struct sink {
     kt_keep *keep;
     kt_progress progress;
     int64_t first, end, failed;
+    kt_shown why;          /* the reason of the first run that failed */
     double start, flushed; /* s, when lines were written out last */
 } sink;
+
+/* The last field of a line, the reason of a failure, without its quotes. */
+static kt_shown reason_of_line(const char *line) {
+    const char *field = line;
+    bool is_quoted = false;
+    for (const char *at = line; *at != '\0'; at++) {
+        is_quoted = is_quoted != (*at == '"');
+        if (*at == ',' && !is_quoted)
+            field = at + 1;
+    }
+    char text[sizeof((kt_shown *)NULL)->text];
+    field += *field == '"';
+    snprintf(text, sizeof text, "%.*s", (int)strcspn(field, "\"\n"), field);
+    return kt_show(text);
+}
 
 /* Writes the records before the line, so that every run with a line has all its records. */
 static int write_result(void *user, int64_t run, const kt_sweep_result *result) {
@@ -107,7 +123,8 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
         kt_say("sweep: the line of run %lld cannot be written: %s", (long long)run, strerror(errno));
         return -1;
     }
-    s->failed += result->code != KT_EXIT_DONE;
+    if (result->code != KT_EXIT_DONE && s->failed++ == 0)
+        s->why = reason_of_line(line);
     if (!is_due)
         return 0;
     s->flushed = now;
@@ -205,6 +222,8 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
     if (before > 0)
         fprintf(stderr, "; %lld more were there already", (long long)before);
+    if (s->failed > 0)
+        fprintf(stderr, "\n  the first failure: %s (the column 'why' has all reasons)", s->why.text);
     if (all->together > 0)
         fprintf(stderr, "\n  %lld of them in lanes%s, up to %zu at a time in each thread", (long long)all->together,
                 kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
