@@ -3,6 +3,7 @@
 
 #include "document/number.h"
 #include "expression/expression.h"
+#include "model/function_formula.h"
 #include "scene/named.h"
 #include "scene/vary.h"
 
@@ -194,12 +195,20 @@ static bool is_expected(kt_reader *r, const kt_scope *scope, kt_node *node, cons
                        kt_name_quote(node->of.text).text);
 }
 
+static bool names_motion(const char *text) {
+    return strncmp(text, "position.", 9) == 0 || strncmp(text, "velocity.", 9) == 0;
+}
+
 /* Reads a formula whose expressions are written out; NULL after reporting a fault. */
 static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, const kt_written *written,
-                                          const kt_symbols *symbols) {
+                                          const kt_symbols *symbols, bool is_of_time) {
     int at = 0;
     kt_error error = {0};
     const kt_expression *expression = parse_text(r, written->text, symbols, &at, &error);
+    if (expression == NULL && is_of_time && at >= 0 && names_motion(written->text + at))
+        (void)kt_error_set(&error, KT_ERROR_SCENE, "",
+                           "this is a function of time, and no position or velocity is; for a force that depends on "
+                           "the motion, take an effect of the type 'expression'");
     if (expression == NULL && !r->out_of_memory && !follows_from_names(r, written->text, &error))
         (void)kt_written_fault(r, scope, written, at, error.message);
     return expression;
@@ -213,7 +222,7 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
     kt_written written;
     const kt_expression *expression = NULL;
     if (!hidden && kt_write_out(r, scope, node, variables, &written))
-        expression = parse_written(r, scope, &written, &symbols);
+        expression = parse_written(r, scope, &written, &symbols, variables->find == kt_time_symbols().find);
     if (expression == NULL || names.waits) {
         node->faulty = true;
         return false;
