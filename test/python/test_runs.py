@@ -207,6 +207,17 @@ def test_robots_have_the_dynamics_of_their_closed_form(name, tmp_path, held):
         kt.load(tmp_path / name, floatin=True)
 
 
+def test_files_are_scenes_unless_they_are_xml(tmp_path):
+    """A name without an ending decides nothing: the first character of the file does, as for the command."""
+    scene, robot, records = tmp_path / "scene", tmp_path / "robot", tmp_path / "records.csv"
+    scene.write_text("kinetree: 1\nbodies: [{name: a, mass: 1, joint: {type: prismatic}}]\n")
+    robot.write_text(ROD["rod.urdf"])
+    records.write_text("time,position.a\n0,1\n")
+    assert not kt.load(scene).is_robot and kt.load(robot).is_robot
+    with pytest.raises(kt.SceneError, match="expected a scene"):
+        kt.load(records)
+
+
 # The program with which the package was specified, line by line. `L` is a number of the scene that it is given.
 EXAMPLE = """
 import kinetree as kt, numpy as np

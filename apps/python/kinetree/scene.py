@@ -18,7 +18,7 @@ from .records import Run, Table, read_csv
 from .simulation import Simulation
 
 Path = Union[str, "os.PathLike[str]"]
-_SCENES = (".yaml", ".yml")
+_ROBOTS = (".urdf", ".xml", ".sdf", ".world", ".mjcf")
 _PARTIAL = 4  # exit status of a run that kept its records until then
 
 
@@ -26,6 +26,17 @@ def _folder() -> Any:
     """A temporary folder."""
     import tempfile
     return tempfile.TemporaryDirectory()
+
+
+def _is_robot(path: str) -> bool:
+    """The name is that of a robot, or the file begins as XML does. The command has the same rule."""
+    if path.lower().endswith(_ROBOTS) or not os.path.isfile(path):
+        return path.lower().endswith(_ROBOTS)
+    try:
+        with open(path, "rb") as file:
+            return file.read(512).removeprefix(b"\xef\xbb\xbf").lstrip(b" \t\r\n").startswith(b"<")
+    except OSError:  # the reader reports it
+        return False
 
 
 def load(path: Path, set: Optional[Mapping[str, Any]] = None, **options: Any) -> "Scene":
@@ -70,6 +81,7 @@ class Scene:
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
         self.path = None if path is None else os.fspath(path)
+        self._robot = self.path is not None and _is_robot(self.path)
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
         self.options = {"contacts": True, **options} if "ground" in options else options
@@ -117,7 +129,7 @@ class Scene:
     @property
     def is_robot(self) -> bool:
         """The file is URDF, MJCF or SDF."""
-        return self.path is not None and not self.path.lower().endswith(_SCENES)
+        return self._robot
 
     def _robot_options(self) -> Any:
         chosen, keep = ffi.new("kt_robot_options *"), []
