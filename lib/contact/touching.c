@@ -28,8 +28,8 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
         if (simulation->memory.beyond) {
             snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
             return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, and bound the "
-                                "steps (max_step)",
+                                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, or bound the "
+                                "steps (max_step) if it was there at the start",
                                 kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
         }
         if (c->gap[k] <= kt_contact_touching * scale || c->item[k].meets ||

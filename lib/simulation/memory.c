@@ -429,8 +429,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     if (KT_HAS_SWITCHES && model->family) {
         if (settings.options.transformation != NULL)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
-                                "loops or effects are switched, and another formulation has no models of their sets; "
-                                "take the formulation 'tree'");
+                                "hard contacts, and loops or effects that are switched, need the formulation 'tree'");
         memset(&made->size, 0, sizeof made->size);
         measure(model, &settings, &made->size);
     }

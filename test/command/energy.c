@@ -182,6 +182,7 @@ KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
              "loops:\n  - {name: drive, type: motion, joint: crank, position: {polynomial: [1.0471975511965976, 2]}}\n",
              strstr(four_bar, "loops:\n") + 7);
     kt_write_file("led.yaml", text);
-    kt_expect(0, "energy not watched: that would cost more than 2 % here", "$K run led.yaml --out /dev/null");
+    kt_expect(0, "energy not watched: that would cost more than 2 % here; record 'balance' to watch it",
+              "$K run led.yaml --out /dev/null");
     kt_expect(0, "J supplied: the balance closes to", "$K run led.yaml --out /dev/null --record balance");
 }

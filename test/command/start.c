@@ -283,6 +283,10 @@ KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
               "kinetree: impacts at the start, and assembly where loops were open, moved initial values that the scene "
               "gives:\n  slide: velocity from -1 m/s to 0.5 m/s\n",
               "$K run i.yaml");
+    kt_expect(0, "contacts: 1 impact (0.375 J dissipated), 0 closings, 0 openings; friction: 0 sticks, 0 slips\n",
+              "$K run i.yaml");
+    kt_expect(2, "hard contacts, and loops or effects that are switched, need the formulation 'tree'",
+              "$K run i.yaml --formulation absolute");
 }
 
 /* A position 0.1 m beyond a stop of 1e5 N/m gives 1e4 N, and the energy
@@ -311,7 +315,7 @@ KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
         "effects: [{type: joint_limit, joint: slide, upper: 0.2, restitution: 0.5}]\n";
     static const char words[] =
         "contact 'slide.upper' at t = 0 s: 'slide.upper' is 0.3 (m or rad) beyond its boundary; begin on "
-        "its free side";
+        "its free side, or bound the steps (max_step) if it was there at the start";
     char text[300];
     snprintf(text, sizeof text, slide, "0.5");
     kt_write_file("h.yaml", text);

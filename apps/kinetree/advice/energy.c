@@ -42,8 +42,8 @@ const char *kt_energy_not_watched(const kt_outcome *outcome) {
         energy->energetics == KT_ENERGY_CONSERVED)
         return NULL;
     return energy->energetics == KT_ENERGY_SUPPLIED
-               ? "that would cost more than 2 % here; 'balance' among the records watches it"
-               : "only whether it rises: more would cost more than 2 % here; 'balance' among the records watches it";
+               ? "that would cost more than 2 % here; record 'balance' to watch it"
+               : "except for growth, since the rest would cost more than 2 % here; record 'balance' to watch it";
 }
 
 /* Writes the remedy for an error of the energy. The error of a method of order p is proportional to h^p. Therefore h is

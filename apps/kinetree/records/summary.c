@@ -375,11 +375,12 @@ static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     if (seen.count > 0)
         fprintf(stderr,
-                "  %llu impact%s, which dissipate%s %g J; contacts close %llu times, open %llu; friction sticks %llu "
-                "times, slips %llu\n",
-                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.impacts == 1 ? "s" : "",
-                seen.dissipated, (unsigned long long)seen.closings, (unsigned long long)seen.openings,
-                (unsigned long long)seen.sticks, (unsigned long long)seen.slips);
+                "  contacts: %llu impact%s (%g J dissipated), %llu closing%s, %llu opening%s; friction: %llu stick%s, "
+                "%llu slip%s\n",
+                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.dissipated,
+                (unsigned long long)seen.closings, plural((long long)seen.closings), (unsigned long long)seen.openings,
+                plural((long long)seen.openings), (unsigned long long)seen.sticks, plural((long long)seen.sticks),
+                (unsigned long long)seen.slips, plural((long long)seen.slips));
     const unsigned long long steps = kt_simulation_counts_get(outcome->simulation).steps;
     if (outcome->scene->contact == KT_CONTACT_STEPS && steps > 0)
         fprintf(stderr, "  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
