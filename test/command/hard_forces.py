@@ -3,6 +3,7 @@ against Newton's law of random blocks that slide and stick on random slopes.
 """
 import csv
 import io
+import json
 import math
 import pathlib
 import random
@@ -155,8 +156,41 @@ def beginning():
     yield from off("friction", rows[0]["effect[1].friction"], rows[1]["effect[1].friction"], 1e-6)
 
 
+FLAT = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - name: box
+    mass: 2
+    shape: {type: box, size: [0.4, 0.3, 0.2]}
+    joint: {type: free, position: {position: [0, 0, 0.1]}, velocity: {linear: [0.5, 0, 0]}}
+    markers: {a: [0.2, 0.15, -0.1], b: [-0.2, 0.15, -0.1], c: [-0.2, -0.15, -0.1], d: [0.2, -0.15, -0.1]}
+effects:
+  - {name: a, type: contact, point: box.a, plane: world, restitution: 0.3, friction: 0.5}
+  - {name: b, type: contact, point: box.b, plane: world, restitution: 0.3, friction: 0.5}
+  - {name: c, type: contact, point: box.c, plane: world, restitution: 0.3, friction: 0.5}
+  - {name: d, type: contact, point: box.d, plane: world, restitution: 0.3, friction: 0.5}
+simulate: {duration: 10}
+"""
+
+
+def marks():
+    """A box slides on four corners until v/(mu g). At rest a corner that carries nothing arrives and parts within rounding, without a mark."""
+    with tempfile.TemporaryDirectory() as place:
+        path = pathlib.Path(place) / "flat.yaml"
+        path.write_text(FLAT)
+        ran = subprocess.run([KINETREE, "run", str(path), "--out", "/dev/null", "--summary", "-"], capture_output=True, text=True)
+    summary = json.loads(ran.stdout)
+    times = [mark["time"] for mark in summary["marks"]]
+    changes = sum(summary["contacts"][name] for name in ("impacts", "closings", "openings", "sticks", "slips"))
+    note(f"{len(set(times))} instants with marks, {changes} impacts and transitions")
+    yield from off("the box sticks", times[0] if times else math.nan, 0.5 / (0.5 * G), 1e-9)
+    if len(set(times)) > changes:
+        yield "more instants with marks than impacts and transitions"
+
+
 claim("rest_is_held_by_the_weight", list(at_rest()))
 claim("friction_of_a_block_that_slides_and_sticks", list(sliding()))
 claim("random_blocks_obey_newton", [problem for seed in range(24) for problem in newton(seed)])
 claim("slip_that_begins_leaves_gaps_and_a_warning", list(beginning()))
+claim("only_impacts_and_transitions_have_marks", list(marks()))
 finish()
