@@ -22,12 +22,17 @@ static void factor_function(kt_graph *g, kt_code_function *f) {
     }
 }
 
-static int count_all(const kt_graph *g, const kt_code_function *f) {
-    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
-    return n.multiply + n.add + n.divide + n.call + n.choose;
+/* Takes the place of f if it needs less time. */
+static void take_faster(const kt_graph *g, size_t nv, const kt_code_function *other, int *least, kt_code_function *f) {
+    const int time = kt_graph_time(g, other->out, other->out_count);
+    if (g->failed || time >= *least)
+        return;
+    *least = time;
+    memcpy(f->out, other->out, nv * sizeof *f->out);
+    memcpy(f->guard, other->guard, nv * sizeof *f->guard);
 }
 
-/* Makes forward dynamics in both ways, and takes the one with fewer operations. work: nv x nv. */
+/* Makes forward dynamics in all ways, and takes the fastest one. work: nv x nv. */
 static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     const size_t nv = tree->model->n.v;
     kt_code_function other = *f;
@@ -38,12 +43,12 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     if (fine) {
         kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
         factor_function(tree->graph, f);
-        tree->graph->scope++;
-        kt_code_forward_articulated(tree, other.out, other.guard);
-        factor_function(tree->graph, &other);
-        if (!tree->graph->failed && count_all(tree->graph, &other) < count_all(tree->graph, f)) {
-            memcpy(f->out, other.out, nv * sizeof *f->out);
-            memcpy(f->guard, other.guard, nv * sizeof *f->guard);
+        int least = kt_graph_time(tree->graph, f->out, f->out_count);
+        for (int k = 0; k < (kt_code_is_planar(tree->model) ? 2 : 1); k++) {
+            tree->graph->scope++;
+            (k == 0 ? kt_code_forward_articulated : kt_code_forward_planar)(tree, other.out, other.guard);
+            factor_function(tree->graph, &other);
+            take_faster(tree->graph, nv, &other, &least, f);
         }
     }
     free(other.out);

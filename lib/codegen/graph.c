@@ -413,3 +413,39 @@ kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count) {
     free(uses);
     return c;
 }
+
+/* A sum takes about four cycles, in which a processor begins eight others. A division takes as long as four sums, and a
+ * function of the C library as ten. */
+enum { OPERATIONS_AT_A_TIME = 8, DIVISION_IN_SUMS = 4, CALL_IN_SUMS = 10 };
+
+/* The longest way to each node. Returns the longest of all. */
+static int find_depths(const kt_graph *g, const int32_t *uses, int32_t *depth) {
+    int most = 0;
+    for (int32_t i = 0; i < g->count; i++) {
+        const kt_op_node *n = &g->node[i];
+        kt_op operand[3];
+        depth[i] = 0;
+        if (uses[i] == 0 || n->origin != KT_OP_OF_STATE || n->kind < KT_OP_ADD)
+            continue;
+        for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--)
+            depth[i] = depth[operand[k]] > depth[i] ? depth[operand[k]] : depth[i];
+        depth[i] += n->kind == KT_OP_NEGATE   ? 0
+                    : n->kind == KT_OP_DIVIDE ? DIVISION_IN_SUMS
+                    : n->kind == KT_OP_CALL   ? CALL_IN_SUMS
+                                              : 1;
+        most = depth[i] > most ? depth[i] : most;
+    }
+    return most;
+}
+
+int kt_graph_time(const kt_graph *g, const kt_op *out, int count) {
+    int32_t *uses = g->failed ? NULL : malloc(2 * (size_t)(g->count + 1) * sizeof *uses);
+    if (uses == NULL)
+        return 0;
+    kt_graph_uses(g, out, count, uses);
+    const int depth = find_depths(g, uses, uses + g->count + 1);
+    const kt_op_counts n = kt_graph_count(g, out, count);
+    const int all = n.multiply + n.add + DIVISION_IN_SUMS * n.divide + CALL_IN_SUMS * n.call + n.choose;
+    free(uses);
+    return all / OPERATIONS_AT_A_TIME > depth ? all / OPERATIONS_AT_A_TIME : depth;
+}

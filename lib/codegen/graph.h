@@ -141,6 +141,10 @@ typedef struct kt_op_counts {
 } kt_op_counts;
 kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count);
 
+/* The time of a function, about. The unit is a sum that waits for another. It is the longest way through the function,
+ * or an eighth of all operations, whichever is more: a processor does some operations at a time. */
+int kt_graph_time(const kt_graph *g, const kt_op *out, int count);
+
 /* Marks all nodes that the outputs need: uses[i] is how often node i is used, 0 if not at all. */
 void kt_graph_uses(const kt_graph *g, const kt_op *out, int count, int32_t *uses);
 

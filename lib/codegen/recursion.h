@@ -46,6 +46,10 @@ void kt_code_solve_lower(kt_code_tree *tree, const kt_op *m, const kt_op *invers
 /* The same by articulated bodies. */
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 
+/* The same in the axes of planes (planar.c), if all links move in planes. */
+bool kt_code_is_planar(const kt_model *model);
+void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
+
 /* Kinetic energy and potential energy of gravity. */
 void kt_code_energy(kt_code_tree *tree, kt_op energy[2]);
 

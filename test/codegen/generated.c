@@ -102,6 +102,7 @@ static bool read_method(kt_generated *g) {
         return false;
     while (fgets(line, sizeof line, file) != NULL) {
         g->is_articulated |= strstr(line, "U = A s") != NULL;
+        g->is_planar |= strstr(line, "J' = p . M p - V^2 / D") != NULL;
         g->loops_have_time |= strstr(line, "int mech_forward(const mech_model *model, mech_real t, ") != NULL;
         g->has_parts[0] |= strstr(line, " forward_1(") != NULL;
         g->has_parts[1] |= strstr(line, " mass_1(") != NULL;

@@ -46,6 +46,7 @@ typedef struct kt_generated {
     int count;     /* of parameters, with their names as in the header */
     char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
     bool is_articulated;    /* its accelerations do not follow from the mass matrix */
+    bool is_planar;         /* they follow from articulated bodies in a plane */
     bool has_parts[2];      /* the functions forward and mass are divided */
     bool loops_have_time;   /* forward, loops, project and steps have it as an argument */
     const double *standard; /* NAME_default */

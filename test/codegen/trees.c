@@ -365,6 +365,45 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
     kt_check_above("trees whose mass matrix has parts", parts[1], 0);
 }
 
+/* Long planar trees, whose forward dynamics take the axes of the plane: pins and slides, with and without armature. */
+KT_TEST(generated_planar_trees_agree_with_kane_in_long_double) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("forward dynamics");
+    static kt_generated g;
+    int planar = 0;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int n = 0; n < count_mechanisms(12); n++) {
+        kt_tree tree;
+        kt_tree_plan plan = kt_tree_plan_planar();
+        plan.bodies = kt_random_int(&random, 8, 20);
+        plan.with_armature = n % 2 ? 0.5 : 0.0;
+        bool fine = kt_tree_grow(&tree, &plan, &random) && tree.nv > 0 &&
+                    kt_generated_make_some(&g, tree.model, KT_CODEGEN_FORWARD, "cc -O0", false);
+        planar += fine && g.is_planar;
+        for (int k = 0; k < 4 && fine; k++) {
+            static long double slow[KT_TREE_NV];
+            double a[KT_TREE_NV], sensitivity[KT_TREE_NV];
+            kt_tree_state s;
+            kt_tree_state_draw(&tree, &random, &s);
+            memset(s.external, 0, sizeof s.external);
+            fine = kt_check_true("regular", kt_oracle_forward(&tree, &s, slow, sensitivity));
+            kt_check_equal_int("forward", g.forward(g.model, s.q, s.v, s.tau, a), 0);
+            for (int i = 0; i < tree.nv && fine; i++)
+                kt_worst_near(&worst, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n,
+                              i);
+        }
+        kt_generated_free(&g);
+        kt_tree_free(&tree);
+        if (!fine)
+            return;
+    }
+    kt_check_worst(&worst);
+    kt_check_above("trees in the axes of the plane", planar, 5);
+}
+
 static int count_nonzero(const double *x, int count) {
     int found = 0;
     for (int i = 0; i < count; i++)
