@@ -24,9 +24,8 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 }
 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
-    const unsigned derivatives = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES;
-    const unsigned closed = derivatives | KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS |
-                            KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
+    const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
+                            KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
     for (int i = 0; i < (int)model->n.loop && (functions & (KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS)); i++)
         if (model->loop[i].type == KT_LOOP_RATES && kt_code_rows_of_loop(model, i) > 0)
             return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
@@ -42,10 +41,10 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                     ? ""
                                     : "leave out forward, acceleration, loops, project and steps, or ");
     }
-    if (kt_code_count_loop_rows(model) > 0 && (functions & derivatives))
+    if (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEP_DERIVATIVES))
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
-                            "derivatives of accelerations and steps cannot be generated with loops; leave them out, "
-                            "and use kt_acceleration_derivatives or kt_step_derivatives of the library");
+                            "A and B of steps cannot be generated with loops; leave them out, and use "
+                            "kt_step_derivatives of the library, or forward_derivatives");
     if (kt_code_count_loop_rows(model) == 0 && (functions & (KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT)))
         return kt_error_set(error, KT_ERROR_MODEL, "loops", "no loop has an equation; leave out loops and project");
     return KT_OK;

@@ -141,8 +141,8 @@ static bool has_code_effects(int k) {
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
 }
 static bool has_equations(int k) {
-    return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_LOOPS_INDEX ||
-           k == KT_CODEGEN_PROJECT_INDEX || k == KT_CODE_CLOSE || k == KT_CODE_SETTLE;
+    return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_FORWARD_DERIVATIVES_INDEX ||
+           k == KT_CODEGEN_LOOPS_INDEX || k == KT_CODEGEN_PROJECT_INDEX || k == KT_CODE_CLOSE || k == KT_CODE_SETTLE;
 }
 static bool has_time(const kt_model *model, int k) {
     return kind_of(k)->is_hook || (has_code_effects(k) && kt_code_has_time(model)) ||

@@ -200,18 +200,18 @@ static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_di
         column[i] = chain->slope[tau[i]];
 }
 
-void kt_code_differentiate(kt_code_tree *tree, const kt_op *tau, kt_op *out) {
+void kt_code_differentiate(kt_code_tree *tree, const kt_op *f, int count, kt_op *out) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    const code_chain chain = chain_make(g, tau, nv);
+    const code_chain chain = chain_make(g, f, count);
     for (int k = 0; k < 2; k++)
         for (int c = 1; c < tree->link_count && !g->failed; c++) {
             const kt_link *link = tree->link[c].link;
             for (int i = 0; i < kt_link_dofs(link); i++) {
                 const code_direction d = {link, k == 0 ? KT_OP_POSITION : KT_OP_RATE, i};
-                kt_graph_section(g, "%s: dtau/d%c_%d, by the chain rule", tree->link[c].name, k == 0 ? 'q' : 'v',
-                                 link->v + i);
-                apply_chain_rule(g, &chain, &d, tau, nv, out + (size_t)nv * (size_t)(k * nv + link->v + i));
+                kt_graph_section(g, "%s: derivatives by %c_%d, by the chain rule", tree->link[c].name,
+                                 k == 0 ? 'q' : 'v', link->v + i);
+                apply_chain_rule(g, &chain, &d, f, count, out + (size_t)count * (size_t)(k * nv + link->v + i));
             }
         }
     chain_free(&chain);
@@ -231,7 +231,7 @@ void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {
     tree->graph->failed |= tau == NULL;
     if (tau != NULL) {
         kt_code_inverse(tree, true, tau);
-        kt_code_differentiate(tree, tau, out);
+        kt_code_differentiate(tree, tau, (int)tree->model->n.v, out);
     }
     free(tau);
 }
@@ -262,7 +262,7 @@ void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt
         kt_code_inverse(tree, true, tau);
         g->is_nameless = false;
         tree->acceleration = NULL;
-        kt_code_differentiate(tree, tau, out);
+        kt_code_differentiate(tree, tau, (int)tree->model->n.v, out);
         kt_graph_replace(g, out, 2 * nv * nv, a);
         for (int k = 0; k < 2 * nv && !g->failed; k++) {
             const bool by_q = k < nv;

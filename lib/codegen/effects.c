@@ -235,7 +235,7 @@ void kt_code_effects(kt_code_tree *tree, kt_op *tau) {
 
 void kt_code_effect_derivatives(kt_code_tree *tree, kt_op *out) {
     if (know_effects(tree))
-        kt_code_differentiate(tree, tree->force, out);
+        kt_code_differentiate(tree, tree->force, (int)tree->model->n.v, out);
 }
 
 void kt_code_states(kt_code_tree *tree, kt_op *rate) {

@@ -68,6 +68,11 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
         kt_code_forward_loops(tree, work, f->out, f->guard);
         f->out_count = (int)nv;
         return true;
+    case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
+        kt_code_forward_loop_derivatives(tree, work, f->out, f->guard);
+        f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
+        f->out_count = (int)(3 * nv * nv);
+        return true;
     case KT_CODE_CLOSE:
     case KT_CODE_SETTLE:
         f->output[1] = (int)rows;

@@ -47,6 +47,9 @@ void kt_code_loop_equations(kt_code_tree *tree, kt_op *out);
  * one for each equation. */
 void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
 
+/* Its derivatives by q, v and tau: out has 3 nv nv entries. Guards as those of the function. */
+void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
+
 /* The least change of q that closes the linear equations, and the scaled residuals behind it. One guard for each
  * equation; in the metric of the mass matrix also one for each coordinate, before them. Returns how many guards. */
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);

@@ -16,6 +16,9 @@
  * S_kk of all rows of a point, or of u . u for all columns u of a distance. A pivot that is not above SINGULAR times
  * that size means that the equations are dependent or void in this position: the function returns the loop.
  *
+ * Derivatives of accelerations have the same form. With held a and lambda, the chain rule gives the changes of the forces
+ * M a + h - A' lambda and of the equations A a - right; then y and b are their negatives. For da/dtau, y is a unit.
+ *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 8.3 and 8.5.
  */
 #include "codegen/loops.h"
@@ -28,8 +31,8 @@
 typedef struct code_solve {
     kt_code_tree *tree;
     const kt_code_loop_rows *rows;
-    kt_op *m, *inverse;        /* L and 1 / D; NULL: the identity */
-    kt_op *y, *scaled, *s, *b; /* Y and Y' D^-1, row by row; S and then L_s below its diagonal; the right-hand side */
+    kt_op *m, *inverse;    /* L and 1 / D; NULL: the identity */
+    kt_op *y, *scaled, *s; /* Y and Y' D^-1, row by row; S and then L_s below its diagonal */
 } code_solve;
 
 static kt_op dot_rows(kt_graph *g, const kt_op *x, const kt_op *y, size_t count) {
@@ -74,11 +77,11 @@ static kt_op size_of_row(const code_solve *c, size_t r) {
     return kt_op_is(g, size, 0.0) ? sum : size;
 }
 
-/* S = L_s D_s L_s', and b := lambda. */
-static void solve_loop_matrix(code_solve *c, kt_code_guard *guard) {
+/* S = L_s D_s L_s' in place, with 1 / D_s on the diagonal. */
+static void factor_loop_matrix(code_solve *c, kt_code_guard *guard) {
     kt_graph *g = c->tree->graph;
     const size_t count = (size_t)c->rows->count;
-    kt_op *s = c->s, *b = c->b;
+    kt_op *s = c->s;
     for (size_t r = 0; r < count; r++)
         guard[r] = (kt_code_guard){.limit = size_of_row(c, r), .loop = c->rows->loop[r] + 1};
     for (size_t r = 0; r < count; r++) {
@@ -94,53 +97,63 @@ static void solve_loop_matrix(code_solve *c, kt_code_guard *guard) {
             const kt_op ratio = kt_op_multiply(g, s[r * count + k], s[k * count + k]);
             *pivot = kt_op_subtract(g, *pivot, kt_op_multiply(g, ratio, s[r * count + k]));
             s[r * count + k] = ratio;
-            b[r] = kt_op_subtract(g, b[r], kt_op_multiply(g, ratio, b[k]));
         }
         guard[r].pivot = *pivot;
         kt_op_name(g, *pivot, "P%d", (int)r);
-        *pivot = kt_op_divide(g, kt_op_number(g, 1.0), *pivot); /* from here on 1 / D */
+        *pivot = kt_op_divide(g, kt_op_number(g, 1.0), *pivot);
     }
-    kt_graph_section(g, "lambda");
+}
+
+/* b holds what is given, x holds y. b := lambda, and x becomes the solution. */
+static void solve_loop_matrix(const code_solve *c, kt_op *b, kt_op *x) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count;
+    const kt_op *s = c->s;
+    if (c->m != NULL)
+        kt_code_solve_transposed(c->tree, c->m, x);
+    for (size_t r = 0; r < count; r++) {
+        b[r] = kt_op_subtract(g, b[r], dot_rows(g, c->scaled + r * nv, x, nv));
+        for (size_t k = 0; k < r; k++)
+            b[r] = kt_op_subtract(g, b[r], kt_op_multiply(g, s[r * count + k], b[k]));
+    }
     for (size_t r = count; r-- > 0;) {
         b[r] = kt_op_multiply(g, b[r], s[r * count + r]);
         for (size_t k = r + 1; k < count; k++)
             b[r] = kt_op_subtract(g, b[r], kt_op_multiply(g, s[k * count + r], b[k]));
         kt_op_name(g, b[r], "lambda%d", (int)r);
     }
+    for (size_t i = 0; i < nv; i++)
+        for (size_t r = 0; r < count; r++)
+            x[i] = kt_op_add(g, x[i], kt_op_multiply(g, c->y[r * nv + i], b[r]));
+    if (c->m != NULL)
+        kt_code_solve_lower(c->tree, c->m, c->inverse, x);
+}
+
+/* Factors all matrices. The caller frees c->y. Returns false if memory is insufficient. */
+static bool factor_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *m, kt_op *inverse,
+                                  code_solve *c, kt_code_guard *guard) {
+    const size_t nv = tree->model->n.v, count = (size_t)rows->count;
+    kt_op *memory = calloc(2 * count * nv + count * count + 1, sizeof *memory);
+    *c = (code_solve){.tree = tree, .rows = rows, .m = m, .inverse = inverse, .y = memory};
+    tree->graph->failed |= memory == NULL;
+    if (tree->graph->failed)
+        return false;
+    c->scaled = memory + count * nv;
+    c->s = memory + 2 * count * nv;
+    make_loop_matrix(c);
+    factor_loop_matrix(c, guard);
+    return true;
 }
 
 /* x holds y, and becomes the solution. m: L below the diagonal and 1 / D behind, or NULL. b is overwritten. */
 static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *m, kt_op *inverse, kt_op *b,
                                  kt_op *x, kt_code_guard *guard) {
-    kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v, count = (size_t)rows->count;
-    kt_op *memory = calloc(2 * count * nv + count * count + 1, sizeof *memory);
-    g->failed |= memory == NULL;
-    if (g->failed) {
-        free(memory);
-        return;
-    }
-    code_solve c = {.tree = tree,
-                    .rows = rows,
-                    .m = m,
-                    .inverse = inverse,
-                    .y = memory,
-                    .scaled = memory + count * nv,
-                    .s = memory + 2 * count * nv,
-                    .b = b};
-    if (m != NULL)
-        kt_code_solve_transposed(tree, m, x);
-    make_loop_matrix(&c);
-    for (size_t r = 0; r < count; r++)
-        b[r] = kt_op_subtract(g, b[r], dot_rows(g, c.scaled + r * nv, x, nv));
-    solve_loop_matrix(&c, guard);
-    kt_graph_section(g, "what the forces of the loops add");
-    for (size_t i = 0; i < nv; i++)
-        for (size_t r = 0; r < count; r++)
-            x[i] = kt_op_add(g, x[i], kt_op_multiply(g, c.y[r * nv + i], b[r]));
-    if (m != NULL)
-        kt_code_solve_lower(tree, m, inverse, x);
-    free(memory);
+    code_solve c;
+    const bool fine = factor_loop_equations(tree, rows, m, inverse, &c, guard);
+    kt_graph_section(tree->graph, "lambda, and what the forces of the loops add");
+    if (fine)
+        solve_loop_matrix(&c, b, x);
+    free(c.y);
 }
 
 /* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. It
@@ -174,22 +187,109 @@ static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *g
     return inverse;
 }
 
-void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
+/* What forward dynamics leave for their derivatives. */
+typedef struct code_closed {
+    kt_code_loop_rows rows;
+    kt_op *inverse;
+    code_solve solve;
+} code_closed;
+
+static void free_closed(code_closed *c) {
+    kt_code_free_loop_rows(&c->rows);
+    free(c->inverse);
+    free(c->solve.y);
+}
+
+/* a, then lambda behind it: room for both. free_closed may follow in any case. */
+static void solve_closed(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed *c, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_code_loop_rows rows;
+    *c = (code_closed){.inverse = NULL};
     kt_code_inverse(tree, false, a);
-    kt_op *inverse = factor_loop_mass(tree, work, guard);
-    kt_code_make_loop_rows(tree, true, &rows);
-    if (!g->failed) {
-        kt_graph_section(g, "tau - h");
-        for (int k = 0; k < nv; k++)
-            a[k] = kt_op_subtract(g, kt_code_given_force(tree, k), a[k]);
-        solve_loop_equations(tree, &rows, work, inverse, rows.right, a, guard + nv);
-    }
-    kt_code_free_loop_rows(&rows);
-    free(inverse);
+    c->inverse = factor_loop_mass(tree, work, guard);
+    kt_code_make_loop_rows(tree, true, &c->rows);
+    if (g->failed || !factor_loop_equations(tree, &c->rows, work, c->inverse, &c->solve, guard + nv))
+        return;
+    kt_graph_section(g, "tau - h, then lambda and what the forces of the loops add");
+    for (int k = 0; k < nv; k++)
+        a[k] = kt_op_subtract(g, kt_code_given_force(tree, k), a[k]);
+    memcpy(a + nv, c->rows.right, (size_t)c->rows.count * sizeof *a);
+    solve_loop_matrix(&c->solve, a + nv, a);
 }
+
+void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
+    code_closed c;
+    solve_closed(tree, work, a, &c, guard);
+    free_closed(&c);
+}
+
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
+
+/* f = (M a + h - A' lambda, A a - right) with held a and lambda. */
+static void make_held_residuals(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *f) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v;
+    kt_op *held = calloc(nv + 1, sizeof *held);
+    g->failed |= held == NULL;
+    for (size_t k = 0; k < nv && !g->failed; k++)
+        held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
+    tree->acceleration = held;
+    g->is_nameless = true;
+    if (!g->failed)
+        kt_code_inverse(tree, true, f);
+    g->is_nameless = false;
+    tree->acceleration = NULL;
+    for (size_t r = 0; r < (size_t)rows->count && !g->failed; r++) {
+        const kt_op *a = rows->a + r * nv, lambda = kt_op_input(g, KT_OP_HELD, (int)(nv + r));
+        for (size_t k = 0; k < nv; k++)
+            f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, a[k], lambda));
+        f[nv + r] = kt_op_subtract(g, dot_rows(g, a, held, nv), rows->right[r]);
+    }
+    free(held);
+}
+
+/* One column of da/dq, da/dv or da/dtau; k counts those of all three. change: df/dq and df/dv. */
+static void solve_loop_derivative(const code_solve *c, int k, const kt_op *change, kt_op *b, kt_op *column) {
+    kt_graph *g = c->tree->graph;
+    const int nv = (int)c->tree->model->n.v, count = c->rows->count;
+    const kt_op *f = change + (size_t)k * (size_t)(nv + count);
+    kt_graph_section(g, "column %d of da/d%s: M x - A' z = - change of the forces,  A x = - change of the equations",
+                     k % nv,
+                     k < nv       ? "q"
+                     : k < 2 * nv ? "v"
+                                  : "tau");
+    for (int i = 0; i < nv; i++)
+        column[i] = k < 2 * nv ? kt_op_negate(g, f[i]) : kt_op_number(g, i == k % nv ? 1.0 : 0.0);
+    for (int r = 0; r < count; r++)
+        b[r] = k < 2 * nv ? kt_op_negate(g, f[nv + r]) : kt_op_number(g, 0.0);
+    g->is_nameless = true;
+    solve_loop_matrix(c, b, column);
+    g->is_nameless = false;
+}
+
+void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, all = nv + (size_t)kt_code_count_loop_rows(tree->model);
+    code_closed c = {.inverse = NULL};
+    kt_op *value = calloc(3 * all + 2 * nv * all + 1, sizeof *value); /* a and lambda, and room */
+    if (value == NULL) {
+        g->failed = true;
+        return;
+    }
+    kt_op *f = value + all, *b = value + 2 * all, *change = value + 3 * all;
+    solve_closed(tree, work, value, &c, guard);
+    if (!g->failed) {
+        make_held_residuals(tree, &c.rows, f);
+        kt_code_differentiate(tree, f, (int)all, change);
+        kt_graph_replace(g, change, (int)(2 * nv * all), value);
+    }
+    for (int k = 0; k < 3 * (int)nv && !g->failed; k++)
+        solve_loop_derivative(&c.solve, k, change, b, out + (size_t)k * nv);
+    free_closed(&c);
+    free(value);
+}
+
+/* ---- projections ------------------------------------------------------------------------------------------------- */
 
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
     kt_graph *g = tree->graph;

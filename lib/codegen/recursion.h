@@ -121,9 +121,11 @@ void kt_code_jacobians(kt_code_tree *tree, kt_op *out);
 /* dtau/dq and dtau/dv of the inverse dynamics for the accelerations KT_OP_GIVEN: out has 2 nv nv entries. */
 void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out);
 
-/* The same of the joint forces of all effects, and of joint forces that are known. */
+/* The same of the joint forces of all effects. */
 void kt_code_effect_derivatives(kt_code_tree *tree, kt_op *out);
-void kt_code_differentiate(kt_code_tree *tree, const kt_op *tau, kt_op *out);
+
+/* The derivatives of `count` nodes by q, then by v. out: count entries for each coordinate. */
+void kt_code_differentiate(kt_code_tree *tree, const kt_op *f, int count, kt_op *out);
 
 /* da/dq, da/dv and da/dtau of the forward dynamics for the forces KT_OP_GIVEN: out has 3 nv nv entries. work: nv x nv.
  * One guard for each coordinate. */

@@ -157,6 +157,7 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     }
     memcpy(&g->effects_at, &g->effects, sizeof g->effects);
     memcpy(&g->forward_at, &g->forward, sizeof g->forward);
+    memcpy(&g->forward_derivatives_at, &g->forward_derivatives, sizeof g->forward_derivatives);
     memcpy(&g->project_at, &g->project, sizeof g->project);
     memcpy(&g->loops_at, &g->loops, sizeof g->loops);
     memcpy(&g->heun_at, &g->heun, sizeof g->heun);

@@ -11,8 +11,8 @@
 enum {
     KT_GENERATED_USUAL = KT_CODEGEN_ALL & ~(KT_CODEGEN_STATES | KT_CODEGEN_EFFECT_DERIVATIVES |
                                             KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT),
-    KT_GENERATED_WITH_LOOPS =
-        KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS
+    KT_GENERATED_WITH_LOOPS = KT_CODEGEN_FORWARD | KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT |
+                              KT_CODEGEN_STEPS | KT_CODEGEN_FORWARD_DERIVATIVES
 };
 
 enum { KT_GENERATED_PARAMETERS = 800, KT_GENERATED_NAME = 64, KT_GENERATED_PREPARED = 40000 };
@@ -32,6 +32,8 @@ typedef int kt_generated_step(const void *model, const double *q, const double *
 typedef int kt_generated_timed(const void *model, double t, const double *q, const double *v, double *out);
 typedef int kt_generated_timed_given(const void *model, double t, const double *q, const double *v, const double *x,
                                      double *out);
+typedef int kt_generated_timed_three(const void *model, double t, const double *q, const double *v, const double *x,
+                                     double *by_q, double *by_v, double *by_x);
 typedef int kt_generated_timed_pair(const void *model, double t, const double *q, const double *v, double *at,
                                     double *rate);
 typedef int kt_generated_timed_loops(const void *model, double t, const double *q, const double *v, double *phi,
@@ -65,6 +67,7 @@ typedef struct kt_generated {
     kt_generated_timed *effects_at;
     /* The same of loops. */
     kt_generated_timed_given *forward_at;
+    kt_generated_timed_three *forward_derivatives_at;
     kt_generated_timed_pair *project_at;
     kt_generated_timed_loops *loops_at;
     kt_generated_timed_step *heun_at, *rk4_at, *semi_implicit_at;

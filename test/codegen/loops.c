@@ -196,13 +196,17 @@ static bool grow_closed(closed_tree *c, kt_random *random, int n) {
 /* ---- comparisons ------------------------------------------------------------------------------------------------- */
 
 typedef struct loop_comparison {
-    kt_worst closed, open, equations, step, projected;
+    kt_worst closed, open, equations, step, projected, derivatives, differences;
 } loop_comparison;
 
 static loop_comparison loop_comparison_make(void) {
     return (loop_comparison){kt_worst_make("accelerations of closed states"),
-                             kt_worst_make("accelerations of open states"), kt_worst_make("A a = right"),
-                             kt_worst_make("steps"), kt_worst_make("projection")};
+                             kt_worst_make("accelerations of open states"),
+                             kt_worst_make("A a = right"),
+                             kt_worst_make("steps"),
+                             kt_worst_make("projection"),
+                             kt_worst_make("derivatives"),
+                             kt_worst_make("derivatives and differences")};
 }
 
 static void loop_comparison_check(const loop_comparison *c) {
@@ -211,6 +215,8 @@ static void loop_comparison_check(const loop_comparison *c) {
     kt_check_worst(&c->equations);
     kt_check_worst(&c->step);
     kt_check_worst(&c->projected);
+    kt_check_worst(&c->derivatives);
+    kt_check_worst(&c->differences);
 }
 
 /* The largest sum of the sizes of the terms of M a + h - tau - A' lambda. */
@@ -363,6 +369,64 @@ static void compare_projection(kt_generated *g, const kt_tree *tree, const kt_tr
                       "mechanism %d number %d", n, i);
 }
 
+/* A central difference of the file's accelerations along a random direction, with the step h. */
+static bool difference_now(const kt_generated *g, const kt_tree *tree, const kt_tree_state *s, const double *by,
+                           double h, double *change) {
+    double a[2][NV], dq[NV];
+    for (int k = 0; k < 2; k++) {
+        const double step = k == 0 ? -h : h;
+        kt_tree_state other = *s;
+        for (int i = 0; i < tree->nv; i++) {
+            dq[i] = step * by[i];
+            other.v[i] += step * by[tree->nv + i];
+            other.tau[i] += step * by[2 * tree->nv + i];
+        }
+        kt_position_add(tree->model, s->q, dq, other.q);
+        if (forward_now(g, &other, a[k]) != 0)
+            return false;
+    }
+    for (int i = 0; i < tree->nv; i++)
+        change[i] = (a[1][i] - a[0][i]) / (2.0 * h);
+    return true;
+}
+
+/* Against the library, which differentiates other equations with dual numbers; and against differences of order four,
+ * whose error two steps estimate. */
+static void compare_loop_derivatives(const kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double most,
+                                     loop_comparison *c, kt_random *random, int n) {
+    static double own[3 * NV * NV], right[3 * NV * NV];
+    const int nv = tree->nv, square = nv * nv;
+    double by[3 * NV], near[NV], far[NV], size = 1.0;
+    kt_error error = {0};
+    const int code =
+        g->loops_have_time
+            ? g->forward_derivatives_at(g->model, now, s->q, s->v, s->tau, own, own + square, own + 2 * square)
+            : g->forward_derivatives(g->model, s->q, s->v, s->tau, own, own + square, own + 2 * square);
+    const size_t bytes = kt_acceleration_work_size(tree->model);
+    void *work = aligned_alloc(KT_ALIGNMENT, (bytes + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    const kt_status status = kt_acceleration_derivatives(tree->model, tree->data, work, bytes, now, s->q, s->v, s->tau,
+                                                         NULL, right, right + square, right + 2 * square, &error);
+    free(work);
+    if (!kt_check_equal_int("forward_derivatives", code, 0) || status != KT_OK)
+        return;
+    for (int i = 0; i < 3 * square; i++)
+        size = fmax(size, fabs(right[i]));
+    for (int i = 0; i < 3 * square; i++)
+        kt_worst_near(&c->derivatives, own[i], right[i], 200.0 * EPS * most * size, "mechanism %d entry %d", n, i);
+    for (int i = 0; i < 3 * nv; i++)
+        by[i] = kt_random_uniform(random, -1.0, 1.0);
+    if (!difference_now(g, tree, s, by, 1e-4, near) || !difference_now(g, tree, s, by, 2e-4, far))
+        return;
+    for (int i = 0; i < nv; i++) {
+        const double better = (4.0 * near[i] - far[i]) / 3.0, apart = fabs(near[i] - far[i]);
+        double sum = 0.0;
+        for (int k = 0; k < 3 * nv; k++)
+            sum += own[(size_t)nv * (size_t)k + (size_t)i] * by[k];
+        kt_worst_near(&c->differences, sum, better, 0.01 * apart + 1e4 * 200.0 * EPS * most, "mechanism %d entry %d", n,
+                      i);
+    }
+}
+
 /* A closed state some way from the first one, and the same state opened. Returns 1 if it was compared. */
 static int compare_state(kt_generated *g, const closed_tree *m, kt_random *random, loop_comparison *c, int n) {
     const kt_tree *tree = &m->tree;
@@ -381,6 +445,7 @@ static int compare_state(kt_generated *g, const closed_tree *m, kt_random *rando
         return 0;
     const double most = sensitivity_of(tree, &s, a, random);
     compare_loop_steps(g, tree, &s, most, c, n);
+    compare_loop_derivatives(g, tree, &s, most, c, random, n);
     for (int i = 0; i < tree->nv; i++) {
         by[i] = kt_random_uniform(random, -1e-3, 1e-3);
         s.v[i] += kt_random_uniform(random, -0.1, 0.1);
