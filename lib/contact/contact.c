@@ -27,7 +27,10 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     }
     s.list = n + rubs;
     s.lemke = 2 * n - sides - 2 * rubs;
+    s.matrices = (s.lemke * s.lemke + kt_lemke_count(s.lemke)) * sizeof(double);
     if (rubs > 0) {
+        const size_t matrices = kt_coulomb_matrices_size(n - rubs, s.list);
+        s.matrices = matrices > s.matrices ? matrices : s.matrices;
         s.problem = kt_coulomb_size(n - rubs, s.list);
         s.solution = kt_coulomb_solution_size(n - rubs, s.list);
         s.solver = kt_coulomb_solver_size(n - rubs, s.list);
@@ -96,11 +99,13 @@ static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
     const size_t phase = kt_impact_phase_size(s->n, s->list), items = 2 * s->n - s->list;
     c->compression = kt_impact_phase_init(s->n, s->list, c->phase_memory);
     c->phase = kt_impact_phase_init(s->n, s->list, c->phase_memory + phase);
+    c->M = (double *)(void *)c->matrices;
+    c->lemke = c->M + s->lemke * s->lemke;
     if (s->problem == 0)
         return;
-    c->problem = kt_coulomb_init(items, s->list, c->problem_memory);
+    c->problem = kt_coulomb_init(items, s->list, c->problem_memory, c->matrices);
     c->solution = kt_coulomb_solution_init(items, s->list, c->solution_memory);
-    c->solver = kt_coulomb_solver_init(items, s->list, c->solver_memory);
+    c->solver = kt_coulomb_solver_init(items, s->list, c->solver_memory, c->matrices);
 }
 
 kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {

@@ -53,10 +53,9 @@ typedef struct kt_contact {
     X(double, limit, s->n, "of friction among these; 0 for contacts")                                                  \
     X(double, slip, s->n, "force at which slip of these begins; 0 for contacts")                                       \
     X(double, free, s->n, "accelerations of these without all their reactions")                                        \
-    X(double, M, s->lemke * s->lemke, "of a linear complementarity problem")                                           \
-    X(double, q, s->lemke, "likewise")                                                                                 \
+    X(double, q, s->lemke, "of a linear complementarity problem")                                                      \
     X(double, z, s->lemke, "likewise, its solution")                                                                   \
-    X(double, lemke, kt_lemke_count(s->lemke), "scratch of its solver")                                                \
+    X(char, matrices, s->matrices, "of solvers, which never run at once")                                              \
     X(char, phase_memory, 2 * kt_impact_phase_size(s->n, s->list), "phases of an impact")                              \
     X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
     X(char, solution_memory, s->solution, "its solution")                                                              \
@@ -69,6 +68,7 @@ typedef struct kt_contact_sizes {
     size_t n, nq, nv, rows, data, inverse;
     size_t list, lemke;               /* rows that may touch; unknowns of a linear complementarity problem */
     size_t problem, solution, solver; /* bytes; 0: no contact has friction */
+    size_t matrices;                  /* bytes */
 } kt_contact_sizes;
 
 /* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
@@ -103,6 +103,7 @@ struct kt_contacts {
     kt_coulomb *problem; /* NULL, like the next two: no contact has friction */
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
+    double *M, *lemke;    /* in `matrices`: of a linear complementarity problem, and of its solver */
     bool rubs;            /* some contacts have friction */
     bool rests;           /* bounces accumulate: contacts that touch come to rest */
     bool jams;            /* friction wedges a contact that slips: an impulse stops it */

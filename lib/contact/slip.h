@@ -26,6 +26,7 @@
     X(double, tau, n, "of each contact, s")                                                                            \
     X(double, by_slip, 6 * n * n, "derivatives of the forces by slip velocities")                                      \
     X(int, pivot, 3 * n, "scratch: of these")                                                                          \
+    X(char, matrices, kt_coulomb_matrices_size(n, 3 * n), "of the problem and its solver")                             \
     X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
     X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")                        \

@@ -8,15 +8,18 @@
 #include <string.h>
 
 KT_ARENA_LAYOUT(lay_out_cone, struct kt_cone, KT_CONE_FIELDS, size_t m)
+KT_ARENA_ARRAYS(lay_out_cone_matrices, struct kt_cone, KT_CONE_MATRICES, size_t m)
 
 static const double converged = 1e-9, polished = 1e-12;
 enum { NEWTON_MOST = 25, MANY = 600, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON = 10 };
 
 size_t kt_cone_size(int n) { return lay_out_cone(NULL, 3 * (size_t)n); }
+size_t kt_cone_matrices_size(int n) { return lay_out_cone_matrices(NULL, NULL, 3 * (size_t)n); }
 
-kt_cone *kt_cone_init(int n, void *memory) {
+kt_cone *kt_cone_init(int n, void *memory, void *matrices) {
     kt_cone *cone = memory;
     (void)lay_out_cone(memory, 3 * (size_t)n);
+    (void)lay_out_cone_matrices(cone, matrices, 3 * (size_t)n);
     cone->most = n;
     return cone;
 }
@@ -159,28 +162,41 @@ static void sweep_cones(kt_cone *cone, const kt_cone_linear *of, double *x) {
 
 /* ---- proximal points --------------------------------------------------------------------------------------------- */
 
-/* W + delta 1 and b - delta y, whose solution becomes the next y; from time to time Newton is tried on the problem
- * itself. */
+/* Writes the diagonal of W + delta 1. */
+static void raise_diagonal(kt_cone *cone, double delta) {
+    const int m = 3 * cone->n;
+    for (int i = 0; i < m; i++)
+        cone->W[i * m + i] = cone->diagonal[i] + delta;
+}
+
+/* Solves W + delta 1 and b - delta z, from z to z. Returns whether a solution is found. */
+static bool find_proximal(kt_cone *cone, double delta) {
+    const kt_cone_linear near = {cone->W, cone->near_b};
+    for (int i = 0; i < 3 * cone->n; i++)
+        cone->near_b[i] = cone->b[i] - delta * cone->z[i];
+    raise_diagonal(cone, delta);
+    bool done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
+    for (int k = 0; !done && k < 3; k++) {
+        for (int j = 0; j < 30 * (k + 1); j++)
+            sweep_cones(cone, &near, cone->z);
+        done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
+    }
+    raise_diagonal(cone, 0.0);
+    return done;
+}
+
+/* Takes proximal points to y; from time to time Newton is tried on the problem itself. */
 static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
     const int m = 3 * cone->n;
-    const kt_cone_linear near = {cone->near_W, cone->near_b};
     double residual = kt_cone_residual(cone, of, y);
     memcpy(cone->z, y, (size_t)m * sizeof *y);
+    for (int i = 0; i < m; i++)
+        cone->diagonal[i] = cone->W[i * m + i];
     double delta = 1e-2;
     while (delta > 1e-7 && residual > cone->enough) {
-        memcpy(cone->near_W, of->W, (size_t)(m * m) * sizeof *y);
-        for (int i = 0; i < m; i++)
-            cone->near_W[i * m + i] += delta;
         bool done = true;
         for (int outer = 0; outer < 6 && residual > cone->enough && done; outer++) {
-            for (int i = 0; i < m; i++)
-                cone->near_b[i] = of->b[i] - delta * cone->z[i];
-            done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
-            for (int k = 0; !done && k < 3; k++) {
-                for (int j = 0; j < 30 * (k + 1); j++)
-                    sweep_cones(cone, &near, cone->z);
-                done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
-            }
+            done = find_proximal(cone, delta);
             memcpy(cone->r, cone->z, (size_t)m * sizeof *y);
             if (kt_cone_residual(cone, of, cone->r) < 1e-3)
                 (void)kt_cone_newton(cone, of, cone->r, NEWTON_MOST);

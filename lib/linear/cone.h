@@ -57,11 +57,13 @@ typedef struct kt_cone_result {
 
 typedef struct kt_cone kt_cone;
 
-/* Bytes of the memory for problems of up to n contacts, aligned to KT_ARENA_ALIGNMENT; and its object. */
+/* Bytes of the memory for problems of up to n contacts, and of its matrices, both aligned to KT_ARENA_ALIGNMENT; and
+ * its object. Matrices are scratch: between solutions, their memory may serve others. */
 size_t kt_cone_size(int n);
-kt_cone *kt_cone_init(int n, void *memory);
+size_t kt_cone_matrices_size(int n);
+kt_cone *kt_cone_init(int n, void *memory, void *matrices);
 
-/* Memory for W of a problem, where a caller may build W. The solver then scales W in place. */
+/* Memory for W of a problem, one of the matrices, where a caller may build W. The solver then scales W in place. */
 double *kt_cone_matrix(kt_cone *cone);
 
 /* Solves the problem from the start p, which becomes the best p that was found. */

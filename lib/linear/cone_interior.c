@@ -94,7 +94,10 @@ typedef struct interior {
     double size, tau, smooth, sigma;
 } interior;
 
-static double weight_of(const kt_cone *cone, int row) { return row % 3 ? 1.0 : 1.0 / fmax(cone->mu[row / 3], 1e-4); }
+/* An entry of Q = D W D. */
+static double entry_of_Q(const kt_cone *cone, int i, int j) {
+    return cone->weight[i] * cone->W[i * 3 * cone->n + j] * cone->weight[j];
+}
 
 static void begin_interior(kt_cone *cone, interior *it) {
     const int m = 3 * cone->n;
@@ -102,9 +105,8 @@ static void begin_interior(kt_cone *cone, interior *it) {
     for (int i = 0; i < m; i++)
         it->size = fmax(it->size, fabs(cone->b[i]));
     for (int i = 0; i < m; i++) {
-        cone->near_b[i] = weight_of(cone, i) * cone->b[i] / it->size;
-        for (int j = 0; j < m; j++)
-            cone->near_W[i * m + j] = weight_of(cone, i) * cone->W[i * m + j] * weight_of(cone, j);
+        cone->weight[i] = i % 3 ? 1.0 : 1.0 / fmax(cone->mu[i / 3], 1e-4);
+        cone->near_b[i] = cone->weight[i] * cone->b[i] / it->size;
         cone->r[i] = cone->s[i] = i % 3 ? 0.0 : 1.0;
     }
 }
@@ -120,7 +122,7 @@ static double find_gap(kt_cone *cone, interior *it) {
     for (int i = 0; i < m; i++) {
         double sum = cone->near_b[i] - cone->s[i];
         for (int j = 0; j < m; j++)
-            sum += cone->near_W[i * m + j] * cone->r[j];
+            sum += entry_of_Q(cone, i, j) * cone->r[j];
         const double *s = cone->s + i;
         if (i % 3 == 0)
             sum += sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth) - it->smooth;
@@ -156,9 +158,18 @@ static void add_block(kt_cone *cone, const interior *it, int i) {
     }
 }
 
+/* The linear system of a step. */
+static void fill_direction(kt_cone *cone, const interior *it) {
+    const int m = 3 * cone->n;
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < m; j++)
+            cone->A[i * m + j] = entry_of_Q(cone, i, j);
+    for (int i = 0; i < cone->n; i++)
+        add_block(cone, it, i);
+}
+
 /* The step (dr, ds) towards the centre sigma tau; corrects: with Mehrotra's term. Returns the longest step. */
 static double find_direction(kt_cone *cone, const interior *it, bool corrects) {
-    const int m = 3 * cone->n;
     double alpha = 1e300;
     for (int i = 0; i < cone->n; i++) {
         double right[3], by[3];
@@ -172,10 +183,11 @@ static double find_direction(kt_cone *cone, const interior *it, bool corrects) {
         }
         jordan_divide(cone->lambda + 3 * i, right, cone->centre + 3 * i);
     }
-    memcpy(cone->A, cone->near_W, (size_t)(m * m) * sizeof *cone->A);
-    for (int i = 0; i < cone->n; i++)
-        add_block(cone, it, i);
-    kt_cone_eliminate(cone, m, cone->A, cone->dr);
+    fill_direction(cone, it);
+    if (!kt_cone_eliminate(3 * cone->n, cone->A, cone->dr)) {
+        fill_direction(cone, it);
+        kt_cone_eliminate_completely(cone, 3 * cone->n, cone->dr);
+    }
     for (int i = 0; i < cone->n; i++) {
         const double *F = cone->frame + 9 * i, *dr = cone->dr + 3 * i;
         double t[3];
@@ -217,7 +229,7 @@ void kt_cone_interior(kt_cone *cone, double *y) {
     for (int k = 0; k < STEPS; k++) {
         const double residual = find_gap(cone, &it);
         for (int i = 0; i < m; i++)
-            cone->z[i] = it.size * cone->r[i] * weight_of(cone, i);
+            cone->z[i] = it.size * cone->r[i] * cone->weight[i];
         const double left = kt_cone_residual(cone, &of, cone->z);
         if (left < least)
             memcpy(y, cone->z, (size_t)m * sizeof *y);

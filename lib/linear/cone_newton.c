@@ -150,8 +150,7 @@ static double substitute_row(int n, const double *A, const double *x, int i) {
     return (x[i] - (sum[0] + sum[1])) / A[i * n + i];
 }
 
-/* Partial pivoting; false where a pivot is lost. */
-static bool eliminate_partially(int n, double *A, double *x) {
+bool kt_cone_eliminate(int n, double *A, double *x) {
     const double least = 1e-11 * largest_of(n * n, A);
     int r = 0;
     for (int i = 1; i < n; i++)
@@ -167,9 +166,9 @@ static bool eliminate_partially(int n, double *A, double *x) {
     return true;
 }
 
-/* Complete pivoting; z is for n numbers. */
-static void eliminate_completely(int n, double *A, double *x, int *order, double *z) {
-    int rank = 0;
+void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x) {
+    double *A = cone->A, *z = cone->part;
+    int rank = 0, *order = cone->order;
     double first = 0.0;
     for (int i = 0; i < n; i++)
         order[i] = i;
@@ -206,17 +205,6 @@ static void eliminate_completely(int n, double *A, double *x, int *order, double
     memset(x, 0, (size_t)n * sizeof *x);
     for (int i = 0; i < rank; i++)
         x[order[i]] = z[i];
-}
-
-void kt_cone_eliminate(kt_cone *cone, int n, const double *A, double *x) {
-    memcpy(cone->B, A, (size_t)(n * n) * sizeof *A);
-    memcpy(cone->part, x, (size_t)n * sizeof *x);
-    if (eliminate_partially(n, cone->B, cone->part)) {
-        memcpy(x, cone->part, (size_t)n * sizeof *x);
-        return;
-    }
-    memcpy(cone->B, A, (size_t)(n * n) * sizeof *A);
-    eliminate_completely(n, cone->B, x, cone->order, cone->part);
 }
 
 /* ---- Newton ------------------------------------------------------------------------------------------------------ */
@@ -259,16 +247,8 @@ static void add_rates(const kt_cone *cone, const kt_cone_linear *of, int row, do
         }
 }
 
-/* The step dx from x: given rows take their values at once. Requires rates, function and modes at x. */
-static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double damp, double *dx) {
-    int n = 0;
-    for (int r = 0; r < 3 * cone->n; r++) {
-        const bool known = is_known((cone_mode)cone->mode[r / 3], r % 3);
-        dx[r] = !known ? 0.0 : r % 3 == 0 ? cone->target[r / 3] - x[r] : -x[r];
-        cone->slot[r] = known ? -1 : n;
-        if (!known)
-            cone->index[n++] = r;
-    }
+/* The linear system of a step with n unknowns. */
+static void fill_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double damp, const double *dx, int n) {
     memset(cone->A, 0, (size_t)(n * n) * sizeof *cone->A);
     for (int r = 0; r < n; r++) {
         const int row = cone->index[r], i = row / 3;
@@ -284,7 +264,23 @@ static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, 
                 cone->right[r] -= own[d] * dx[3 * i + d];
         }
     }
-    kt_cone_eliminate(cone, n, cone->A, cone->right);
+}
+
+/* The step dx from x: given rows take their values at once. Requires rates, function and modes at x. */
+static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double damp, double *dx) {
+    int n = 0;
+    for (int r = 0; r < 3 * cone->n; r++) {
+        const bool known = is_known((cone_mode)cone->mode[r / 3], r % 3);
+        dx[r] = !known ? 0.0 : r % 3 == 0 ? cone->target[r / 3] - x[r] : -x[r];
+        cone->slot[r] = known ? -1 : n;
+        if (!known)
+            cone->index[n++] = r;
+    }
+    fill_step(cone, of, x, damp, dx, n);
+    if (!kt_cone_eliminate(n, cone->A, cone->right)) {
+        fill_step(cone, of, x, damp, dx, n);
+        kt_cone_eliminate_completely(cone, n, cone->right);
+    }
     for (int r = 0; r < n; r++)
         dx[cone->index[r]] = cone->right[r];
 }

@@ -7,16 +7,13 @@
 
 /* m = 3n. The problem is scaled contact by contact, so that cones stay cones. */
 #define KT_CONE_FIELDS(X)                                                                                              \
-    X(double, W, m *m, "scaled")                                                                                       \
     X(double, b, m, "scaled")                                                                                          \
     X(double, mu, m, "of n")                                                                                           \
     X(double, least, m, "of n, scaled")                                                                                \
     X(double, limit, m, "of n, scaled")                                                                                \
     X(double, scale, m, "of n")                                                                                        \
-    X(double, near_W, m *m, "of proximal points; of the interior point method")                                        \
-    X(double, near_b, m, "likewise")                                                                                   \
-    X(double, A, m *m, "of a linear system")                                                                           \
-    X(double, B, m *m, "its factors")                                                                                  \
+    X(double, near_b, m, "of proximal points; of the interior point method")                                           \
+    X(double, diagonal, m, "of W, while that of proximal points is larger")                                            \
     X(double, u, m, "rates")                                                                                           \
     X(double, f, m, "Alart and Curnier's function")                                                                    \
     X(double, other, m, "likewise, of a shorter step")                                                                 \
@@ -30,6 +27,7 @@
     X(double, y, m, "of a round")                                                                                      \
     X(double, z, m, "of a proximal point")                                                                             \
     X(double, found, m, "the best of all")                                                                             \
+    X(double, weight, m, "interior point: D")                                                                          \
     X(double, r, m, "interior point: primal")                                                                          \
     X(double, s, m, "interior point: dual")                                                                            \
     X(double, dr, m, "their steps")                                                                                    \
@@ -41,9 +39,13 @@
     X(int, index, m, "unknowns")                                                                                       \
     X(int, slot, m, "of each row: its place among the unknowns, or -1")                                                \
     X(int, first, m, "of n + 1: the first of an item's blocks in `block`")                                             \
-    X(int, block, m *m / 9, "of each item: the items whose block of W is not zero, itself among them")                 \
     X(int, order, m, "of columns")                                                                                     \
     X(int, mode, m, "of n")
+
+#define KT_CONE_MATRICES(X)                                                                                            \
+    X(double, W, m *m, "scaled")                                                                                       \
+    X(double, A, m *m, "of a linear system")                                                                           \
+    X(int, block, m *m / 9, "of each item: the items whose block of W is not zero, itself among them")
 
 struct kt_cone {
     int most; /* contacts */
@@ -53,6 +55,7 @@ struct kt_cone {
     double enough; /* the residual at which the cascade ends */
     double fine;   /* that at which Newton's method ends, if its steps are slow */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
+    KT_ARENA_DECLARE(KT_CONE_MATRICES)
 };
 
 /* A problem of the same cones: the scaled one, or that of a proximal point. */
@@ -66,9 +69,13 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
  * Steps have Levenberg and Marquardt's damping, in proportion to the residual: redundant contacts leave W singular. */
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
 
-/* Solves A x = right (n x n), by the factors in B; unknowns of lost pivots are 0. x: right-hand side, then the
- * solution. */
-void kt_cone_eliminate(kt_cone *cone, int n, const double *A, double *x);
+/* Solves A x = right (n x n), and overwrites A. x: right-hand side, then the solution.
+ *
+ * kt_cone_eliminate has partial pivoting. If a pivot is lost, it returns false, and the caller writes A and x again.
+ *
+ * kt_cone_eliminate_completely has complete pivoting. Unknowns of lost pivots are 0. */
+bool kt_cone_eliminate(int n, double *A, double *x);
+void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x);
 
 /* The interior point method, to y; then Newton. */
 void kt_cone_interior(kt_cone *cone, double *y);

@@ -22,12 +22,12 @@ size_t kt_coulomb_solver_size(size_t items, size_t rows) {
     return lay_out_solver(NULL, items, kt_cone_size((int)items)) + 3 * kt_coulomb_solution_size(items, rows);
 }
 
-kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory) {
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory, void *matrices) {
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
     char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items));
     solver->is_loose = false;
-    solver->cone = kt_cone_init((int)items, solver->cone_memory);
+    solver->cone = kt_cone_init((int)items, solver->cone_memory, matrices);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
     solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);

@@ -97,17 +97,20 @@ typedef struct kt_coulomb_solution {
     X(int, across, rows, "the first tangential row of a normal impulse that slips; -1")                                \
     X(kt_coulomb_pair, by, rows, "impulses in these rows")                                                             \
     X(double, fixed, rows, "impulses that are known")                                                                  \
-    X(double, A, rows *(rows + 1 + items), "equations, and their right-hand sides behind them")                        \
-    X(double, x, (1 + items) * rows, "unknowns, then dx/de of each direction")                                         \
     X(double, unit, rows, "of the unknowns")                                                                           \
     X(double, dp, rows, "change of p with a direction")                                                                \
     X(int, order, rows, "of the columns")
+
+#define KT_COULOMB_SYSTEM_MATRICES(X)                                                                                  \
+    X(double, A, rows *(rows + 1 + items), "equations, and their right-hand sides behind them")                        \
+    X(double, x, (1 + items) * rows, "unknowns, then dx/de of each direction")
 
 typedef struct kt_coulomb_system {
     int most, width; /* unknowns that have room; numbers of a row of A */
     int n, columns;  /* unknowns; right-hand sides: of x, and of its derivatives by the directions */
     bool shares;     /* normal forces are not unique */
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_FIELDS)
+    KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_MATRICES)
 } kt_coulomb_system;
 
 /* Every array of a problem. The last ones are scratch. */
@@ -115,10 +118,10 @@ typedef struct kt_coulomb_system {
     X(int, line, rows, "rows and columns of W")                                                                        \
     X(kt_coulomb_item, item, items, "items")                                                                           \
     X(double, b, rows, "of the rows")                                                                                  \
-    X(double, L, items *items, "Cholesky factor of normal rows")                                                       \
     X(int, pressing, items, "these rows")                                                                              \
     X(double, angle, items, "by which directions turn")                                                                \
-    X(double, next_angle, items, "likewise")
+    X(double, next_angle, items, "likewise")                                                                           \
+    X(double, turn, items, "unknowns of their system")
 
 /* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
  * size: the magnitude to which rounding of u is relative. */
@@ -134,9 +137,12 @@ static inline double kt_coulomb_entry(const kt_coulomb *c, int row, int column) 
     return c->W[c->line[row] * c->stride + c->line[column]];
 }
 
+/* Bytes of the matrices of a problem and its solver: the cone solver and a combination of modes never run at once. They
+ * are scratch, and their memory may serve others between two solutions. */
+size_t kt_coulomb_matrices_size(size_t items, size_t rows);
 /* Bytes of a problem of up to so many items and rows, and its object in memory of that size, without items. */
 size_t kt_coulomb_size(size_t items, size_t rows);
-kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory);
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory, void *matrices);
 /* Likewise of a solution. */
 size_t kt_coulomb_solution_size(size_t items, size_t rows);
 kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory);
@@ -187,7 +193,7 @@ typedef struct kt_coulomb_solver {
 
 /* Bytes of a solver of problems of up to so many items and rows, and the solver in memory of that size. */
 size_t kt_coulomb_solver_size(size_t items, size_t rows);
-kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory);
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory, void *matrices);
 
 /* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
  * independent normal rows of pressing contacts. The solution has the least impulses; its count is 2 if another motion

@@ -3,38 +3,50 @@
 #include "linear/coulomb.h"
 
 #include "kinetree/algebra.h"
+#include "linear/cone.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { ITERATIONS = 40 };
 
-KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t items, size_t rows)
+KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t rows)
+KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t items, size_t rows)
 KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
 KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static kt_coulomb_system *init_system(size_t items, size_t rows, char *memory) {
+/* A system of up to so many unknowns, with right-hand sides of `directions` besides that of x. */
+static kt_coulomb_system *init_system(size_t rows, size_t directions, char *memory) {
     kt_coulomb_system *system = (kt_coulomb_system *)(void *)memory;
-    (void)lay_out_system(memory, items, rows);
+    (void)lay_out_system(memory, rows);
     system->most = (int)rows;
-    system->width = (int)(rows + 1 + items);
+    system->width = (int)(rows + 1 + directions);
     return system;
 }
 
-size_t kt_coulomb_size(size_t items, size_t rows) {
-    return lay_out_problem(NULL, items, rows) + lay_out_system(NULL, items, rows) + lay_out_system(NULL, items, items);
+size_t kt_coulomb_matrices_size(size_t items, size_t rows) {
+    const size_t system = lay_out_matrices(NULL, NULL, items, rows), cone = kt_cone_matrices_size((int)items);
+    return system > cone ? system : cone;
 }
 
-kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory) {
+size_t kt_coulomb_size(size_t items, size_t rows) {
+    return lay_out_problem(NULL, items, rows) + lay_out_system(NULL, rows) + lay_out_system(NULL, items);
+}
+
+/* The equations of the turns follow from x, when the matrix of x is no longer needed: they share its memory. */
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory, void *matrices) {
     kt_coulomb *c = memory;
     char *behind = (char *)memory + lay_out_problem(memory, items, rows);
     c->n = c->rows = c->stride = 0;
     c->size = 0.0;
     c->W = NULL;
-    c->system = init_system(items, rows, behind);
-    c->turns = init_system(items, items, behind + lay_out_system(NULL, items, rows));
+    c->system = init_system(rows, items, behind);
+    c->turns = init_system(items, 0, behind + lay_out_system(NULL, rows));
+    (void)lay_out_matrices(c->system, matrices, items, rows);
+    c->turns->A = c->system->A;
+    c->turns->x = c->turn;
     return c;
 }
 
@@ -285,18 +297,19 @@ static void solve_system(kt_coulomb_system *s) {
 }
 
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    double *factor = c->system->A;
     int n = 0;
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
             c->pressing[n++] = c->item[i].row;
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
-            double *L = row_of(c->L, i, n), sum = kt_coulomb_entry(c, c->pressing[i], c->pressing[j]);
+            double *L = row_of(factor, i, n), sum = kt_coulomb_entry(c, c->pressing[i], c->pressing[j]);
             for (int k = 0; k < j; k++)
-                sum -= L[k] * row_of(c->L, j, n)[k];
+                sum -= L[k] * row_of(factor, j, n)[k];
             if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->pressing[i], c->pressing[i])))
                 return false;
-            L[j] = i == j ? sqrt(sum) : sum / row_of(c->L, j, n)[j];
+            L[j] = i == j ? sqrt(sum) : sum / row_of(factor, j, n)[j];
         }
     return true;
 }

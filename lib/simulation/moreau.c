@@ -62,7 +62,7 @@ static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     s.x = KT_HAS_FORMULAS ? model->n.x : 0;
     s.items = s.n_contacts - rubs;
     s.list = s.n_contacts + rubs;
-    s.cone = rubs > 0 ? 0 : kt_cone_size((int)s.items);
+    s.cone = rubs > 0 ? 0 : kt_cone_size((int)s.items) + kt_cone_matrices_size((int)s.items);
     s.body = model->n.body;
     s.loop = model->n.loop;
     return s;
@@ -80,7 +80,8 @@ void kt_moreau_init(kt_simulation *simulation) {
     kt_moreau *m = (kt_moreau *)(void *)simulation->moreau_memory;
     (void)lay_out_moreau(m, &s);
     m->stride = (int)s.list;
-    m->cone = s.cone > 0 ? kt_cone_init((int)s.items, m->cone_memory) : simulation->contacts->solver->cone;
+    m->cone = s.cone > 0 ? kt_cone_init((int)s.items, m->cone_memory, m->cone_memory + kt_cone_size((int)s.items))
+                         : simulation->contacts->solver->cone;
     simulation->moreau = m;
     simulation->integrator->leap = &kt_moreau_leap;
 }

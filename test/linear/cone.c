@@ -134,12 +134,19 @@ static void find_rates(const problem *p, const double *x, double *u) {
 
 /* ---- the cone solver --------------------------------------------------------------------------------------------- */
 
+/* A solver, with its matrices behind it. The caller frees the memory. */
+static kt_cone *make_cone(int n, void **memory) {
+    const size_t size = kt_cone_size(n);
+    *memory = aligned_alloc(KT_ARENA_ALIGNMENT, size + kt_cone_matrices_size(n));
+    return kt_cone_init(n, *memory, (char *)*memory + size);
+}
+
 /* KT_PROBLEMS sets their number (10,000: a minute). */
 KT_TEST(cone_solver_solves_random_impacts) {
     kt_random random = kt_random_of_test();
     const int count = getenv("KT_PROBLEMS") != NULL ? atoi(getenv("KT_PROBLEMS")) : 600;
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(CONTACTS));
-    kt_cone *cone = kt_cone_init(CONTACTS, memory);
+    void *memory = NULL;
+    kt_cone *cone = make_cone(CONTACTS, &memory);
     kt_worst laws = kt_worst_make("laws, of what is solved");
     problem *p = malloc(sizeof *p);
     int unsolved = 0, few_unsolved = 0, rounds[KT_CONE_ROUNDS] = {0};
@@ -166,8 +173,8 @@ KT_TEST(cone_solver_solves_random_impacts) {
 }
 
 KT_TEST(cone_solver_refuses_what_is_not_finite) {
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_cone_size(1));
-    kt_cone *cone = kt_cone_init(1, memory);
+    void *memory = NULL;
+    kt_cone *cone = make_cone(1, &memory);
     const double mu = 0.5, W[9] = {1.0, 0.0, 0.0, 0.0, (double)NAN, 0.0, 0.0, 0.0, 1.0}, b[3] = {-1.0, 1.0, 0.0};
     double x[3] = {0.0};
     const kt_cone_result result = kt_cone_solve(cone, &(kt_cone_problem){.n = 1, .W = W, .b = b, .mu = &mu}, x);
@@ -185,7 +192,7 @@ typedef struct room {
     kt_coulomb *c;
     kt_coulomb_solver *solver;
     kt_coulomb_solution *mine, *all, *scratch[2];
-    void *memory[6];
+    void *memory[7];
 } room;
 
 static void *take_memory(room *r, int k, size_t size) {
@@ -199,8 +206,9 @@ static room room_make(void) {
     enum { ALL = 3 * ITEMS };
     const size_t size = kt_coulomb_solution_size(ITEMS, ALL);
     room r;
-    r.c = kt_coulomb_init(ITEMS, ALL, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)));
-    r.solver = kt_coulomb_solver_init(ITEMS, ALL, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL)));
+    void *matrices = take_memory(&r, 6, kt_coulomb_matrices_size(ITEMS, ALL));
+    r.c = kt_coulomb_init(ITEMS, ALL, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)), matrices);
+    r.solver = kt_coulomb_solver_init(ITEMS, ALL, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL)), matrices);
     r.mine = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 2, size));
     r.all = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 3, size));
     for (int k = 0; k < 2; k++)

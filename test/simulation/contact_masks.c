@@ -416,9 +416,9 @@ KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
                    2.0 * 1.1);
 }
 
-/* All contacts may strike at once. With 3 rows of each, an impact has four matrices for the cone solver, one of the
- * contacts, and a system with one more column for a row and an item. That makes 9 (4 + 1) + 12 numbers for each pair of
- * contacts, and 10.5 of other arrays. The memory of time stepping has no more. */
+/* All contacts may strike at once. With 3 rows of each, an impact has two matrices for the cone solver, one of the
+ * contacts, and a list of pairs that act on each other. That makes 9 (2 + 1) + 0.5 numbers for each pair of contacts.
+ * Other solvers use the memory of the first. The memory of time stepping has no more. */
 KT_TEST(simulations_have_few_numbers_for_a_pair_of_contacts) {
     static const int feet[] = {50, 100, 200};
     for (int stepping = 0; stepping < 2; stepping++) {
@@ -437,7 +437,7 @@ KT_TEST(simulations_have_few_numbers_for_a_pair_of_contacts) {
         }
         kt_note(stepping ? "time stepping" : "events");
         kt_check_below("numbers for a pair of contacts",
-                       ((size[2] - size[1]) / 100.0 - (size[1] - size[0]) / 50.0) / 150.0 / sizeof(double), 68.0);
+                       ((size[2] - size[1]) / 100.0 - (size[1] - size[0]) / 50.0) / 150.0 / sizeof(double), 27.6);
     }
 }
 
