@@ -41,7 +41,7 @@ typedef int kt_projection(const kt_instant *at, double *q, double *v, bool *chan
 
 /* Another model of the same mechanism, which is integrated in place of the simulation's own model, and functions that
  * convert between the two. The first argument of each function is the transformation itself. Free states, free forces
- * and free reactions belong to `model`; all others belong to the simulation's own model. formulation.h has
+ * and free reactions belong to `model`; all others belong to the simulation's own model. The header formulation.h has
  * one transformation, the absolute formulation. */
 typedef struct kt_transformation {
     const kt_model *model; /* the model that is integrated */

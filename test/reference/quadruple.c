@@ -1,5 +1,5 @@
-/* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops. Each body holds the
- * results of its joint: pose, velocity, and the acceleration without joint accelerations. */
+/* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops. Each body holds the results of
+ * its joint: pose, velocity, and the acceleration without joint accelerations. */
 #include "quadruple.h"
 
 #include <quadmath.h>
