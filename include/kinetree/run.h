@@ -2,6 +2,7 @@
  *
  *     kt_run run = kt_run_default();
  *     run.duration = 10.0;
+ *     status = kt_run_check(&run, &error);
  *
  * A scene file contains these settings in its parts `simulate` and `output`. kt_simulation_create reads them.
  */
