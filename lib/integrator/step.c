@@ -261,9 +261,10 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
     it->memory.counts.rejected++;
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
-                        "%.3g%s: the motion makes no progress. %s",
+                        "%.3g%s: the motion makes no progress. %s%s",
                         KT_PROGRESS_TRIES, advanced, fabs(h), rest,
-                        is_of_error(r) ? advice_on_motion(it) : advice_on_model);
+                        is_of_error(r) ? advice_on_motion(it) : advice_on_model,
+                        is_of_error(r) && isfinite(left) ? ", or end the run earlier" : "");
 }
 
 /* Whether the tolerances are below the state's own rounding, for every step size. The error estimate of a step is then

@@ -324,6 +324,29 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
     }
 }
 
+static int oscillation(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = -y[0];
+    return 0;
+}
+
+/* A smooth motion with steps of some 0.1 s would take 1e13 of them to 1e12 s: only the end of the run is wrong. */
+KT_TEST(a_run_of_too_many_steps_is_advised_to_end_earlier) {
+    const kt_integrator_callbacks callbacks = {oscillation, NULL, NULL};
+    const kt_integrator_options options = tolerance(1e-9, 1e-9);
+    kt_error error = {0};
+    kt_status status = KT_OK;
+    kt_integrator *it = integrator_make(kt_method_find("dopri5"), 2, &options);
+    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
+    while (status == KT_OK && kt_integrator_time(it) < 1e6)
+        status = kt_integrator_step(it, 1e12, &error);
+    kt_check_equal_int("status", status, KT_ERROR_STEP);
+    kt_check_contains("words", error.message, ", or end the run earlier");
+    integrator_free(it);
+}
+
 static int constant(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)y;
