@@ -106,7 +106,7 @@ static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
         kt_export_numbers(x, "lower", &lower, 1);
         kt_export_numbers(x, "upper", &upper, 1);
         if (lower == -far || upper == far)
-            kt_export_lose(x, "limits that are none, and are 1e9");
+            kt_export_lose(x, "missing limits, which are written as 1e9");
     }
     const double effort = isfinite(l->effort) ? l->effort : far, velocity = isfinite(l->velocity) ? l->velocity : far;
     kt_export_numbers(x, "effort", &effort, 1);

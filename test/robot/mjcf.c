@@ -242,7 +242,7 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:3:1", "bodies whose mass and inertia are those of their geoms: 1"},
         {"m.xml:7:11", "soft equalities, which are exact loops in the scene: 1"},
         {"m.xml:6:30", "motors, whose torque is that of the control at the start (0 without --keyframe): 1"},
-        {"m.xml:3:18", "limits of position, which are data alone without --stops: 1"},
+        {"m.xml:3:18", "limits of position, which do not act without --stops: 1"},
         {"m.xml:3:58", "geoms that could touch others, left out, since contacts are effects: 1"},
         {"m.xml:5:9", "a force or an equality that is left out, spatial tendon around a geom that is no sphere or "
                       "cylinder, or without two sites in a "

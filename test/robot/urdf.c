@@ -250,7 +250,7 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
     static const char *const expected[][2] = {
         {"r.urdf:1:17", "link 'a' is fixed to the world (--floating lets it move), gravity is 9.81 m/s^2 along -z"},
         {"r.urdf:5:1", "joints that start at a limit, since zero is outside their limits: 1"},
-        {"r.urdf:5:1", "limits of position, which are data alone without --stops: 1"},
+        {"r.urdf:5:1", "limits of position, which do not act without --stops: 1"},
         {"r.urdf:1:1", "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density "
                        "gives masses by shapes, --mass LINK=MASS one)"},
         {"r.urdf:5:1", "limits of effort or speed that are left out, since they are no numbers, or below zero: 1"},
