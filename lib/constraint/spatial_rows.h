@@ -24,6 +24,15 @@
 KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
                              const kt_real1 *v, kt_loop_end *end) {
     const kt_real3 none = kt_zero3();
+    const kt_mat3 *own = &loop->frame[k].rotation;
+    const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
+    if (loop->link[k] == 0) { /* the ground, at rest */
+        for (int c = 0; c < 3; c++)
+            end->axes[c] = frame[c];
+        end->point = kt_from3(kt_vec3_sub(loop->frame[k].position, loop->origin));
+        end->omega = end->velocity = end->alpha = end->linear = none;
+        return;
+    }
     const int32_t *path = model->path + loop->path[k];
     kt_real3 point = kt_sub3(none, kt_from3(loop->origin)), velocity = none, alpha = none, linear = none;
     kt_real3 omega = moving ? data->motion[loop->ancestor].omega : none;
@@ -44,8 +53,6 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         omega = m->omega;
     }
     const kt_link_motion *force_link = &data->motion[loop->link[k]];
-    const kt_mat3 *own = &loop->frame[k].rotation;
-    const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
     kt_multiply3(force_link->axes, frame, end->axes);
     const kt_real3 arm = kt_apply3(force_link->axes, kt_from3(loop->frame[k].position));
     end->point = kt_add3(point, arm);

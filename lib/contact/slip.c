@@ -70,11 +70,25 @@ static const double directed = 1e-11, aligned = 0.9;
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, const kt_counts *count)
+KT_ARENA_ARRAYS(lay_out_slow, kt_slip_problem, SLIP_SLOW_FIELDS, size_t n)
 
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
-    model->n.slip_work = lay_out_slip(NULL, model->n.slip, &model->n);
+    model->n.slip_work = lay_out_slip(NULL, model->n.slip, &model->n) + lay_out_slow(NULL, NULL, model->n.slip);
     *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+}
+
+/* Lays the problem out for an evaluation, and finds its contacts. */
+static void begin_slip(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    p->behind = data->slip_work + lay_out_slip(p, model->n.slip, &model->n);
+    p->wedged = model->n.slip;
+    kt_slip_contact *next = p->contact;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (loop->slips > 0)
+            *next++ = (kt_slip_contact){loop, kt_effect_record_find(model, loop->slips - 1)};
+    }
 }
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
@@ -87,6 +101,10 @@ typedef struct slip_end {
 
 static slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
     const kt_link_kinematics *link = &links[effect->link[k]];
+    if (effect->link[k] == 0) { /* the ground, at rest */
+        const kt_vec3 at = effect->frame[k].position;
+        return (slip_end){.axes = effect->frame[k].rotation, .point = at, .arm = effect->arm[k], .lever = at};
+    }
     const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
     return (slip_end){.axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation),
                       .point = kt_vec3_add(link->position, arm),
@@ -108,9 +126,8 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
 }
 
 /* Finds the slip velocity of a contact, and unless frame is NULL the axes and arms of its friction. */
-static void find_slip(const kt_model *model, const kt_link_kinematics *links, size_t k, double s[2],
+static void find_slip(const kt_link_kinematics *links, const kt_effect_record *effect, double s[2],
                       kt_slip_frame *frame) {
-    const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
     const slip_end centre = end_of(links, effect, 0), plane = end_of(links, effect, 1);
     const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
@@ -126,8 +143,8 @@ static void find_slip(const kt_model *model, const kt_link_kinematics *links, si
 }
 
 /* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
-static void add_force(const kt_model *model, kt_data *data, size_t k, double x, double y) {
-    const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
+static void add_force(kt_data *data, size_t k, double x, double y) {
+    const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
     const kt_slip_frame *frame = &data->slip_frame[k];
     for (int end = 0; end < 2; end++) {
         const double sign = end == 0 ? 1.0 : -1.0;
@@ -139,9 +156,13 @@ static void add_force(const kt_model *model, kt_data *data, size_t k, double x, 
     }
 }
 
-static void add_friction(const kt_model *model, kt_data *data, size_t k, double normal) {
-    const double *e = data->slip_direction + 2 * k, force = -kt_slip_friction(model, k) * normal;
-    add_force(model, data, k, force * e[0], force * e[1]);
+static double coefficient_of_slip(const kt_data *data, size_t k) {
+    return kt_slip_problem_of(data)->contact[k].effect->friction;
+}
+
+static void add_friction(kt_data *data, size_t k, double normal) {
+    const double *e = data->slip_direction + 2 * k, force = -coefficient_of_slip(data, k) * normal;
+    add_force(data, k, force * e[0], force * e[1]);
 }
 
 /* Begins the forces that act: the external ones alone. */
@@ -168,7 +189,7 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
         status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
     }
     for (size_t k = 0; status == KT_OK && k < model->n.slip; k++) {
-        const kt_loop_record *loop = kt_slip_loop(model, k);
+        const kt_loop_record *loop = kt_slip_problem_of(data)->contact[k].loop;
         normal[k] = known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
     }
     return status;
@@ -232,7 +253,7 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
     const kt_slip_problem *p = kt_slip_problem_of(data);
     kt_status status = evaluate_without_friction(model, data, at, a, 1, N0, error);
     for (size_t k = 0; status == KT_OK && p->responds && k < n; k++) {
-        const double mu = kt_slip_friction(model, k);
+        const double mu = coefficient_of_slip(data, k);
         for (size_t i = 0; i < n; i++)
             A[k * n + i] = (i == k ? 1.0 : 0.0) + mu * p->by_normal[k * n + i];
     }
@@ -241,7 +262,7 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
     scale = status == KT_OK && scale > 0.0 ? scale : 1.0;
     for (size_t k = 0; status == KT_OK && !p->responds && k < n; k++) {
         load(model, data, at->external);
-        add_friction(model, data, k, scale);
+        add_friction(data, k, scale);
         status = evaluate(model, data, at, a, A + k * n, error);
         for (size_t i = 0; i < n; i++)
             A[k * n + i] = (i == k ? 1.0 : 0.0) - (A[k * n + i] - N0[i]) / scale;
@@ -252,6 +273,7 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
 
 static void begin_slow_slip(size_t n, kt_slip_problem *p) {
+    (void)lay_out_slow(p, p->behind, n);
     p->unit = 0.0;
     p->c = kt_coulomb_init(n, 3 * n, p->problem, p->matrices);
     p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
@@ -268,8 +290,11 @@ double kt_slip_time_ahead(const kt_data *data, size_t k, double *grows) {
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
     kt_link_kinematics *links = kt_links_scratch(data);
     kt_links_sweep(model, data, q, v, links);
-    for (size_t k = 0; k < model->n.slip; k++)
-        find_slip(model, links, k, s + 2 * k, NULL);
+    for (size_t i = 0; i < model->n.loop; i++)
+        if (model->loop[i].slips > 0) {
+            find_slip(links, kt_effect_record_find(model, model->loop[i].slips - 1), s, NULL);
+            s += 2;
+        }
 }
 
 /* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
@@ -306,7 +331,7 @@ static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_
         return KT_OK;
     }
     load(model, data, at->external);
-    add_force(model, data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
+    add_force(data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
     const kt_status status = evaluate(model, data, at, a, N, error);
     if (status != KT_OK)
         return status;
@@ -360,7 +385,7 @@ static void set_items(const kt_model *model, const kt_data *data, kt_slip_proble
         c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
                                        .row = (int)(3 * k),
                                        .across = (int)(3 * k + 1),
-                                       .friction = kt_slip_friction(model, k),
+                                       .friction = coefficient_of_slip(data, k),
                                        .e = {e[0], e[1]}};
     }
 }
@@ -450,7 +475,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
-        const double *e = data->slip_direction + 2 * k, mu = kt_slip_friction(model, k);
+        const double *e = data->slip_direction + 2 * k, mu = coefficient_of_slip(data, k);
         for (size_t i = 0; i < n; i++) {
             const double *G = p->W + 3 * i * 3 * n + 3 * k + 1;
             data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
@@ -486,7 +511,8 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
     double grows;
     kt_links_sweep(model, data, at->q, at->v, links);
     for (size_t k = 0; k < model->n.slip; k++) {
-        find_slip(model, links, k, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+        find_slip(links, kt_slip_problem_of(data)->contact[k].effect, data->slip_velocity + 2 * k,
+                  &data->slip_frame[k]);
         direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
         is_slow = kt_slip_time_ahead(data, k, &grows) > 0.0 || is_slow;
     }
@@ -503,7 +529,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
         return status;
     load(model, data, at->external);
     for (size_t k = 0; k < model->n.slip; k++)
-        add_friction(model, data, k, data->slip_normal[k]);
+        add_friction(data, k, data->slip_normal[k]);
     if (kt_slip_problem_of(data)->responds && kt_slip_add_to(model, data, at, a))
         return KT_OK;
     return evaluate(model, data, at, a, NULL, error);
@@ -511,9 +537,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
 
 kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    (void)lay_out_slip(p, model->n.slip, &model->n);
-    p->wedged = model->n.slip;
+    begin_slip(model, data);
     const bool is_slow = find_directions(model, data, at, a);
     return accelerate(model, data, at, is_slow, a, error);
 }

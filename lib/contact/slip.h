@@ -11,10 +11,11 @@
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. */
 #define SLIP_FIELDS(X)                                                                                                 \
+    X(kt_slip_contact, contact, n, "the contacts")                                                                     \
     X(double, column, kt_half_response_count(count->v, 2 * n), "of unit forces: half columns in each group")           \
     X(double, unit_force, 2 * n * count->v, "joint forces of a unit of force along each axis of each contact")         \
     X(double, factor, 2 * n, "of these: friction")                                                                     \
-    X(double, change, 2 * n * count->row, "of a group's multipliers, due to these")                                    \
+    X(double, change, 2 * n * count->row, "of the multipliers of each group, due to these")                            \
     X(double, by_normal, 2 * n * n, "of normal forces, due to these")                                                  \
     X(double, by_rate, 4 * n * n, "of J a, due to these")                                                              \
     X(double, W, 9 * n * n, "of slow slip: responses")                                                                 \
@@ -25,12 +26,21 @@
     X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
     X(double, tau, n, "of each contact, s")                                                                            \
     X(double, by_slip, 6 * n * n, "derivatives of the forces by slip velocities")                                      \
-    X(int, pivot, 3 * n, "scratch: of these")                                                                          \
+    X(int, pivot, 3 * n, "scratch: of these")
+
+/* Those of slow slip alone. */
+#define SLIP_SLOW_FIELDS(X)                                                                                            \
     X(char, matrices, kt_coulomb_matrices_size(n, 3 * n), "of the problem and its solver")                             \
     X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
     X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")                        \
     X(char, solver, kt_coulomb_solver_size(n, 3 * n), "its solver")
+
+/* A contact that slips, and its friction. */
+typedef struct kt_slip_contact {
+    const kt_loop_record *loop;
+    const kt_effect_record *effect;
+} kt_slip_contact;
 
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */
@@ -40,7 +50,9 @@ typedef struct kt_slip_problem {
     kt_coulomb *c;
     kt_coulomb_solution *to, *held;
     double unit;
+    void *behind; /* memory of the arrays of slow slip, which are laid out for it */
     KT_ARENA_DECLARE(SLIP_FIELDS)
+    KT_ARENA_DECLARE(SLIP_SLOW_FIELDS)
 } kt_slip_problem;
 
 static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {

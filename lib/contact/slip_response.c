@@ -22,7 +22,7 @@ static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip
     memset(p->unit_force, 0, p->per * model->n.slip * model->n.v * sizeof *p->unit_force);
     for (size_t j = 0; j < p->per * model->n.slip; j++) {
         const size_t k = j / p->per;
-        const kt_effect_record *effect = kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1);
+        const kt_effect_record *effect = p->contact[k].effect;
         const kt_slip_frame *frame = &data->slip_frame[k];
         const double *e = data->slip_direction + 2 * k;
         const kt_vec3 along =
@@ -39,7 +39,7 @@ static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
     bool all = true;
     for (size_t k = 0; k < model->n.slip && all; k++)
-        all = kt_half_has_terms(model, data, (size_t)kt_slip_loop(model, k)->group);
+        all = kt_half_has_terms(model, data, (size_t)kt_slip_problem_of(data)->contact[k].loop->group);
     return all;
 }
 
@@ -55,7 +55,7 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
 
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     const size_t n = model->n.slip, count = p->per * n;
-    double *column = p->column;
+    double *column = p->column, *change = p->change;
     find_unit_forces(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
@@ -64,12 +64,14 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
         if (!kt_half_has_terms(model, data, g))
             continue;
         KT_BY_ISA(model->isa, , kt_half_respond,
-                  (model, data, g, p->unit_force, (int)count, column, p->change, p->per == 2 ? p->by_rate : NULL));
+                  (model, data, g, p->unit_force, (int)count, column, change, p->per == 2 ? p->by_rate : NULL));
         for (size_t k = 0; k < n; k++) {
-            const kt_loop_record *loop = kt_slip_loop(model, k);
-            for (size_t j = 0; j < count && loop->group == (int32_t)g && slot_of(model, loop) >= 0; j++)
-                p->by_normal[j * n + k] = p->change[j * rows + (size_t)slot_of(model, loop)];
+            const kt_loop_record *loop = p->contact[k].loop;
+            const int32_t slot = loop->group == (int32_t)g ? slot_of(model, loop) : -1;
+            for (size_t j = 0; j < count && slot >= 0; j++)
+                p->by_normal[j * n + k] = change[j * rows + (size_t)slot];
         }
+        change += count * rows;
         column += kt_half_response_count((size_t)model->group[g].v_count, count);
     }
 }
@@ -78,16 +80,17 @@ bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state
     kt_slip_problem *p = kt_slip_problem_of(data);
     const size_t count = p->per * model->n.slip, nv = model->n.v;
     const size_t end = model->n.planar > 0 ? model->n.spatial : model->n.link;
-    double *column = p->column, *found = data->scratch;
+    double *column = p->column, *change = p->change, *found = data->scratch;
     for (size_t j = 0; j < count; j++) {
         const size_t k = j / p->per;
         const double along = p->per == 2 ? data->slip_direction[j] : 1.0;
-        p->factor[j] = -kt_slip_friction(model, k) * data->slip_normal[k] * along;
+        p->factor[j] = -p->contact[k].effect->friction * data->slip_normal[k] * along;
     }
     for (size_t g = 0; g < model->n.group; g++) {
         if (!kt_half_has_terms(model, data, g))
             continue;
-        KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, p->factor, (int)count, column));
+        KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, p->factor, (int)count, change, column));
+        change += count * (size_t)model->group[g].row_count;
         column += kt_half_response_count((size_t)model->group[g].v_count, count);
     }
     memcpy(found, a, nv * sizeof *a);

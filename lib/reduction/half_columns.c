@@ -495,15 +495,19 @@ static void combine_columns(const kt_half *h, const double *factor, int count, k
 }
 
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
-                                   double *column) {
+                                   const double *change, double *column) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     place(model, data, g, &h);
     combine_columns(&h, factor, count, (kt_v4 *)(void *)column);
-    find_change(&h, column, h.multiplier);
-    for (int r = 0; r < h.rank; r++)
-        w.multiplier[h.slot[r]] += h.multiplier[r];
+    for (int r = 0; r < h.rank; r++) {
+        double sum = 0.0;
+        for (int j = 0; j < count; j++)
+            sum += factor[j] * change[(size_t)j * (size_t)group->row_count + (size_t)h.slot[r]];
+        h.multiplier[r] = sum;
+        w.multiplier[h.slot[r]] += sum;
+    }
     for (int l = 0; l < h.m; l++)
         h.free[l] = h.inverse[l] * column[LANES * l] + response_of(&h, l);
     add_responses(model, data, group, &h, h.free);

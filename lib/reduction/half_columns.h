@@ -74,7 +74,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * (row_count numbers each, by slots). column: kt_half_response_count numbers.
  *
  * kt_half_add_forces adds the sum of these forces, times factors: to lambda, and to the free accelerations of the
- * joints. It takes `column` as `respond` left it, and overwrites it.
+ * joints. It takes `change` and `column` as `respond` left them, and overwrites `column`.
  *
  * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. It is in
  * spatial_links.c. */
@@ -86,7 +86,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
     void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,   \
                                double *column, double *change, double *rate);                                          \
     void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,     \
-                                  double *column);                                                                     \
+                                  const double *change, double *column);                                               \
     void kt_spatial_links_resume_##isa(const kt_model *model, kt_data *data, const double *v, size_t end, double *a);
 KT_HALF_DECLARE_ISA(baseline)
 KT_HALF_DECLARE_ISA(v3)
