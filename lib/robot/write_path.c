@@ -1,10 +1,10 @@
 /* Springs and dampers between two ends and along paths, as spatial tendons of MJCF.
  *
- * A force f(L, L') is that of a tendon if it is k (r - L) - c L' with k, c >= 0 and r >= 0: the tendon has the stiffness
- * k, the spring length r and the damping c. If r is the number in [a, b] that is nearest to L, the tendon has the spring
- * lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each point of the
- * path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the centre of a ring
- * is a site inside. */
+ * A force f(L, L') is that of a tendon if it is k (r - L) - c L' with k, c >= 0 and r >= 0: the tendon has the
+ * stiffness k, the spring length r and the damping c. If r is the number in [a, b] that is nearest to L, the tendon has
+ * the spring lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each
+ * point of the path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the
+ * centre of a ring is a site inside. */
 #include "model/formula.h"
 #include "robot/write.h"
 
