@@ -100,11 +100,12 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * Without loops the functions are those of dynamics.h. With loops, NAME_forward returns the accelerations of the closed
  * mechanism, as kt_acceleration_evaluate, but without effects. NAME_forward_derivatives has their derivatives, as
- * kt_acceleration_derivatives. Steps are projected onto the loops, as kt_step_evaluate. NAME_inverse, NAME_bias and NAME_mass stay those of the tree: tau = M a + h is the sum of the joint
- * forces and of the forces A' lambda of the loops. These have no power in a closed motion. NAME_loops has one row for
- * each independent equation (NAME_NR), with axes of its own. Equations that repeat others are left out, as when the
- * model was compiled. If a loop depends on time, NAME_forward, NAME_forward_derivatives, NAME_loops, NAME_project
- * and steps have the time as an argument before q.
+ * kt_acceleration_derivatives. Steps are projected onto the loops, as kt_step_evaluate. NAME_inverse, NAME_bias and
+ * NAME_mass stay those of the tree: tau = M a + h is the sum of the joint forces and of the forces A' lambda of the
+ * loops. These have no power in a closed motion. NAME_loops has one row for each independent equation (NAME_NR), with
+ * axes of its own. Equations that repeat others are left out, as when the model was compiled. If a loop depends on
+ * time, NAME_forward, NAME_forward_derivatives, NAME_loops, NAME_project and steps have the time as an argument before
+ * q.
  *
  * Forces of effects are in NAME_effects, in NAME_acceleration and in the steps alone; add them to the tau of
  * NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on time, effects and steps have the time

@@ -226,6 +226,15 @@ kt_op kt_code_rate_of_time(kt_graph *g, kt_op value) {
     return rate;
 }
 
+kt_op kt_code_rate_of_position(kt_graph *g, kt_op value, const kt_link *link) {
+    const code_direction position = {link, KT_OP_POSITION, 0};
+    const code_chain chain = chain_make(g, &value, 1);
+    kt_op rate = kt_op_number(g, 0.0);
+    apply_chain_rule(g, &chain, &position, &value, 1, &rate);
+    chain_free(&chain);
+    return rate;
+}
+
 void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {
     kt_op *tau = calloc(tree->model->n.v, sizeof *tau);
     tree->graph->failed |= tau == NULL;

@@ -93,7 +93,7 @@ bool kt_code_has_loop_type(const kt_model *model, int loop) {
     if (r->group < 0) /* it is switched off */
         return false;
     if (has_function(r))
-        return kt_code_has_curve(model, &r->curve) && !(r->type == KT_LOOP_COUPLING && r->form);
+        return kt_code_has_curve(model, &r->curve);
     return r->type >= 0 && r->type < KT_LOOP_TYPE_COUNT && part_of_type[r->type][0] != KT_PART_NONE;
 }
 

@@ -13,9 +13,11 @@
  * The equations follow in loop_rows.c. Couplings and driven joints need no ends:
  *
  *   positions   phi = sum of c q - f(t),   A v = sum of c v = f',   A a = f''
+ *   formula F   phi += F(q),   A_k += F_k,   A a = f'' - F_kl v_k v_l
  *   rates       phi = 0,                   A v = sum of c v = f,    A a = f'
  */
 #include "codegen/loop_rows.h"
+#include "constraint/formula_row.h"
 #include "kinetree/loop.h"
 
 #include <math.h>
@@ -42,8 +44,7 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
         return "parts of the mechanism are switched on and off";
     if (!kt_code_has_loop_type(model, loop))
         return r->type == KT_LOOP_COUPLING || r->curve.type != KT_FUNCTION_NONE
-                   ? "its function is a formula of positions, has more than 100 rows, or follows a parameter that was "
-                     "set"
+                   ? "its function has more than 100 rows, or follows a parameter that was set"
                    : "wheels, skates, screws, curves, surfaces and functions in C are not among the types";
     if (model->disagreement > 0.0)
         return "its data contradict those of other loops by rounding";
@@ -123,6 +124,10 @@ static bool know_loops(kt_code_tree *tree) {
     return !tree->graph->failed;
 }
 
+static const kt_expression *formula_of_loop(const kt_model *model, const kt_loop_record *r) {
+    return (const kt_expression *)(const void *)(model->number + r->number);
+}
+
 void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) {
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
@@ -140,6 +145,8 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
                 hash(h, &r->frame[k].rotation, sizeof r->frame[k].rotation);
         }
         kt_code_hash_curve(model, &r->curve, hash, h);
+        if (kt_has_formula_row(r))
+            kt_code_hash_formula(formula_of_loop(model, r), hash, h);
     }
 }
 
@@ -251,7 +258,33 @@ static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
     free(c->column);
 }
 
-/* A relation of positions, sum of c q = f(t), or of rates, sum of c v = f(t). */
+/* Adds the formula F of a coupling: phi += F,  A_k += F_k,  right -= F_kl v_k v_l. */
+static void add_loop_formula(kt_code_tree *tree, const kt_loop_record *r, kt_code_loop_rows *rows, int at) {
+    kt_graph *g = tree->graph;
+    const kt_term_record *term = &tree->model->term[r->term];
+    kt_op position[KT_FORMULA_VARIABLE_MAX];
+    for (int k = 0; k < r->term_count; k++)
+        position[k] = kt_op_input(g, KT_OP_POSITION, tree->link[term[k].link].link->q);
+    const kt_op value = kt_code_formula(g, formula_of_loop(tree->model, r), position);
+    kt_op bent = kt_op_number(g, 0.0);
+    for (int k = 0; k < r->term_count; k++) {
+        const kt_link *link = tree->link[term[k].link].link;
+        const kt_op slope = kt_code_rate_of_position(g, value, link), v = kt_op_input(g, KT_OP_RATE, link->v);
+        kt_op *entry = &rows->a[(size_t)at * tree->model->n.v + (size_t)link->v], along = kt_op_number(g, 0.0);
+        *entry = kt_op_add(g, *entry, slope);
+        for (int i = 0; i < r->term_count; i++) {
+            const kt_link *other = tree->link[term[i].link].link;
+            along = kt_op_add(
+                g, along,
+                kt_op_multiply(g, kt_code_rate_of_position(g, slope, other), kt_op_input(g, KT_OP_RATE, other->v)));
+        }
+        bent = kt_op_add(g, bent, kt_op_multiply(g, along, v));
+    }
+    rows->phi[at] = kt_op_add(g, rows->phi[at], value);
+    rows->right[at] = kt_op_subtract(g, rows->right[at], bent);
+}
+
+/* A relation of positions, sum of c q + F(q) = f(t), or of rates, sum of c v = f(t). */
 static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
@@ -274,12 +307,17 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
         kt_op *entry = &rows->a[(size_t)at * tree->model->n.v + (size_t)link->v];
         const kt_op factor = tree->coefficient[r->term + k];
         const kt_op q = kt_op_input(g, KT_OP_POSITION, link->q);
-        const kt_op unit = link->motion == KT_MOTION_PRISMATIC ? tree->loop_length : kt_op_number(g, 1.0);
-        const kt_op size = kt_op_call(g, KT_OP_ABS, kt_op_multiply(g, factor, unit), -1);
         *entry = kt_op_add(g, *entry, factor);
         if (has_positions)
             rows->phi[at] = kt_op_add(g, rows->phi[at], kt_op_multiply(g, factor, q));
-        scale = kt_op_add(g, scale, size);
+    }
+    if (kt_has_formula_row(r))
+        add_loop_formula(tree, r, rows, at);
+    for (int k = 0; k < r->term_count; k++) {
+        const kt_link *link = tree->link[tree->model->term[r->term + k].link].link;
+        const kt_op unit = link->motion == KT_MOTION_PRISMATIC ? tree->loop_length : kt_op_number(g, 1.0);
+        const kt_op entry = rows->a[(size_t)at * tree->model->n.v + (size_t)link->v];
+        scale = kt_op_add(g, scale, kt_op_call(g, KT_OP_ABS, kt_op_multiply(g, entry, unit), -1));
     }
     rows->scaled[at] = kt_op_divide(g, rows->phi[at], scale);
 }

@@ -16,8 +16,9 @@
  * S_kk of all rows of a point, or of u . u for all columns u of a distance. A pivot that is not above SINGULAR times
  * that size means that the equations are dependent or void in this position: the function returns the loop.
  *
- * Derivatives of accelerations have the same form. With held a and lambda, the chain rule gives the changes of the forces
- * M a + h - A' lambda and of the equations A a - right; then y and b are their negatives. For da/dtau, y is a unit.
+ * Derivatives of accelerations have the same form. With held a and lambda, the chain rule gives the changes of the
+ * forces M a + h - A' lambda and of the equations A a - right; then y and b are their negatives. For da/dtau, y is a
+ * unit.
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 8.3 and 8.5.
  */

@@ -110,6 +110,8 @@ void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint
 
 /* The derivative of a function of time, by the chain rule. */
 kt_op kt_code_rate_of_time(kt_graph *g, kt_op value);
+/* The same by the position of a joint of one coordinate. */
+kt_op kt_code_rate_of_position(kt_graph *g, kt_op value, const kt_link *link);
 
 /* Positions and velocities of all markers in world axes: first three numbers for each position,
  * then three for each velocity. */

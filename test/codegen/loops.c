@@ -35,6 +35,7 @@ typedef struct closed_tree {
     kt_tree tree;
     kt_loop loop[LOOPS];
     kt_term term[LOOPS][2];
+    char formula[LOOPS][160];
     kt_tree_state state;
 } closed_tree;
 
@@ -72,10 +73,12 @@ static bool draw_motion(closed_tree *c, kt_random *random, int k) {
     return false;
 }
 
-/* Two joints of one coordinate follow each other. */
+/* Two joints of one coordinate follow each other. In a plane, the first coupling also has a formula
+ * of both positions, and every second one of the others has. */
 static bool draw_coupling(closed_tree *c, kt_random *random, int k) {
     kt_loop *loop = &c->loop[k];
     int count = 0;
+    double position[2];
     loop->type = KT_LOOP_COUPLING;
     loop->terms = c->term[k];
     for (int tries = 0; tries < 50 && count < 2; tries++) {
@@ -85,9 +88,20 @@ static bool draw_coupling(closed_tree *c, kt_random *random, int k) {
         if (at.nv != 1 || (count == 1 && joint == c->term[k][0].joint))
             continue;
         c->term[k][count] = (kt_term){joint, kt_random_uniform(random, 0.5, 2.0)};
-        loop->offset += c->term[k][count++].coefficient * c->state.q[at.q];
+        position[count] = c->state.q[at.q];
+        loop->offset += c->term[k][count].coefficient * position[count];
+        count++;
     }
     loop->term_count = count;
+    const bool is_planar = kt_vec3_norm(c->tree.normal) > 0.0;
+    if (count == 2 && (k == 0 ? is_planar : kt_random_int(random, 0, 1) == 0)) {
+        const double size = kt_random_uniform(random, 0.05, 0.2);
+        const char *const joint[2] = {c->term[k][0].joint, c->term[k][1].joint};
+        snprintf(c->formula[k], sizeof c->formula[k], "%.17g*sin(position.%s)*position.%s^2 + exp(0.1*position.%s)",
+                 size, joint[0], joint[1], joint[1]);
+        loop->formula = c->formula[k];
+        loop->offset += size * sin(position[0]) * position[1] * position[1] + exp(0.1 * position[1]);
+    }
     return count == 2;
 }
 
@@ -465,7 +479,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
     loop_comparison c = loop_comparison_make();
     static kt_generated g;
     static closed_tree m;
-    int compared = 0, seen[TYPES] = {0};
+    int compared = 0, formulas = 0, seen[TYPES] = {0};
     if (!kt_generated_has("cc")) {
         kt_skip("generated C", "there is no compiler of the name cc");
         return;
@@ -475,6 +489,8 @@ KT_TEST(generated_loops_agree_with_the_library) {
         const bool fine = grown && kt_generated_make_some(&g, m.tree.model, KT_GENERATED_WITH_LOOPS, "cc -O0", false);
         for (int k = 0; k < 4 && fine; k++)
             seen[n % TYPES] += compare_state(&g, &m, &random, &c, n);
+        for (int k = 0; k < LOOPS && fine; k++)
+            formulas += m.loop[k].formula != NULL;
         if (grown)
             kt_generated_free(&g);
         kt_tree_free(&m.tree);
@@ -482,6 +498,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
             return;
     }
     loop_comparison_check(&c);
+    kt_check_above("couplings with a formula", formulas, 1);
     for (int k = 0; k < TYPES; k++) {
         char name[64];
         snprintf(name, sizeof name, "states with a loop of type %d", (int)loop_types[k]);
