@@ -2,17 +2,23 @@
  *
  *     bench-book-limits SCENE FUNCTION COUNT [base]
  *
- * FUNCTION is forward (accelerations, of a tree without effects) or derivatives (those of a tree's forward dynamics by
- * position and velocity). It is evaluated COUNT times at the assembled start. The output is the number of bodies, of
- * freedoms, and of bytes of the model and its data. base: with the lowest level of the instruction set. */
+ * FUNCTION is forward (accelerations, of a tree without effects), lanes (the same for LANES states at once) or
+ * derivatives (those of a tree's forward dynamics by position and velocity). It is evaluated COUNT times at the assembled
+ * start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in a vector.
+ * base: with the lowest level of the instruction set. */
 #include "equations.h"
+
+#include "kinetree/batch.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+enum { LANES = 8 };
+
 typedef struct limits {
     equations e;
+    kt_batch *batch;
     double *tau, *out;
     void *work;
     size_t work_size;
@@ -32,6 +38,17 @@ static kt_status evaluate_derivatives(limits *l) {
                                            NULL, l->out, l->out + square, l->out + 2 * square, &e->error);
 }
 
+static kt_status evaluate_lanes(limits *l) { return kt_batch_forward(l->batch, &l->e.error); }
+
+static bool open_batch(limits *l) {
+    kt_batch_options options = kt_batch_options_default();
+    options.states = LANES;
+    kt_status status = kt_batch_create(l->e.model, &options, &l->batch, &l->e.error);
+    for (size_t i = 0; i < LANES && status == KT_OK; i++)
+        status = kt_batch_set_state(l->batch, i, 0.0, l->e.start, l->e.start + l->e.nq, &l->e.error);
+    return status == KT_OK;
+}
+
 static bool open_limits(limits *l, const char *scene, kt_isa isa) {
     if (!equations_open(&l->e, scene, NULL, isa))
         return false;
@@ -40,10 +57,11 @@ static bool open_limits(limits *l, const char *scene, kt_isa isa) {
     l->out = calloc(3 * nv * nv + nv + 1, sizeof *l->out);
     l->work_size = (kt_derivative_work_size(l->e.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     l->work = l->work_size > 0 ? aligned_alloc(KT_ALIGNMENT, l->work_size) : NULL;
-    return l->tau != NULL && l->out != NULL && (l->work != NULL || l->work_size == 0);
+    return l->tau != NULL && l->out != NULL && (l->work != NULL || l->work_size == 0) && open_batch(l);
 }
 
 static void close_limits(limits *l) {
+    kt_batch_free(l->batch);
     free(l->tau);
     free(l->out);
     free(l->work);
@@ -55,13 +73,15 @@ int main(int argc, char **argv) {
     if (argc < 4)
         return 2;
     kt_status status = open_limits(&l, argv[1], argc > 4 ? KT_ISA_BASE : KT_ISA_AUTO) ? KT_OK : KT_ERROR_MEMORY;
-    const bool derives = strcmp(argv[2], "derivatives") == 0;
+    const bool derives = strcmp(argv[2], "derivatives") == 0, has_lanes = strcmp(argv[2], "lanes") == 0;
     const long count = strtol(argv[3], NULL, 10);
     for (long k = 0; k < count && status == KT_OK; k++)
-        status = derives ? evaluate_derivatives(&l) : evaluate_forward(&l);
+        status = derives ? evaluate_derivatives(&l) : has_lanes ? evaluate_lanes(&l) : evaluate_forward(&l);
+    const kt_batch_options options = {.size = sizeof options, .states = LANES, .threads = 1};
     if (status == KT_OK)
-        printf("%d,%d,%zu\n", kt_model_body_count(l.e.model) - 1, l.e.nv,
-               kt_model_size(l.e.model) + kt_data_size(l.e.model));
+        printf("%d,%zu,%d,%zu\n", kt_model_body_count(l.e.model) - 1,
+               kt_model_size(l.e.model) + (has_lanes ? kt_batch_size(l.e.model, &options) : kt_data_size(l.e.model)),
+               has_lanes ? LANES : 1, has_lanes ? kt_batch_lanes_of(l.batch).width : 1);
     close_limits(&l);
     return status == KT_OK ? 0 : 2;
 }

@@ -13,11 +13,14 @@ SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "a
 MORE = 10  # evaluations of the longer run beyond those of the shorter one
 TEXT = [
     "One evaluation, for each body. *Instructions* and *arithmetic* (instructions of the vector unit) are counted by valgrind, whose",
-    "processor has AVX2, or with SSE2 where valgrind does not know an instruction (*level*). *Least* is the number of products, sums and divisions of the generated C of the same mechanism: zeros, axes",
-    "and constant products are folded there. The library reads the mechanism from memory instead. Per body it loads inertias,",
+    "processor has AVX2, or with SSE2 where valgrind does not know an instruction (*level*). *Least* is the number of products,",
+    "sums and divisions of the generated C of the same mechanism: zeros, axes and constant products are folded there. For eight",
+    "states in lanes, counts are for a state, and the least is that number over the states in a vector. The library reads the",
+    "mechanism from memory instead. Per body it loads inertias,",
     "frames and the state of the parent, and stores results for the second and third sweep; loads, stores and addresses are most",
     "of its instructions. Its arithmetic exceeds the least because it treats axes and centres of mass as general vectors. In",
-    "vectors of four numbers one instruction replaces up to four operations. For loops and lanes no least number is known.",
+    "vectors of four numbers one instruction replaces up to four operations; in lanes it replaces one operation of each state. For",
+    "loops no least number is known.",
     "Counts belong to a compiler and a processor; so the table is not among those with equal bytes."]
 
 
@@ -41,6 +44,7 @@ def classes(work):
             file.write(text)
     return [("chain of 32, in space", os.path.join(work, "chain-space.yaml"), "forward", True),
             ("chain of 32, in a plane", os.path.join(work, "chain-plane.yaml"), "forward", True),
+            ("chain of 32, in space: eight states in lanes", os.path.join(work, "chain-space.yaml"), "lanes", True),
             ("humanoid", os.path.join(SCENES, "humanoid.yaml"), "forward", True),
             ("arm of seven axes", os.path.join(SCENES, "arm7.yaml"), "forward", True),
             ("arm of seven axes: derivatives", os.path.join(SCENES, "arm7.yaml"), "derivatives", True),
@@ -71,7 +75,7 @@ def count_calls(program, scene, function):
 def least(context, scene, function):
     """Operations of the generated function."""
     out = os.path.join(context.work, "limit.c")
-    name = {"forward": "forward", "derivatives": "forward_derivatives"}[function]
+    name = {"forward": "forward", "lanes": "forward", "derivatives": "forward_derivatives"}[function]
     subprocess.run([context.kinetree, "export", "--c", scene, "--functions", name, "--out", out, "--quiet"], check=True, capture_output=True)
     with open(out) as file:
         found = re.findall(r"Operations: (\d+) products, (\d+) sums, (\d+) divisions", file.read())
@@ -90,12 +94,12 @@ def tables(context):
     for name, scene, function, is_tree in classes(context.work):
         try:
             (few, many), level = count_calls(program, scene, function)
-            bodies, _, size = map(int, few[2].split(","))
-            instructions, vector = ((b - a) / MORE / bodies for a, b in zip(few[:2], many[:2]))
-            fewest = least(context, scene, function) / bodies if is_tree else None
+            bodies, size, states, width = map(int, few[2].split(","))
+            instructions, vector = ((b - a) / MORE / bodies / states for a, b in zip(few[:2], many[:2]))
+            fewest = least(context, scene, function) / bodies / width if is_tree else None
         except (RuntimeError, subprocess.CalledProcessError) as failed:
             table.violations.append(str(failed))
             continue
         table.add(name, bodies, level, f"{instructions:.0f}", f"{vector:.0f}", "-" if fewest is None else f"{fewest:.0f}",
-                  "-" if fewest is None else f"{vector / fewest:.2f}", f"{size / bodies:.0f}")
+                  "-" if fewest is None else f"{vector / fewest:.2f}", f"{size / bodies / states:.0f}")
     return [table]
