@@ -3,8 +3,8 @@
  *     bench-book-limits SCENE FUNCTION COUNT [base]
  *
  * FUNCTION is forward (accelerations, of a tree without effects), lanes (the same for LANES states at once) or
- * derivatives (those of a tree's forward dynamics by position and velocity). It is evaluated COUNT times at the assembled
- * start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in a vector.
+ * derivatives (those of a tree's forward dynamics by position and velocity). It is evaluated COUNT times at the
+ * assembled start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in a vector.
  * base: with the lowest level of the instruction set. */
 #include "equations.h"
 

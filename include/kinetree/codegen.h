@@ -119,13 +119,13 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs.
  * Each function returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no
- * inertia, or whose quaternion has no norm. NAME_forward, NAME_project and the steps return minus the number of a loop,
- * counted from 1, if its equations depend on others in this position, or if it cannot be closed. They then write
- * nothing.
+ * inertia, or whose quaternion has no norm. NAME_forward, its derivatives, NAME_project and steps return minus the
+ * number of a loop, counted from 1, if its equations depend on others in this position, or if it cannot be closed. They
+ * then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
  * that roll, slide on curves or surfaces, or screw; rates of joints in projections and steps; loops that contradict
- * each other by rounding; derivatives with loops; bodies of variable mass, coordinates that move no mass, hard
+ * each other by rounding; A and B of steps with loops; bodies of variable mass, coordinates that move no mass, hard
  * contacts, forces along paths, and effects and auxiliary states that are functions in C. KT_ERROR_MEMORY.
  * KT_ERROR_FILE. Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,

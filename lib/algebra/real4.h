@@ -2,7 +2,7 @@
  * a vector is four lanes. For several states (real3.h) it is an array of numbers.
  *
  * The argument n is the number of components in use. For one state all four are computed. For several states the
- * functions compute the first n; n is a constant where it matters.
+ * functions compute the first n. Callers pass a constant n in loops that must be fast.
  */
 #ifndef KT_ALGEBRA_REAL4_H
 #define KT_ALGEBRA_REAL4_H

@@ -5,8 +5,8 @@
  *
  *   n = J al + h . a + n_b,   f = h al + M a + f_b,   a = a_p + al_p p + c
  *
- * A degree of freedom with U = (U_n, U_f), D and y = tau - S . (n_b, f_b) - U_f . c is eliminated, and what remains
- * moves to the parent's origin. With V = U_n + p . U_f,
+ * A degree of freedom with U = (U_n, U_f), D and y = tau - S . (n_b, f_b) - U_f . c is eliminated. The remaining
+ * inertia and bias move to the parent's origin. With V = U_n + p . U_f,
  *
  *   J' = (J + 2 p . h + p . M p) - V^2 / D     M' = M - U_f U_f' / D     h' = h + M p - U_f V / D
  *   f_b' = f_b + M c + U_f y / D               n_b' = n_b + h . c + U_n y / D + p . f_b'
@@ -29,7 +29,7 @@ typedef struct code_flat {
     kt_op2 rotation; /* cosine and sine of its angle relative to q = 0 */
     kt_op2 offset, along, bias;
     kt_op omega;
-    kt_op j, xx, xy, yy, moment; /* what it takes: J, M, n_b; then h, f_b */
+    kt_op j, xx, xy, yy, moment; /* its inertia and bias: J, M, n_b; then h, f_b */
     kt_op2 h, force;
     kt_op free, gain; /* qdd = free - gain al_p - slope . a_p */
     kt_op2 slope;

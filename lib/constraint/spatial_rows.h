@@ -25,10 +25,10 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
                              const kt_real1 *v, kt_loop_end *end) {
     const kt_real3 none = kt_zero3();
     const kt_mat3 *own = &loop->frame[k].rotation;
-    const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
     if (loop->link[k] == 0) { /* the ground, at rest */
-        for (int c = 0; c < 3; c++)
-            end->axes[c] = frame[c];
+        end->axes[0] = kt_from3(own->x);
+        end->axes[1] = kt_from3(own->y);
+        end->axes[2] = kt_from3(own->z);
         end->point = kt_from3(kt_vec3_sub(loop->frame[k].position, loop->origin));
         end->omega = end->velocity = end->alpha = end->linear = none;
         return;
@@ -53,6 +53,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         omega = m->omega;
     }
     const kt_link_motion *force_link = &data->motion[loop->link[k]];
+    const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
     kt_multiply3(force_link->axes, frame, end->axes);
     const kt_real3 arm = kt_apply3(force_link->axes, kt_from3(loop->frame[k].position));
     end->point = kt_add3(point, arm);

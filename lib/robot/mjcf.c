@@ -39,14 +39,14 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
     KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
-    KT_NOTE(kt_mjcf, armatures, MOTION,
-            "armatures of spatial tendons around geoms, which MuJoCo rejects, of too many parts, or of parts without "
-            "a length, left out:"),
+    KT_NOTE(
+        kt_mjcf, armatures, MOTION,
+        "armatures of spatial tendons that are left out: MuJoCo rejects paths around geoms, and the others have too "
+        "many parts or a part without a length:"),
     KT_NOTE(kt_mjcf, tied_paths, DETAIL,
             "spatial tendons with an armature, each a body without mass that a coupling moves:"),
     KT_NOTE(kt_mjcf, branches, MOTION,
-            "tendons with an armature that joins branches of the tree, of whose inertia between branches MuJoCo has "
-            "nothing:"),
+            "tendons whose armature couples branches of the tree, a part of the inertia that MuJoCo leaves out:"),
     KT_NOTE(kt_mjcf, scaled, MOTION,
             "welds with a torquescale other than 0 and 1, whose weak or strong torques are exact here:"),
     KT_NOTE(kt_mjcf, disabled, DETAIL,

@@ -107,24 +107,28 @@ static bool read_pins(kt_mjcf *m, flex *f) {
     return true;
 }
 
-/* Why it is left out; NULL: it is a cable. */
-static const char *why_no_cable(kt_mjcf *m, const kt_element *e, const char *type) {
+/* Returns whether a flexcomp is a cable. Others are counted. */
+static bool is_flex_cable(kt_mjcf *m, const kt_element *e, const char *type) {
     const char *dof = kt_xml_attribute(e, "dof");
     const bool is_known = type == NULL || kt_mjcf_is_equal(type, "grid") || kt_mjcf_is_equal(type, "circle") ||
                           kt_mjcf_is_equal(type, "direct");
     if (kt_mjcf_number(m, e, NULL, "dim", 2.0) != 1.0 || !is_known)
-        return "flexcomps that are surfaces or solids, whose elasticity is no force between two points, left out; "
-               "those with dim 1 are read";
-    return dof != NULL && !kt_mjcf_is_equal(dof, "full") ? "flexcomps of points without three slides, left out" : NULL;
+        kt_unknown_count(&m->changes,
+                         "flexcomps that are surfaces or solids, whose elasticity is no force between two points, left "
+                         "out; those with dim 1 and the type grid, circle or direct are read",
+                         e);
+    else if (dof != NULL && !kt_mjcf_is_equal(dof, "full"))
+        kt_unknown_count(&m->changes, "flexcomps of points without three slides, left out", e);
+    else
+        return true;
+    return false;
 }
 
 /* False if it is left out, or after reporting. */
 static bool read_flex(kt_mjcf *m, const kt_element *e, flex *f) {
-    const char *type = kt_xml_attribute(e, "type"), *why = why_no_cable(m, e, type);
-    if (why != NULL) {
-        kt_unknown_count(&m->changes, why, e);
+    const char *type = kt_xml_attribute(e, "type");
+    if (!is_flex_cable(m, e, type))
         return false;
-    }
     *f = (flex){.element = e,
                 .name = kt_xml_attribute(e, "name"),
                 .mass = kt_mjcf_number(m, e, NULL, "mass", 1.0),

@@ -1,4 +1,4 @@
-/* Elements of MJCF that others stand for. */
+/* Makes the elements of MJCF that a shorter element stands for (mjcf_make.h). */
 #include "robot/mjcf_make.h"
 
 #include "document/number.h"

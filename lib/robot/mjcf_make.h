@@ -1,4 +1,5 @@
-/* Elements of MJCF that others stand for, made before default classes are found. */
+/* Makes the elements of MJCF that a shorter element stands for, such as the bodies of a flexcomp. This happens before
+ * default classes are found. */
 #ifndef KT_ROBOT_MJCF_MAKE_H
 #define KT_ROBOT_MJCF_MAKE_H
 
@@ -14,8 +15,8 @@ const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
 
 /* ---- mjcf_flex.c ------------------------------------------------------------------------------------------------- */
 
-/* The points of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. Counts
- * one that is left out. */
+/* The points of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. A
+ * flexcomp that is left out is counted. */
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain);
 
 #endif

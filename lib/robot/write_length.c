@@ -1,8 +1,8 @@
 /* The armature of a spatial tendon, as an import makes it (mjcf_length.c): a slider without mass whose position is the
  * length of a path, a coupling
  *     s - sum_i sqrt(x_i^2 + y_i^2 + z_i^2) / n_i = constant,
- * and for each part of the path three sliders without mass whose end a spherical loop keeps at the next point. The
- * values at some positions decide whether a formula is that sum. Such bodies and loops are removed from the
+ * and for each part of the path three sliders without mass whose end a spherical loop keeps at the next point. A
+ * formula counts as that sum if both agree at some positions. Such bodies and loops are removed from the
  * description, and the path becomes a rope. */
 #include "model/formula.h"
 #include "model/joint_name.h"
@@ -15,7 +15,7 @@
 
 enum { PARTS = (KT_FORMULA_VARIABLE_MAX - 1) / 3 };
 
-/* What is found of one length: indices of bodies and loops. */
+/* The parts of one length that were found: indices of bodies and loops. */
 typedef struct found_length {
     int slider, coupling, count;
     int sliders[3 * PARTS], loops[PARTS];

@@ -1,8 +1,6 @@
-/* The inputs of a step: torques and wrenches. They are set between steps, and come into force at the beginning of the
- * next step, as changed parameters do.
- *
- * The right-hand side then jumps, so that the integrator discards slopes from before, unless inputs are smooth.
- */
+/* The inputs of a step: torques and wrenches. They are set between steps, and take effect at the beginning of the next
+ * step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
+ * discards earlier slopes. */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 

@@ -1,4 +1,4 @@
-"""Tests of sweeps: their scenes, their calls of the command, and checks that count.
+"""Shared by the tests of sweeps: scenes, calls of the command, and counted checks.
 
 A test says
     finish([part, ...], not_with_fused_lanes=[...])

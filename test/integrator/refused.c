@@ -100,8 +100,8 @@ KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
         KT_PLACED(KT_ERROR_ARGUMENT, change);                                                                          \
         kt_check_contains("words", error.message, words);                                                              \
     } while (0)
-    KT_REFUSED("2.2e-16 (relative): is below the rounding", o.relative_tolerance = 2.2e-16);
-    KT_REFUSED("4.94066e-324 (relative): is below", o.relative_tolerance = 5e-324);
+    KT_REFUSED("2.2e-16 (relative) is below the rounding", o.relative_tolerance = 2.2e-16);
+    KT_REFUSED("4.94066e-324 (relative) is below", o.relative_tolerance = 5e-324);
     KT_PLACED(KT_OK, o.relative_tolerance = 2.3e-16);
     KT_PLACED(KT_OK, o.relative_tolerance = 0.0);
     KT_REFUSED("safety must be between 0 and 1", o.safety = 0.0);

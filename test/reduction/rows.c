@@ -1,5 +1,5 @@
 /* Rows of many loops that fronts reduce: windows, irregular rows and rows that fork, against dense matrices and closed
- * forms. The memory grows with the number of loops alone. */
+ * forms. The memory is proportional to the number of loops. */
 #include "../constraint/linkage.h"
 #include "../sanitized.h"
 

@@ -60,7 +60,7 @@ def messages(folder, prefix):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
         for rank, text in re.findall(rf"kt_note_put\([^;]*?KT_NOTE_RANK_(\w+),[^;\"]*((?:\s*{TEXT})+)", code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
-        for kind, text in re.findall(rf"kt_unknown_count\(&\w+->(changes|forces),\s*((?:\s*{TEXT})+)", code):
+        for kind, text in re.findall(rf"kt_unknown_count\(\s*&\w+->(changes|forces),\s*((?:\s*{TEXT})+)", code):
             (changes if kind == "changes" else lost).add(joined(text))
     return changes, lost, start
 

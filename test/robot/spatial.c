@@ -110,8 +110,8 @@ KT_TEST(what_tendons_lose_is_told) {
         {MODEL("<spatial><site site='h'/></spatial>"), "two sites in a branch: 1"},
         {MODEL("<spatial frictionloss='1'>" SITES "</spatial>"), "dry friction that is smooth"},
         {COPIES("<spatial armature='1'><site site='h'/><geom geom='g'/><site site='h2'/></spatial>", ""),
-         "armatures of spatial tendons around geoms, which MuJoCo rejects, of too many parts, or of parts without a "
-         "length, left out: 1"},
+         "armatures of spatial tendons that are left out: MuJoCo rejects paths around geoms, and the others have too "
+         "many parts or a part without a length: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", ""), "copies by a replicate: 1"},
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", "<motor tendon='t'/>"),
          "copies by a replicate: 2"},

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A linear system at rest: J q'' = -P q + x - D q', x' = -20 q - 0.5 x. Its multipliers over T are exp(lambda T). A
- * state alone has the multiplier exp(-3 T). */
+/* A linear system at rest: J q'' = -P q + x - D q', x' = -20 q - 0.5 x. Its multipliers over T are exp(lambda T). The
+ * state `alone`, which nothing reads, has the multiplier exp(-3 T). */
 KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: prismatic, axis: x}, mass: 2}\n"
