@@ -39,7 +39,8 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                 fault,
                                 functions == KT_CODEGEN_ACCELERATION
                                     ? ""
-                                    : "leave out forward, acceleration, loops, project and steps, or ");
+                                    : "leave out forward, forward_derivatives, acceleration, loops, project and "
+                                      "steps, or ");
     }
     if (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEP_DERIVATIVES))
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),

@@ -188,16 +188,16 @@ static void chain_free(const code_chain *chain) {
     free(chain->slope);
 }
 
-/* Makes the derivatives of tau along one direction. */
-static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *tau, int nv,
+/* Makes the derivatives of some nodes along one direction. */
+static void apply_chain_rule(kt_graph *g, const code_chain *chain, const code_direction *d, const kt_op *f, int count,
                              kt_op *column) {
     const kt_op zero = kt_op_number(g, 0.0);
     for (kt_op i = 0; i < chain->count && !g->failed; i++) {
         const bool moves = chain->uses[i] > 0 && g->node[i].origin == KT_OP_OF_STATE;
         chain->slope[i] = moves ? node_slope(g, i, chain->slope, d) : zero;
     }
-    for (int i = 0; i < nv && !g->failed; i++)
-        column[i] = chain->slope[tau[i]];
+    for (int i = 0; i < count && !g->failed; i++)
+        column[i] = chain->slope[f[i]];
 }
 
 void kt_code_differentiate(kt_code_tree *tree, const kt_op *f, int count, kt_op *out) {

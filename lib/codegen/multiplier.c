@@ -202,7 +202,7 @@ static void free_closed(code_closed *c) {
 }
 
 /* a, then lambda behind it: room for both. free_closed may follow in any case. */
-static void solve_closed(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed *c, kt_code_guard *guard) {
+static void solve_closed_tree(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed *c, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
     *c = (code_closed){.inverse = NULL};
@@ -220,7 +220,7 @@ static void solve_closed(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed 
 
 void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
     code_closed c;
-    solve_closed(tree, work, a, &c, guard);
+    solve_closed_tree(tree, work, a, &c, guard);
     free_closed(&c);
 }
 
@@ -278,7 +278,7 @@ void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *ou
         return;
     }
     kt_op *f = value + all, *b = value + 2 * all, *change = value + 3 * all;
-    solve_closed(tree, work, value, &c, guard);
+    solve_closed_tree(tree, work, value, &c, guard);
     if (!g->failed) {
         make_held_residuals(tree, &c.rows, f);
         kt_code_differentiate(tree, f, (int)all, change);

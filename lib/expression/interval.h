@@ -88,7 +88,7 @@ static kt_between interval_cos(kt_between x) {
     return interval_sin(interval_add(x, (kt_between){half_pi, half_pi}));
 }
 
-/* Restricts x to the domain [lo, hi] of a function. Returns `everything` if x lies outside it. */
+/* Restricts x to the domain [lo, hi] of a function. Returns `interval_unbounded` if x lies outside it. */
 static kt_between interval_within(kt_between x, double lo, double hi) {
     const kt_between cut = {larger(x.lo, lo), smaller(x.hi, hi)};
     return cut.lo <= cut.hi ? cut : interval_unbounded;

@@ -122,7 +122,7 @@ static int eliminate_below(int n, double *A, double *x, int k) {
 }
 
 /* The largest magnitude of n numbers, by four at once. */
-static double largest_of(int n, const double *x) {
+static double largest_entry(int n, const double *x) {
     double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
     int i = 0;
     for (; i + 4 <= n; i += 4) {
@@ -151,7 +151,7 @@ static double substitute_row(int n, const double *A, const double *x, int i) {
 }
 
 bool kt_cone_eliminate(int n, double *A, double *x) {
-    const double least = 1e-11 * largest_of(n * n, A);
+    const double least = 1e-11 * largest_entry(n * n, A);
     int r = 0;
     for (int i = 1; i < n; i++)
         r = fabs(A[i * n]) > fabs(A[r * n]) ? i : r;
@@ -176,7 +176,7 @@ void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x) {
         int r = rank, c = rank;
         double pivot = 0.0;
         for (int i = rank; i < n; i++) {
-            const double own = largest_of(n - rank, A + i * n + rank);
+            const double own = largest_entry(n - rank, A + i * n + rank);
             r = own > pivot ? i : r;
             pivot = own > pivot ? own : pivot;
         }

@@ -294,6 +294,7 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 /* Adds an element at the end of another's. */
 void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
+
 /* ---- mjcf_composite.c, mjcf_cable.c ------------------------------------------------------------------------------ */
 
 /* Replaces each cable of a document with its bodies, after the compiler's settings have been read. */

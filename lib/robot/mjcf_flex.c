@@ -53,7 +53,7 @@ static bool make_line(kt_mjcf *m, flex *f, bool is_circle) {
     (void)kt_mjcf_numbers(m, f->element, NULL, "count", 3, 3, count);
     (void)kt_mjcf_numbers(m, f->element, NULL, "spacing", 3, 3, spacing);
     if (!(count[0] >= (is_circle ? 3.0 : 2.0)) || count[0] > POINTS_MOST)
-        return kt_mjcf_fault(m, f->element, "count: expected up to %d points, and two or more", (int)POINTS_MOST);
+        return kt_mjcf_fault(m, f->element, "count: expected %d to %d points", is_circle ? 3 : 2, (int)POINTS_MOST);
     f->count = (int)count[0] - is_circle;
     f->edge_count = (int)count[0] - 1;
     if (!take_flex(m, f))
@@ -70,7 +70,19 @@ static bool make_line(kt_mjcf *m, flex *f, bool is_circle) {
     return true;
 }
 
-/* The points and edges of the file. Each point must be in an edge. */
+/* Whether each point is in an edge. MuJoCo removes others, which changes the numbers of the rest. */
+static bool check_edges(kt_mjcf *m, const flex *f) {
+    for (int p = 0; p < f->count; p++) {
+        bool is_used = false;
+        for (int i = 0; i < 2 * f->edge_count && !is_used; i++)
+            is_used = f->edges[i] == p;
+        if (!is_used)
+            return kt_mjcf_fault(m, f->element, "element: the point %d is in no edge; remove it", p);
+    }
+    return true;
+}
+
+/* The points and edges of the file. */
 static bool read_direct(kt_mjcf *m, flex *f) {
     double *points, *ends, scale[3] = {1.0, 1.0, 1.0};
     const int numbers = read_all_numbers(m, f->element, "point", &points),
@@ -78,7 +90,9 @@ static bool read_direct(kt_mjcf *m, flex *f) {
     (void)kt_mjcf_numbers(m, f->element, NULL, "scale", 3, 3, scale);
     f->count = numbers / 3;
     f->edge_count = count / 2;
-    if (numbers < 6 || numbers % 3 != 0 || count < 2 || count % 2 != 0 || f->count > POINTS_MOST)
+    if (f->count > POINTS_MOST)
+        return kt_mjcf_fault(m, f->element, "point: expected up to %d points", (int)POINTS_MOST);
+    if (numbers < 6 || numbers % 3 != 0 || count < 2 || count % 2 != 0)
         return kt_mjcf_fault(m, f->element, "expected `point` with three numbers each, `element` with two points each");
     if (!take_flex(m, f))
         return false;
@@ -89,7 +103,7 @@ static bool read_direct(kt_mjcf *m, flex *f) {
             return kt_mjcf_fault(m, f->element, "element: there is no point %g", ends[i]);
         f->edges[i] = (int)ends[i];
     }
-    return true;
+    return check_edges(m, f);
 }
 
 static bool read_pins(kt_mjcf *m, flex *f) {
@@ -98,7 +112,7 @@ static bool read_pins(kt_mjcf *m, flex *f) {
             double *ids;
             const int count = read_all_numbers(m, pin, is_range ? "range" : "id", &ids);
             for (int i = 0; i + is_range < count; i += 1 + is_range) {
-                if (!(ids[i] >= 0.0 && ids[i + is_range] < f->count))
+                if (!(ids[i] >= 0.0 && ids[i] < f->count && ids[i + is_range] >= 0.0 && ids[i + is_range] < f->count))
                     return kt_mjcf_fault(m, pin, "there is no such point");
                 for (int k = (int)ids[i]; k <= (int)ids[i + is_range]; k++)
                     f->pinned[k] = true;

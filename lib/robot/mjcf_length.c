@@ -150,6 +150,8 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
         kt_left_count(&m->armatures, t->element);
         return;
     }
+    if (p.count == 0) /* a constant length */
+        return;
     joint.armature[0] = kt_mjcf_number(m, t->element, "tendon", "armature", 0.0);
     joint.position[0] = p.constant;
     for (int i = 0; i < p.count; i++)

@@ -381,7 +381,7 @@ static void add_reach(kt_mjcf *m, const kt_element *e, const kt_contact_tree *tr
 }
 
 /* Adds a J'J of a tendon's gradient J, for pairs of joints of which one carries the other. */
-static void add_square(const length *l, double armature, double *mass) {
+static void add_length_square(const length *l, double armature, double *mass) {
     const int nv = kt_model_nv(l->tree->model);
     for (int i = 0; i < l->m->joints.count; i++)
         for (int k = 0; k < l->m->joints.count; k++) {
@@ -401,7 +401,7 @@ void kt_mjcf_add_path_armatures(kt_mjcf *m, const kt_contact_tree *tree, double 
         length l = {.m = m, .tree = tree, .on = {.joint = -1, .tendon = i, .gear = 1.0}, .jacobian = room};
         l.gradient = room + 6 * (size_t)kt_model_nv(tree->model);
         if (armature != 0.0 && read_points(&l) && isfinite(evaluate_length(&l)))
-            add_square(&l, armature, mass);
+            add_length_square(&l, armature, mass);
     }
 }
 

@@ -222,9 +222,12 @@ typedef struct delayed_text {
     double delay; /* 0: there is none */
 } delayed_text;
 
-/* False if there are several delays, or there is no memory. */
+/* False if there are several delays, there is no memory, or no text: a state whose rate the law of an effect writes. */
 static bool split_delay(kt_export *x, const char *text, delayed_text *to) {
     static const char factor[] = "*step(t - ";
+    *to = (delayed_text){.late = NULL};
+    if (text == NULL)
+        return false;
     char *late = kt_pool_take(&x->pool, strlen(text) + 1, 1), *early = kt_pool_take(&x->pool, strlen(text) + 1, 1);
     *to = (delayed_text){late, early, 0.0};
     if (late == NULL || early == NULL)
@@ -329,14 +332,18 @@ static bool add_actuators(kt_export *x, const kt_effect *e, kt_export_actuator *
     return true;
 }
 
-/* Whether an effect is the only one that drives its joint, of which MuJoCo can bound the sum of actuators. */
+/* Whether an effect is the only one that drives its joint, of which MuJoCo can bound the sum of actuators. Those of
+ * tendons and paths may count in this sum, too. */
 static bool drives_alone(const kt_export *x, const kt_effect *e) {
     int count = 0;
     for (int i = 0; i < x->d->effect_count; i++) {
         const kt_effect *other = &x->d->effects[i];
-        count +=
-            (other->type == KT_EFFECT_EXPRESSION || other->type == KT_EFFECT_MOTOR || other->type == KT_EFFECT_SERVO) &&
-            other->joint != NULL && e->joint != NULL && strcmp(other->joint, e->joint) == 0;
+        if (other->type != KT_EFFECT_EXPRESSION && other->type != KT_EFFECT_MOTOR && other->type != KT_EFFECT_SERVO)
+            continue;
+        const int body = other->joint != NULL ? kt_export_scalar(x, other->joint) : -1;
+        if (other->end_count == 2 || (body >= 0 && x->role[body] == KT_EXPORT_SUM))
+            return false;
+        count += other->joint != NULL && e->joint != NULL && strcmp(other->joint, e->joint) == 0;
     }
     return count == 1 && e->end_count != 2 && x->role[kt_export_scalar(x, e->joint)] != KT_EXPORT_SUM;
 }
@@ -371,7 +378,7 @@ static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula
                                .control = read.control,
                                .delay = rate.delay,
                                .muscle = muscle};
-    keep_bounds(f, 1.0, &made);
+    keep_bounds(f, f->factor / read.gear, &made); /* MuJoCo bounds the force before the gear */
     return add_actuators(x, e, &made, 1);
 }
 
@@ -460,6 +467,14 @@ static char *copy_sum(kt_export *x, const char *text, double bounds[2]) {
     return copy;
 }
 
+/* Whether one of the first actuators has a state. */
+static bool has_state(const kt_export *x, int count, int state) {
+    for (int i = 0; i < count; i++)
+        if (x->actuators[i].state == state)
+            return true;
+    return false;
+}
+
 /* Adds the actuators of each term of a sum; none if one of them is no actuator. */
 static bool take_sum(kt_export *x, const kt_effect *e) {
     const int before = x->actuator_count, ropes = x->rope_count;
@@ -475,7 +490,7 @@ static bool take_sum(kt_export *x, const kt_effect *e) {
     }
     for (int i = before; i < x->actuator_count && !is_taken; i++)
         if (x->actuators[i].state >= 0)
-            x->is_kept[x->actuators[i].state] = false;
+            x->is_kept[x->actuators[i].state] = has_state(x, before, x->actuators[i].state);
     x->actuator_count = is_taken ? x->actuator_count : before;
     x->rope_count = is_taken ? x->rope_count : ropes;
     for (int i = 0; i < 2 && is_taken && is_bounded; i++)
@@ -489,9 +504,11 @@ static bool take_alone(kt_export *x, const kt_effect *e) {
     if (!take_term(x, e, e->formula[0], true))
         return false;
     const kt_export_actuator *last = &x->actuators[x->actuator_count - 1];
+    const double gear = last->muscle != NULL ? last->muscle->gear : 1.0;
     if (last->has_force_range && last->body >= 0 && isfinite(kt_export_body(x, last->body)->joint.limits.effort) &&
         drives_alone(x, e))
-        memcpy(x->forces[last->body].range, last->force_range, sizeof last->force_range);
+        for (int i = 0; i < 2; i++)
+            x->forces[last->body].range[i] = gear * last->force_range[gear < 0.0 ? 1 - i : i];
     return true;
 }
 
@@ -505,7 +522,7 @@ bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
 
 /* MuJoCo keeps the controls of its last `nsample` steps. There are as many as the delay has steps of this length. */
-static const double least_step = 1e-4;
+static const double buffer_step = 1e-4;
 
 static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     fputs(d->muscle != NULL ? "    <muscle" : "    <general", x->stream);
@@ -528,7 +545,7 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
         kt_export_lose(x, KT_EXPORT_EFFORTS);
     if (d->delay > 0.0) {
         kt_export_numbers(x, "delay", &d->delay, 1);
-        fprintf(x->stream, " nsample=\"%d\"", (int)fmin(ceil(d->delay / least_step) + 1.0, 16777216.0));
+        fprintf(x->stream, " nsample=\"%d\"", (int)fmin(ceil(d->delay / buffer_step) + 1.0, 16777216.0));
     }
     if (d->muscle != NULL) {
         kt_export_write_muscle(x, d->muscle);

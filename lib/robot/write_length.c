@@ -86,7 +86,7 @@ static int find_loop_of_part(const kt_export *x, const int sliders[3]) {
     }
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
-        if (loop->type == KT_LOOP_SPHERICAL &&
+        if (loop->type == KT_LOOP_SPHERICAL && loop->switching == KT_ALWAYS_ON &&
             has_that_name(loop->between[0].body, kt_export_body(x, sliders[2])->name) &&
             loop->between[0].marker == NULL && is_zero_vector(loop->between[0].at))
             found = i;
@@ -134,8 +134,8 @@ static bool fit_length(kt_export *x, const kt_loop *loop, found_length *f) {
 static bool find_armature_path(kt_export *x, int coupling, found_length *f) {
     const kt_loop *loop = &x->d->loops[coupling];
     *f = (found_length){.coupling = coupling, .count = (loop->term_count - 1) / 3};
-    if (loop->type != KT_LOOP_COUPLING || loop->formula == NULL || loop->term_count % 3 != 1 || f->count < 1 ||
-        loop->terms[0].coefficient != 1.0)
+    if (loop->type != KT_LOOP_COUPLING || loop->switching != KT_ALWAYS_ON || loop->formula == NULL ||
+        loop->term_count % 3 != 1 || f->count < 1 || loop->terms[0].coefficient != 1.0)
         return false;
     f->slider = find_by_joint(x, loop->terms[0].joint);
     const kt_body *slider = f->slider >= 0 ? kt_export_body(x, f->slider) : NULL;
@@ -175,7 +175,7 @@ static kt_end plain_end(const kt_export *x, const kt_end *end) {
 }
 
 /* The path as an effect without a force. */
-static kt_effect *make_path(kt_export *x, const found_length *f) {
+static kt_effect *make_armature_path(kt_export *x, const found_length *f) {
     kt_effect *e = kt_pool_take(&x->pool, 1, sizeof *e);
     kt_path_point *path = kt_pool_take(&x->pool, 2 * (size_t)f->count, sizeof *path);
     if (e == NULL || path == NULL)
@@ -231,7 +231,7 @@ bool kt_export_take_lengths(kt_export *x) {
         found_length f;
         if (!find_armature_path(x, i, &f))
             continue;
-        kt_effect *path = make_path(x, &f);
+        kt_effect *path = make_armature_path(x, &f);
         if (path == NULL)
             return false;
         x->lengths[x->length_count++] =

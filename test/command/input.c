@@ -162,7 +162,7 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
         "right.xml:1:99: warning: composites of points, cloths and solids, which MuJoCo removed, left out; give a "
         "replicate for points: 1\n"
         "  note: start and limits: bodies that are fixed to the world (--floating lets them move): 1; bodies that "
-        "a program moves (mocap), fixed to the world: 1; limits of position, which are data alone without "
+        "a program moves (mocap), fixed to the world: 1; limits of position, which do not act without "
         "--stops: 1; geoms that could touch others, left out, since contacts are effects: 1\n");
     const kt_ran all = kt_shell("$K import right.xml --verbose --out o.yaml");
     kt_check_equal_int("lines of all notes", kt_count_lines(all.err), 7);

@@ -219,6 +219,20 @@ KT_TEST(bounds_of_forces_and_activations_come_back) {
               "");
 }
 
+/* MuJoCo bounds the force of a muscle before its gear, and the sum of forces in a joint behind it. */
+KT_TEST(bounds_of_a_joint_with_one_muscle_come_back) {
+    static const char *const gears[] = {"-1' force='40", ".5' force='60"};
+    for (int i = 0; i < 2; i++) {
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody><body><joint name='a' actuatorfrcrange='-10 100'/><geom size='.1' pos='.2 0 "
+                       "0'/></body></worldbody><actuator><muscle joint='a' lengthrange='-2 3' gear='%s'/></actuator>"
+                       "<keyframe><key name='k' ctrl='.7' act='.9'/></keyframe></mujoco>",
+                       gears[i]);
+        come_back(text, "");
+    }
+}
+
 /* Controls that are zero before a delay: of forces, servos, activations and muscles. */
 KT_TEST(delays_come_back) {
     come_back(MODEL("<tendon><spatial name='l'><site site='s'/><site site='t'/></spatial></tendon><actuator>"

@@ -288,7 +288,11 @@ KT_TEST(faults_of_cables_of_points_have_their_place) {
     static const struct {
         const char *text, *message;
     } table[] = {
-        {FLEX("dim='1' type='grid' count='1 1 1'", ""), "count: expected up to 1000 points"},
+        {FLEX("dim='1' type='grid' count='1 1 1'", ""), "count: expected 2 to 1000 points"},
+        {FLEX("dim='1' type='circle' count='2 1 1'", ""), "count: expected 3 to 1000 points"},
+        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='3e9 2'/>"), "there is no such point"},
+        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='2 -3e9'/>"), "there is no such point"},
+        {FLEX("dim='1' type='direct' point='0 0 0 .1 0 0 .2 0 0' element='0 1'", ""), "the point 2 is in no edge"},
         {FLEX("dim='1' type='grid' count='4 1 1'", "<pin id='4'/>"), "there is no such point"},
         {FLEX("dim='1' type='direct' point='0 0 0 1 0' element='0 1'", ""), "expected `point` with three numbers"},
         {FLEX("dim='1' type='direct' point='0 0 0 1 0 0' element='0 2'", ""), "element: there is no point 2"},

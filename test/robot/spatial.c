@@ -281,6 +281,26 @@ static bool give_arm_back(const arm *from, kt_scene *back, int *lost) {
            read_text(written, &options, back);
 }
 
+/* A path with parts within bodies alone has a constant length, and no inertia. */
+KT_TEST(armatures_of_constant_lengths_add_nothing) {
+    static const char text[] =
+        "<mujoco><worldbody><body><joint name='a'/><geom size='.1' pos='.2 0 0'/><site name='a1'/><site name='a2' "
+        "pos='.1 0 "
+        "0'/><body pos='.3 0 0'><joint name='b'/><geom size='.1' pos='.2 0 0'/><site name='b1'/><site name='b2' "
+        "pos='.1 0 "
+        "0'/></body></body></worldbody><tendon><spatial armature='.1'><site site='a1'/><site site='a2'/><pulley "
+        "divisor='1'/><site site='b1'/><site site='b2'/></spatial></tendon></mujoco>";
+    kt_scene scene;
+    kt_error error = {0};
+    if (!kt_check_equal_int("read", kt_robot_parse("m", text, strlen(text), NULL, &scene, NULL, NULL, &error), KT_OK)) {
+        kt_note("%s", error.message);
+        return;
+    }
+    kt_check_equal_int("loops", scene.description.loop_count, 0);
+    kt_check_equal_int("bodies", scene.description.body_count, 2);
+    kt_scene_free(&scene);
+}
+
 /* Accelerations of the arm and of its export at the same start. */
 KT_TEST(armatures_of_tendons_come_back) {
     kt_random random = kt_random_of_test();
