@@ -79,6 +79,17 @@ static FILE *open_output(kt_output *output, const char *path) {
     return file;
 }
 
+/* Sources beyond this size take compilers minutes and gigabytes, bytes. */
+static const long much_source = 2000000;
+
+static void say_size(const kt_export_c *c, long size) {
+    if (size > much_source)
+        fprintf(stderr,
+                "%s: warning: %s has %.0f MB, for which a compiler may need minutes and several GB of memory; leave "
+                "functions out (--functions; derivatives take most), or use the library\n",
+                c->scene, c->out, 1e-6 * (double)size);
+}
+
 static int write_both(const kt_export_c *c, const kt_model *model, const char *header_path) {
     kt_output output[2] = {{.lock = -1}, {.lock = -1}};
     kt_error error = {0};
@@ -87,11 +98,13 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
     FILE *source = open_output(&output[0], c->out);
     FILE *header = source != NULL ? open_output(&output[1], header_path) : NULL;
     kt_status status = KT_ERROR_FILE;
+    long size = 0;
     if (header != NULL) {
         status = kt_codegen_write(model, name, read_functions(c->functions), c->constant, source, header, &error);
         if (status != KT_OK)
             kt_say("%s cannot be exported as C: %s%s%s", c->scene, error.where, error.where[0] != '\0' ? ": " : "",
                    error.message);
+        size = ftell(source);
     }
     if (source != NULL && fclose(source) != 0 && status == KT_OK)
         status = kt_error_set(NULL, KT_ERROR_FILE, NULL, "-");
@@ -100,6 +113,8 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
     for (int i = 0; i < 2; i++)
         if (kt_output_end(&output[i], status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
             status = KT_ERROR_FILE;
+    if (status == KT_OK)
+        say_size(c, size);
     return status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
 }
 
