@@ -4,8 +4,8 @@
  *
  * FUNCTION is forward (accelerations, of a tree without effects), lanes (the same for LANES states at once) or
  * derivatives (those of a tree's forward dynamics by position and velocity). It is evaluated COUNT times at the
- * assembled start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in a vector.
- * base: with the lowest level of the instruction set. */
+ * assembled start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in
+ * a vector. base: with the lowest level of the instruction set. */
 #include "equations.h"
 
 #include "kinetree/batch.h"

@@ -32,8 +32,8 @@
 typedef struct code_solve {
     kt_code_tree *tree;
     const kt_code_loop_rows *rows;
-    kt_op *m, *inverse;    /* L and 1 / D; NULL: the identity */
-    kt_op *y, *scaled, *s; /* Y and Y' D^-1, row by row; S and then L_s below its diagonal */
+    const kt_op *m, *inverse; /* L and 1 / D; NULL: the identity */
+    kt_op *y, *scaled, *s;    /* Y and Y' D^-1, row by row; S and then L_s below its diagonal */
 } code_solve;
 
 static kt_op dot_rows(kt_graph *g, const kt_op *x, const kt_op *y, size_t count) {
@@ -131,8 +131,8 @@ static void solve_loop_matrix(const code_solve *c, kt_op *b, kt_op *x) {
 }
 
 /* Factors all matrices. The caller frees c->y. Returns false if memory is insufficient. */
-static bool factor_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *m, kt_op *inverse,
-                                  code_solve *c, kt_code_guard *guard) {
+static bool factor_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *m,
+                                  const kt_op *inverse, code_solve *c, kt_code_guard *guard) {
     const size_t nv = tree->model->n.v, count = (size_t)rows->count;
     kt_op *memory = calloc(2 * count * nv + count * count + 1, sizeof *memory);
     *c = (code_solve){.tree = tree, .rows = rows, .m = m, .inverse = inverse, .y = memory};
