@@ -188,7 +188,7 @@ static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *g
     return inverse;
 }
 
-/* What forward dynamics leave for their derivatives. */
+/* Results of forward dynamics that their derivatives use. */
 typedef struct code_closed {
     kt_code_loop_rows rows;
     kt_op *inverse;

@@ -5,8 +5,10 @@
  *
  * The coupling needs coordinates. Between two points p and q on different bodies, three sliders without mass carry a
  * point along the axes of the body of p. A spherical loop keeps this point at q, so that the positions x, y, z of these
- * sliders are q - p. With the divisor n_i of each part of the path
+ * sliders are q - p. With the divisor n_i of each part of the path:
+ *
  *     s - sum_i sqrt(x_i^2 + y_i^2 + z_i^2) / n_i = the length of the parts within bodies
+ *
  * MuJoCo rejects armatures of paths around geoms.
  */
 #include "robot/mjcf.h"

@@ -59,6 +59,8 @@ def main():
         made = export(folder, "--c", loop, "--out", "bar.c", "--functions", "forward,project")
         bar = pathlib.Path(folder, "bar.h")
         claim("loops_have_a_projection", [] if bar.is_file() and "int bar_project(" in bar.read_text() else [made.stderr])
+        large = export(folder, "--c", SCENES / "humanoid.yaml", "--out", "large.c", "--functions", "forward_derivatives")
+        claim("sources_beyond_2_MB_are_reported", [] if "large.c has " in large.stderr and " MB" in large.stderr and "warning" not in made.stderr else [large.stderr, made.stderr])
     finish()
 
 
