@@ -273,6 +273,43 @@ KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
     kt_check_text("at rest", kt_shell("$K check t.yaml").out, "t.yaml: ok\n");
 }
 
+/* A spring with k L = 10 * 0.1 = 1 N between coincident centres has no direction, and neither has an attraction. A
+ * spring of length 0 needs none, and ends that are 1 mm apart have one. */
+KT_TEST(forces_without_a_direction_at_the_start_are_reported) {
+    static const char scene[] = "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n"
+                                "  - {name: a, joint: {type: prismatic, axis: [1, 0, 0]}, mass: 1}\n"
+                                "  - {name: b, joint: {type: prismatic, axis: [1, 0, 0], position: %s}, mass: 1}\n"
+                                "effects: [{name: s, type: %s, between: [a, b], %s}]\n"
+                                "simulate: {duration: 0.01}\n";
+    static const struct {
+        const char *position, *type, *numbers, *words;
+    } cases[] = {{"0", "spring", "stiffness: 10, length: 0.1",
+                  "w.yaml: warning: spring 's' of 'a' has both ends at one point at the start: its force, 1 N, has no "
+                  "direction. Move one end, or set `length: 0`\n"},
+                 {"0", "attraction", "strength: 2",
+                  "w.yaml: warning: attraction 's' of 'a' has both ends at one point at the start: its force has no "
+                  "direction. Move one end\n"},
+                 {"0", "spring", "stiffness: 10, length: 0", NULL},
+                 {"1e-3", "spring", "stiffness: 10, length: 0.1", NULL},
+                 {"1e-3", "attraction", "strength: 2", NULL}};
+    char text[600];
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        snprintf(text, sizeof text, scene, cases[i].position, cases[i].type, cases[i].numbers);
+        kt_write_file("w.yaml", text);
+        if (cases[i].words != NULL)
+            kt_expect(0, cases[i].words, "$K check w.yaml");
+        else
+            kt_check_text("no warning", kt_shell("$K check w.yaml").out, "w.yaml: ok\n");
+    }
+    snprintf(text, sizeof text, scene, cases[0].position, cases[0].type, cases[0].numbers);
+    kt_write_file("w.yaml", text);
+    kt_expect(0, "kinetree: warning: spring 's'", "$K run w.yaml --summary w.json");
+    json_t *root = kt_json(kt_read_file("w.json"));
+    kt_check_text("in the summary", json_string_value(kt_json_find(root, "warnings[0].code")), "no_direction");
+    kt_check_near("the force", kt_json_at(root, "warnings[0].value"), 1.0, 1e-15);
+    json_decref(root);
+}
+
 /* The body touches a stop with a restitution of 1/2 and moves against it at 1 m/s. No assembly does this, and `hold`
  * would not keep it. */
 KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {

@@ -1,9 +1,11 @@
-/* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. */
+/* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. It also
+ * warns of springs and attractions without a direction at the start. */
 #include "advice/penetration.h"
 
 #include "kinetree/descriptor.h"
 #include "picture/picture.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,8 +13,7 @@
 /* ---- one contact or limit ---------------------------------------------------------------------------------------- */
 
 kt_penetration_name kt_name_penetration(const kt_effect *effect) {
-    const bool is_contact = effect->type == KT_EFFECT_CONTACT;
-    const char *of = is_contact ? effect->between[0].body : effect->joint;
+    const char *of = effect->joint != NULL ? effect->joint : effect->between[0].body;
     kt_penetration_name name;
     if (effect->name != NULL && *effect->name != '\0')
         snprintf(name.text, sizeof name.text, "%s '%.70s' of '%.70s'", kt_effect_type_name(effect->type), effect->name,
@@ -198,6 +199,34 @@ static int warn_of_all_contacts(const start *s) {
     return 1;
 }
 
+static bool needs_direction(const kt_effect *effect) {
+    return (effect->type == KT_EFFECT_SPRING && effect->stiffness > 0.0 && effect->length > 0.0) ||
+           (effect->type == KT_EFFECT_ATTRACTION && effect->strength != 0.0);
+}
+
+/* Warns of a spring or an attraction whose ends coincide, up to the rounding of their positions. Its force has no
+ * direction there, and the engine leaves the force out. */
+static int warn_of_direction(const start *s, const kt_effect *effect) {
+    const bool is_spring = effect->type == KT_EFFECT_SPRING;
+    if (!needs_direction(effect))
+        return 0;
+    const kt_vec3 a = point_of(s->model, s->data, &effect->between[0]);
+    const kt_vec3 b = point_of(s->model, s->data, &effect->between[1]);
+    if (!(kt_vec3_norm(kt_vec3_sub(b, a)) <= 4.0 * DBL_EPSILON * (kt_vec3_norm(a) + kt_vec3_norm(b))))
+        return 0;
+    const kt_warning warning = {.code = "no_direction",
+                                .time = 0.0,
+                                .value = is_spring ? effect->stiffness * effect->length : (double)NAN,
+                                .unit = is_spring ? "N" : NULL,
+                                .remedy = is_spring ? "Move one end, or set `length: 0`" : "Move one end"};
+    char size[60] = "";
+    if (is_spring)
+        snprintf(size, sizeof size, ", %.3g N,", warning.value);
+    kt_warn(s->warnings, &warning, "%s has both ends at one point at the start: its force%s has no direction",
+            kt_name_penetration(effect).text, size);
+    return 1;
+}
+
 int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
     kt_vec3 center;
@@ -205,7 +234,7 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
     bool any = false;
     int count = 0;
     for (int i = 0; i < d->effect_count; i++)
-        any |= kt_effect_can_penetrate(&d->effects[i]);
+        any |= kt_effect_can_penetrate(&d->effects[i]) || needs_direction(&d->effects[i]);
     if (!any || kt_data_create(model, &s.data, NULL) != KT_OK)
         return 0;
     if (kt_kinematics_update(model, s.data, q, NULL, NULL, NULL) == KT_OK) {
@@ -215,6 +244,7 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
             const kt_penetration penetration = kt_penetration_of(model, s.data, d, i, q);
             if (d->effects[i].type == KT_EFFECT_JOINT_LIMIT && penetration.depth > 0.0)
                 count += warn_of_limit(&s, &penetration);
+            count += warn_of_direction(&s, &d->effects[i]);
         }
     }
     kt_data_free(s.data);
