@@ -33,7 +33,7 @@ static inline bool kt_is_switched(const kt_description *description) {
     return false;
 }
 
-/* Whether absolute coordinates and other formulations refuse a scene: because of auxiliary states, variable masses or
+/* Whether absolute coordinates and other formulations reject a scene: because of auxiliary states, variable masses or
  * switched parts. */
 static inline bool kt_is_for_trees_alone(const kt_description *description) {
     return description->state_count > 0 || kt_has_variable_mass(description) || kt_is_switched(description);

@@ -84,15 +84,15 @@ static kt_status run(kt_simulation *simulation, int first, int last, FILE *csv, 
 }
 
 /* Returns whether unsuitable memory is rejected, and prints the messages. */
-static bool refuses(const kt_model *model, void *memory, size_t size) {
+static bool rejects(const kt_model *model, void *memory, size_t size) {
     kt_model *copy = NULL;
     kt_error error;
-    const bool short_refused = kt_model_copy(model, memory, size - 1, &copy, &error) == KT_ERROR_MEMORY;
+    const bool short_rejected = kt_model_copy(model, memory, size - 1, &copy, &error) == KT_ERROR_MEMORY;
     printf("a byte short:   %s\n", error.message);
-    const bool shift_refused =
+    const bool shift_rejected =
         kt_model_copy(model, (unsigned char *)memory + 8, size, &copy, &error) == KT_ERROR_MEMORY;
     printf("misaligned:     %s\n", error.message);
-    return short_refused && shift_refused && !copy;
+    return short_rejected && shift_rejected && !copy;
 }
 
 /* Compiles the model, copies it into the pool and releases the original on the heap. */
@@ -103,7 +103,7 @@ static kt_status settle(kt_model **model, kt_error *error) {
         return status;
     const size_t size = kt_model_size(compiled);
     void *memory = take(size);
-    if (!memory || !refuses(compiled, memory, size))
+    if (!memory || !rejects(compiled, memory, size))
         status = kt_error_set(error, KT_ERROR_MEMORY, "settle", "the pool is too small, or too much was accepted");
     else
         status = kt_model_copy(compiled, memory, size, model, error);

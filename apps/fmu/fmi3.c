@@ -307,7 +307,7 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
 
 /* ---- co-simulation ----------------------------------------------------------------------------------------------- */
 
-/* Whether a step must be refused, after a message. */
+/* Whether a step must be rejected, after a message. */
 static kt_fmi_status check_step(kt_fmu *fmu, double from, double step) {
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
     KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);

@@ -134,13 +134,13 @@ int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene
 void kt_say_open_contacts(const kt_model *model);
 /* Rejects a model with such elements and prints the reason. Returns an exit code, or -1 if the model has none of
  * them. */
-int kt_refuse_contacts(const char *command, const kt_model *model);
+int kt_reject_contacts(const char *command, const kt_model *model);
 /* Prints that the command computes the motion without the scene's events, if it has any. */
 void kt_say_left_out(const char *command, const kt_scene *scene);
 /* Prints that the command computes without the FMUs of the scene, if it has any. */
 void kt_say_fmus_left_out(const kt_scene *scene);
 /* Rejects a scene with FMUs, and prints the reason. Returns an exit code, or -1 if the scene has none. */
-int kt_refuse_fmus(const char *command, const kt_scene *scene);
+int kt_reject_fmus(const char *command, const kt_scene *scene);
 
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL: not enough memory. */

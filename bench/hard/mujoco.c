@@ -22,9 +22,9 @@ static mjModel *load(kt_hard *h, double step, char *words) {
     mjModel *model = kt_mujoco_read(text, size, reason);
     if (!model)
         (void)snprintf(words, KT_HARD_WORDS, "%s",
-                       strstr(reason, "mass and inertia")      ? "refused: needs mass"
-                       : h->description.body_count > DEEP_MOST ? "refused: too deep" /* for its parser */
-                                                               : "refused");
+                       strstr(reason, "mass and inertia")      ? "rejected: needs mass"
+                       : h->description.body_count > DEEP_MOST ? "rejected: too deep" /* for its parser */
+                                                               : "rejected");
     return model;
 }
 

@@ -23,7 +23,7 @@ bool kt_hard_ode(kt_hard *h, const kt_hard_motion *motion, kt_hard_watch *watch,
     const kt_twin own = kt_hard_twin(h);
     kt_ode_twin *t = kt_ode_twin_create(&own);
     if (t == NULL) {
-        (void)snprintf(words, KT_HARD_WORDS, "refused: needs mass");
+        (void)snprintf(words, KT_HARD_WORDS, "rejected: needs mass");
         return false;
     }
     const bool good = run(h, motion, t, watch, words);

@@ -23,7 +23,7 @@ void kt_mujoco_twin_read(const mjModel *m, mjData *d, const kt_twin *to);
 
 enum { KT_MUJOCO_REASON = 300 };
 
-/* The model of an MJCF in memory, which is freed; NULL and MuJoCo's words where there is no text, or it is refused. */
+/* The model of an MJCF in memory, which is freed; NULL and MuJoCo's words where there is no text, or it is rejected. */
 mjModel *kt_mujoco_read(char *text, size_t size, char reason[KT_MUJOCO_REASON]);
 
 /* The same of a scene that includes "part.xml" (NULL: does not): MuJoCo's parser nests no more than a hundred elements

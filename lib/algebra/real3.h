@@ -11,7 +11,7 @@
  *   kt_const1, kt_const3 ...   numbers, vectors ... of links and bodies, in lanes those of each state's model
  *
  * Some conditions end a recursion for one state. They do not end a recursion for several states, which notes the states
- * for which the condition holds (kt_fails, kt_is_refused).
+ * for which the condition holds (kt_fails, kt_is_rejected).
  */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H

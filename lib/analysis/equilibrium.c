@@ -350,8 +350,8 @@ static kt_status step(search *s, double *length, kt_error *error) {
 
 /* ---- the search -------------------------------------------------------------------------------------------------- */
 
-/* Refuses a loop that is driven at t: it does not let the mechanism rest. */
-static kt_status refuse_driven(const kt_linearization *l, kt_error *error) {
+/* Rejects a loop that is driven at t: it does not let the mechanism rest. */
+static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
     for (size_t i = 0; i < l->model->n.loop; i++) {
         const kt_loop_record *loop = &l->model->loop[i];
         double f[3] = {0.0, 0.0, 0.0};
@@ -507,7 +507,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
         return status;
     status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
     if (status == KT_OK)
-        status = refuse_driven(l, error);
+        status = reject_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->of_force = true;
     if (status == KT_OK && l->size.x > 0)

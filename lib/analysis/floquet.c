@@ -92,7 +92,7 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
     const kt_floquet_options *o = KT_OPTIONS(kt_floquet_options, steps, &own, options, error);
     kt_status status = o ? check(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
-        status = kt_massless_refuse(model, "kt_floquet_create", "its steps have no derivatives", error);
+        status = kt_massless_reject(model, "kt_floquet_create", "its steps have no derivatives", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status != KT_OK)

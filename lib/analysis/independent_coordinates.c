@@ -189,7 +189,7 @@ static void find_holonomic(kt_linearization *l) {
     }
 }
 
-static kt_status refuse_singular(const kt_linearization *l, size_t g, kt_error *error) {
+static kt_status reject_singular(const kt_linearization *l, size_t g, kt_error *error) {
     const kt_loop_group group = kt_loop_group_at(l->model, (int)g);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]),
@@ -208,7 +208,7 @@ static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *er
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an equation of the loops is not finite");
         for (size_t g = 0; g < model->n.group; g++) {
             if (l->data->rank[g] < model->group[g].rank[rows])
-                return refuse_singular(l, g, error);
+                return reject_singular(l, g, error);
             *near |= l->data->near[g];
         }
     }
@@ -280,10 +280,10 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
     system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
     fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
     system->velocities = write_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
-    system->own_states = (int)l->size.x;
-    system->states = system->positions + system->velocities + system->own_states;
+    system->auxiliary_states = (int)l->size.x;
+    system->states = system->positions + system->velocities + system->auxiliary_states;
     for (size_t j = 0; j < (size_t)system->positions && fine; j++)
         write_velocity(&e, l->unit, l->free_position + j * l->size.v, l->velocity_change + j * l->size.v,
                        l->velocity_rounding + j * l->size.v);
-    return fine ? KT_OK : refuse_singular(l, 0, error);
+    return fine ? KT_OK : reject_singular(l, 0, error);
 }

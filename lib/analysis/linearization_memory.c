@@ -99,7 +99,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     const kt_linearization_options *settings = KT_OPTIONS(kt_linearization_options, differences, &own, options, error);
     if (settings == NULL)
         return KT_ERROR_ARGUMENT;
-    kt_status status = kt_massless_refuse(model, "kt_linearization_init",
+    kt_status status = kt_massless_reject(model, "kt_linearization_init",
                                           "its accelerations have no derivatives: no modes, stability limits or "
                                           "equilibria are computed",
                                           error);

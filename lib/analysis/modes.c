@@ -47,7 +47,7 @@
     X(kt_mode, mode, n, "handed out")                                                                                  \
     X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
     X(double, velocities, n *(n - x), "shapes: likewise")                                                              \
-    X(double, own_states, 2 * n * x, "shapes: a complex number for each auxiliary state")
+    X(double, auxiliary_states, 2 * n * x, "shapes: a complex number for each auxiliary state")
 
 struct kt_modes {
     void *owned; /* memory of kt_modes_create, or NULL */
@@ -303,11 +303,11 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
 static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv,
                           double *dx) {
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
-    const size_t first = (size_t)(system->states - system->own_states);
+    const size_t first = (size_t)(system->states - system->auxiliary_states);
     double re = 1.0, im = 0.0;
     apply(system, system->positions_of, x, dq);
     apply(system, system->velocities_of, x, dv);
-    for (size_t i = 0; i < (size_t)system->own_states; i++) {
+    for (size_t i = 0; i < (size_t)system->auxiliary_states; i++) {
         dx[2 * i] = x.re[first + i];
         dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
     }
@@ -316,7 +316,7 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
         return 0.0;
     turn(system->coordinates, re, im, dq);
     turn(system->coordinates, re, im, dv);
-    turn(system->own_states, re, im, dx);
+    turn(system->auxiliary_states, re, im, dx);
     return moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
@@ -325,7 +325,7 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
         return KT_ERROR_ARGUMENT;
     const size_t n = (size_t)system->states, nv = (m->n - m->x) / 2;
     double norm = 0.0;
-    if ((size_t)system->coordinates != nv || (size_t)system->own_states != m->x || n > m->n)
+    if ((size_t)system->coordinates != nv || (size_t)system->auxiliary_states != m->x || n > m->n)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
                             system->coordinates);
@@ -340,8 +340,9 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];
         m->mode[i] = describe(m, system, k, norm);
-        m->mode[i].excitation = write_shape(m, system, k, m->positions + (size_t)i * 2 * nv,
-                                            m->velocities + (size_t)i * 2 * nv, m->own_states + (size_t)i * 2 * m->x);
+        m->mode[i].excitation =
+            write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv,
+                        m->auxiliary_states + (size_t)i * 2 * m->x);
     }
     return KT_OK;
 }
@@ -359,7 +360,7 @@ const double *kt_modes_velocities(const kt_modes *m, int mode) {
     return m && KT_IS_INDEX(mode, m->count) ? m->velocities + (size_t)mode * (m->n - m->x) : NULL;
 }
 const double *kt_modes_own_states(const kt_modes *m, int mode) {
-    return m && m->x > 0 && KT_IS_INDEX(mode, m->count) ? m->own_states + (size_t)mode * 2 * m->x : NULL;
+    return m && m->x > 0 && KT_IS_INDEX(mode, m->count) ? m->auxiliary_states + (size_t)mode * 2 * m->x : NULL;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

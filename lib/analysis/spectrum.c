@@ -121,7 +121,7 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
                 (size_t)kt_own_state_count(spectrum->model) * sizeof(double));
         status = kt_spectrum_add(spectrum, t, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
                                  NULL, error);
-        const bool is_closed = status == KT_ERROR_UNSUPPORTED && kt_family_closed(spectrum->model) != NULL;
+        const bool is_closed = status == KT_ERROR_UNSUPPORTED && kt_variants_closed(spectrum->model) != NULL;
         if (status == KT_ERROR_SINGULAR || (is_closed && (i < last || spectrum->samples > 0)))
             status = KT_OK;
     }

@@ -163,9 +163,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     kt_status status = o ? check_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status =
-            kt_masses_refuse(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
+            kt_masses_reject(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
     if (status == KT_OK)
-        status = kt_massless_refuse(model, "kt_batch_init", "a batch does not balance forces", error);
+        status = kt_massless_reject(model, "kt_batch_init", "a batch does not balance forces", error);
     if (status == KT_OK)
         status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, o), error);
     if (status != KT_OK)
@@ -284,21 +284,21 @@ kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, dou
 }
 
 /* The auxiliary states of a state's group. */
-static double *own_states_in(const kt_batch *batch, size_t state) {
+static double *auxiliary_states_in(const kt_batch *batch, size_t state) {
     return group_in(batch, batch->y, state, batch->n.N) + batch->n.width * (batch->n.nq + batch->n.nv);
 }
 
 kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error) {
     if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
-    kt_lane_put(x, batch->n.width, state % batch->n.width, batch->n.nx, own_states_in(batch, state));
+    kt_lane_put(x, batch->n.width, state % batch->n.width, batch->n.nx, auxiliary_states_in(batch, state));
     return KT_OK;
 }
 
 kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error) {
     if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
-    kt_lane_take(own_states_in(batch, state), batch->n.width, state % batch->n.width, batch->n.nx, x);
+    kt_lane_take(auxiliary_states_in(batch, state), batch->n.width, state % batch->n.width, batch->n.nx, x);
     return KT_OK;
 }
 

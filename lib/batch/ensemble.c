@@ -86,12 +86,12 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
         return "its model has another structure";
     if (!e->kernels || !kt_lanes_fit_model(model))
         return "it has loops or paths that are computed state by state";
-    if (model->family || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
+    if (model->variants || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has masses that vary, coordinates without mass, or switched parts";
     return model->n.v == 0 ? "nothing moves" : NULL;
 }
 
-static const char *why_alone(const kt_ensemble *e, const kt_simulation *s) {
+static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simulation *s) {
     const char *why = why_model(e, s->model);
     if (why)
         return why;
@@ -110,7 +110,7 @@ static bool is_empty(const kt_ensemble *e) {
 /* Whether a simulation can run together with the running ones. */
 static bool fits(kt_ensemble *e, const kt_simulation *s) {
     const kt_ensemble_lane *other = kt_ensemble_first_lane(e);
-    const char *why = why_alone(e, s);
+    const char *why = fallback_reason_of_member(e, s);
     if (!why && other && !kt_lanes_agree(other->member.simulation->model, s->model))
         why = other->revision != other->begun
                   ? "events or recorders have changed the models of those that run, in more than masses, lengths and "

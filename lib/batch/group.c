@@ -102,14 +102,14 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
 
 #if KT_HAS_SWITCHES
 /* Fails the states in which an open contact touches (kt_acceleration_evaluate). */
-static void refuse_open_contacts(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
+static void reject_open_contacts(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     kt_error made;
     for (size_t lane = 0; lane < w->batch->n.width; lane++) {
         if (!kt_lane_is_in(group->live, lane))
             continue;
         kt_batch_take(w, group, lane);
         const kt_dynamic_state at = {.t = t[lane], .q = w->one_q, .v = w->one_v};
-        if (kt_open_contacts_refuse(w->batch->own[group->first + lane], w->data, &at, &made) == KT_OK)
+        if (kt_open_contacts_reject(w->batch->own[group->first + lane], w->data, &at, &made) == KT_OK)
             continue;
         kt_batch_fail(w, group->first + lane, &made, fault);
         group->live &= ~((kt_lane_mask)1 << lane);
@@ -120,8 +120,8 @@ static void refuse_open_contacts(kt_batch_work *w, kt_batch_group *group, const 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
 #if KT_HAS_SWITCHES
-    if (batch->model->family != NULL)
-        refuse_open_contacts(w, group, t, fault);
+    if (batch->model->variants != NULL)
+        reject_open_contacts(w, group, t, fault);
 #endif
     const kt_lane_state at = {
         .t = t, .q = group->q, .v = group->v, .x = group->x, .tau = group->tau, .live = group->live};

@@ -25,8 +25,8 @@ static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
 }
 
 /* The rates of auxiliary states, state by state, as kt_batch_accelerate accelerations. */
-static void rate_own_states(kt_batch_work *w, kt_batch_group *group, const double *t, double *out,
-                            kt_batch_fault *fault) {
+static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const double *t, double *out,
+                                  kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     double *rates = w->data->x + n->nx;
     kt_error made;
@@ -35,8 +35,8 @@ static void rate_own_states(kt_batch_work *w, kt_batch_group *group, const doubl
         if (!kt_lane_is_in(group->live, lane))
             continue;
         kt_batch_take(w, group, lane);
-        if (kt_own_state_rates_trusted(w->batch->own[state], w->data, t[lane], w->one_q, w->one_v, rates, &made) ==
-            KT_OK) {
+        if (kt_auxiliary_state_rates_trusted(w->batch->own[state], w->data, t[lane], w->one_q, w->one_v, rates,
+                                             &made) == KT_OK) {
             kt_lane_put(rates, n->width, lane, n->nx, out);
             continue;
         }
@@ -66,7 +66,7 @@ static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_ba
         kt_batch_accelerate(w, &at, t, fault);
         kt_copy(k + nq, w->result, (moving - nq) * sizeof *k);
         if (KT_HAS_FORMULAS && n->nx > 0)
-            rate_own_states(w, &at, t, k + moving, fault);
+            rate_auxiliary_states(w, &at, t, k + moving, fault);
     }
     kt_combine_rows(w->stage, y, h, m->b, n->stages, w->slope, N);
     group->live = at.live;
@@ -80,7 +80,7 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
     double *q = w->stage, *v = w->stage + nq;
     kt_batch_accelerate(w, group, batch->t + group->first, fault);
     if (KT_HAS_FORMULAS && n->nx > 0)
-        rate_own_states(w, group, batch->t + group->first, v + nv, fault);
+        rate_auxiliary_states(w, group, batch->t + group->first, v + nv, fault);
     for (size_t i = 0; i < n->width * n->nx; i++)
         v[nv + i] = group->x[i] + h * v[nv + i];
     for (size_t i = 0; i < nv; i++)
@@ -171,7 +171,7 @@ void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_jo
 }
 
 /* Hard contacts, stops and slack ropes, and friction that sticks: their events end steps of a simulation alone. */
-static kt_status refuse_contacts(const kt_model *model, kt_error *error) {
+static kt_status reject_contacts(const kt_model *model, kt_error *error) {
     for (int i = 0; i < kt_loop_count(model); i++)
         if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
             return kt_error_set(
@@ -188,5 +188,5 @@ kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);
-    return KT_HAS_SWITCHES ? refuse_contacts(batch->model, error) : KT_OK;
+    return KT_HAS_SWITCHES ? reject_contacts(batch->model, error) : KT_OK;
 }

@@ -22,7 +22,7 @@
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/open_loops.h"
-#include "closure/refused_loops.h"
+#include "closure/rejected_loops.h"
 #include "closure/rounding.h"
 
 #include "dynamics/dynamics.h"
@@ -205,7 +205,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
 
 /* Reports the gaps that remain when the loops are closed as far as possible. A search reaches farther than a
  * projection; if it closes the loops, the gaps at q are reported. */
-static kt_status refuse_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
+static kt_status reject_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
     const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
                                             "the loops can no longer be closed; what stays open is", error);
@@ -224,7 +224,7 @@ static kt_status refuse_open(const kt_model *model, kt_data *data, double t, con
 static kt_status reject_open_loops(const kt_model *model, kt_data *data, double t, kt_closure closure,
                                    const kt_input *input, bool moving, kt_error *error) {
     if (closure == KT_CLOSURE_OPEN && !moving)
-        return refuse_open(model, data, t, input->q, error);
+        return reject_open(model, data, t, input->q, error);
     if (closure == KT_CLOSURE_DEAD)
         return kt_open_loops_error(model, data, t,
                                    "a dead point, where the loops cannot move as they are driven: no velocity follows",
@@ -242,7 +242,7 @@ static kt_status reject_open_loops(const kt_model *model, kt_data *data, double 
             error, KT_ERROR_SINGULAR, where,
             "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
             "bodies that move there mass or inertia");
-    return kt_input_refuse_not_finite(model, t, input, error);
+    return kt_input_reject_not_finite(model, t, input, error);
 }
 
 /* Adds the iterations of the last projection to the totals. */

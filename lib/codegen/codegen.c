@@ -442,7 +442,7 @@ static kt_status check_pivots(const code_made *made, kt_error *error) {
     return KT_OK;
 }
 
-static kt_status refuse_memory(kt_error *error) {
+static kt_status reject_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
 }
 
@@ -465,7 +465,7 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
         functions |= 1u << KT_CODE_CLOSE | 1u << KT_CODE_SETTLE;
     code_made *made = calloc(1, sizeof *made);
     if (made == NULL)
-        return refuse_memory(error);
+        return reject_memory(error);
     made->functions = functions;
     kt_graph_init(&made->graph);
     bool fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
@@ -476,7 +476,7 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
             fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
     if (!fine || made->graph.failed) {
         free_made(made);
-        return refuse_memory(error);
+        return reject_memory(error);
     }
     const kt_status sound = check_pivots(made, error);
     if (sound != KT_OK)

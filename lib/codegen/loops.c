@@ -40,7 +40,7 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
     if (is_one_sided(r))
         return "it acts on one side only, as a contact or a stop";
-    if (r->group < 0 || model->family != NULL)
+    if (r->group < 0 || model->variants != NULL)
         return "parts of the mechanism are switched on and off";
     if (!kt_code_has_loop_type(model, loop))
         return r->type == KT_LOOP_COUPLING || r->curve.type != KT_FUNCTION_NONE

@@ -1,5 +1,5 @@
 /* Compiles a description: checks the options and the description, and builds the model (build.c). If loops or effects
- * are switched, one model is built for each set of these (family.c). At the end springs that start unstretched are
+ * are switched, one model is built for each set of these (variants.c). At the end springs that start unstretched are
  * measured (measure.c). */
 #include "compile/compile.h"
 #include "base/options.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* Rejects descriptions with loops if the library was built without them. */
-static kt_status refuse_loops(const kt_description *description, kt_error *error) {
+static kt_status reject_loops(const kt_description *description, kt_error *error) {
 #ifdef KT_NO_LOOPS
     if (description && description->loop_count)
         return kt_error_set(
@@ -20,7 +20,7 @@ static kt_status refuse_loops(const kt_description *description, kt_error *error
     return KT_OK;
 }
 
-/* Refuses values that are no member of their type, as in a struct that was not initialised by kt_model_options_default.
+/* Rejects values that are no member of their type, as in a struct that was not initialised by kt_model_options_default.
  * The instruction set is checked when the model is built. */
 static kt_status check_options(const kt_model_options *options, kt_error *error) {
     const struct {
@@ -65,7 +65,7 @@ static kt_status compile_contacts(const kt_description *description, const kt_mo
     void *memory = NULL;
     kt_status status = kt_contacts_expand(description, &expanded, &memory, error);
     if (status == KT_OK)
-        status = kt_family_compile(&expanded, options, compile_one, model, error);
+        status = kt_variants_compile(&expanded, options, compile_one, model, error);
     free(memory);
     return status;
 }
@@ -79,7 +79,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     const kt_model_options *settings = KT_OPTIONS(kt_model_options, settable, &own, options, error);
     kt_status status = KT_HAS_SIZES && settings == NULL ? KT_ERROR_ARGUMENT : check_options(settings, error);
     if (status == KT_OK)
-        status = refuse_loops(description, error);
+        status = reject_loops(description, error);
     if (status == KT_OK)
         status = kt_description_check(description, NULL, NULL, error);
     if (status != KT_OK)
@@ -88,7 +88,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     if (kt_contacts_count(description) > 0)
         return compile_contacts(description, settings, model, error);
     if (kt_switches_count(description) > 0)
-        return kt_family_compile(description, settings, compile_one, model, error);
+        return kt_variants_compile(description, settings, compile_one, model, error);
 #endif
     return compile_one(description, settings, model, error);
 }

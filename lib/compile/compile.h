@@ -11,15 +11,15 @@
 KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 
-/* family.c: counts the switched loops and effects, and builds the models of all their sets in one block. The result
+/* variants.c: counts the switched loops and effects, and builds the models of all their sets in one block. The result
  * *model is the model of the description itself. The function `compile` makes one model of a checked description, in
  * which the other loops and effects are off: KT_SWITCHED_OFF. */
 typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 #if KT_HAS_SWITCHES
 int kt_switches_count(const kt_description *description);
-kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
-                            kt_compile_call *compile, kt_model **model, kt_error *error);
+kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
+                              kt_compile_call *compile, kt_model **model, kt_error *error);
 #endif
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */
@@ -61,7 +61,7 @@ void kt_form_choose_damped(const kt_model *model, kt_group *group);
  */
 void kt_forms_choose(kt_model *model);
 /* A group of few equations is left to the fronts. */
-void kt_form_refuse_inexact(kt_group *group);
+void kt_form_reject_inexact(kt_group *group);
 
 /* Leaves groups of few equations to the fronts where their own form would lose digits (delassus_accuracy.c). */
 kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error);

@@ -68,7 +68,7 @@ static void measure_delassus_accuracy(kt_model *model, kt_data *data, double *v,
     }
     for (size_t g = 0; g < model->n.group; g++)
         if (inexact[g])
-            kt_form_refuse_inexact(&model->group[g]);
+            kt_form_reject_inexact(&model->group[g]);
     kt_forms_choose(model);
 }
 

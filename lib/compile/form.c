@@ -195,4 +195,4 @@ void kt_forms_choose(kt_model *model) {
     }
 }
 
-void kt_form_refuse_inexact(kt_group *group) { set(group, KT_FORM_FRONT, KT_FORM_REASON_INEXACT); }
+void kt_form_reject_inexact(kt_group *group) { set(group, KT_FORM_FRONT, KT_FORM_REASON_INEXACT); }

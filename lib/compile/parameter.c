@@ -84,7 +84,7 @@ static int count_of(const kt_model *m, int body, kt_parameter_kind kind) {
     return counts[kind - KT_PARAMETER_MASS];
 }
 
-static kt_status refuse_key(const char *what, const parts *p, const kt_nearest *search, kt_error *error) {
+static kt_status reject_key(const char *what, const parts *p, const kt_nearest *search, kt_error *error) {
     if (search->best)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter", "%s %s has no parameter %s; did you mean %s?", what,
                             kt_name_quote(p->item).text, kt_name_quote(p->key).text, kt_name_quote(search->best).text);
@@ -108,7 +108,7 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
         }
         (void)kt_nearest_try(&search, count > 0 ? body_keys[k] : NULL);
     }
-    return refuse_key("body", p, &search, error);
+    return reject_key("body", p, &search, error);
 }
 
 /* The key of the place of a loop's end on the world. */
@@ -145,7 +145,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
         (void)kt_nearest_try(&search, key->name);
     }
     (void)kt_nearest_try(&search, KT_HAS_LOOPS && p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
-    return refuse_key(what, p, &search, error);
+    return reject_key(what, p, &search, error);
 }
 
 kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter, kt_error *error) {
@@ -275,7 +275,7 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
 static const kt_model *model_with(const kt_model *model, const kt_parameter *parameter) {
     const bool off =
         KT_HAS_SWITCHES && parameter->kind >= KT_PARAMETER_LOOP_CURVE && kt_loop_is_off(&model->loop[parameter->item]);
-    return off ? kt_family_model(model->family, kt_family_models(model->family) - 1) : model;
+    return off ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : model;
 }
 
 kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values, kt_error *error) {
@@ -500,7 +500,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
     }
 }
 
-/* The same parameter in another model of the family: effects have the order of their batches. */
+/* The same parameter in another variant of the model: effects have the order of their batches. */
 static kt_parameter parameter_in(const kt_model *from, const kt_parameter *parameter, const kt_model *to) {
     kt_parameter there = *parameter;
     if (parameter->kind < KT_PARAMETER_EFFECT || parameter->kind > KT_PARAMETER_EFFECT_VALUE)
@@ -518,12 +518,12 @@ kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const 
     const kt_status status = check_parameter(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
-    if (!KT_HAS_SWITCHES || !copy->family) {
+    if (!KT_HAS_SWITCHES || !copy->variants) {
         kt_parameter_put(copy, parameter, values);
         return KT_OK;
     }
-    for (uint64_t k = 0; k < kt_family_models(copy->family); k++) {
-        kt_model *model = kt_family_model(copy->family, k);
+    for (uint64_t k = 0; k < kt_variants_count(copy->variants); k++) {
+        kt_model *model = kt_variants_model(copy->variants, k);
         const kt_parameter there = parameter_in(copy, parameter, model);
         kt_parameter_put(model, &there, values);
     }

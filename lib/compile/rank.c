@@ -16,7 +16,7 @@
 
 /* Assigns slots to the nontrivial equations of a group, in their order, those with a residual first. The others get
  * -1. */
-static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *alive) {
+static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *nontrivial) {
     kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     int32_t *slot = model->slot + group->row, count = 0;
@@ -25,14 +25,14 @@ static void place_rows(kt_model *model, const kt_data *data, size_t g, const boo
         closes[row] = slot[row] < 0 ? 0.0 : w.closes[slot[row]];
     for (int pass = 0; pass < 2; pass++) {
         for (int32_t row = 0; row < group->row_count; row++)
-            if (alive[group->row + row] && (closes[row] == 0.0) == (pass == 1))
+            if (nontrivial[group->row + row] && (closes[row] == 0.0) == (pass == 1))
                 slot[row] = count++;
         if (!pass)
             group->count[KT_ROWS_CLOSED] = count;
     }
     group->count[KT_ROWS_ALL] = count;
     for (int32_t row = 0; row < group->row_count; row++)
-        if (!alive[group->row + row])
+        if (!nontrivial[group->row + row])
             slot[row] = -1;
 }
 
@@ -44,7 +44,7 @@ static void resolve(kt_group *group, int rows, double least, double tolerance) {
 }
 
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */
-static void begin(kt_model *model, kt_data *data, bool *alive) {
+static void begin(kt_model *model, kt_data *data, bool *nontrivial) {
     kt_violation violation;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
         model->weight[i] = 1.0;
@@ -52,11 +52,11 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
         model->front_usual[i] = 1.0;
         model->front_cap[i] = INT32_MAX / 2;
     }
-    memset(alive, 1, model->n.row * sizeof *alive);
+    memset(nontrivial, 1, model->n.row * sizeof *nontrivial);
     (void)model->group_kernels->residuals(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
-        place_rows(model, data, g, alive);
+        place_rows(model, data, g, nontrivial);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const double least = kt_rank_least(model, group, &w);
         kt_form_choose_damped(model, group);
@@ -65,7 +65,7 @@ static void begin(kt_model *model, kt_data *data, bool *alive) {
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
         }
     }
-    memset(alive, 0, model->n.row * sizeof *alive);
+    memset(nontrivial, 0, model->n.row * sizeof *nontrivial);
 }
 
 /* Gives the chosen equations of a group their weights. */
@@ -84,7 +84,7 @@ static void finish(kt_model *model, const kt_data *data, const kt_rank_samples *
     }
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
-        place_rows(model, data, g, found->alive);
+        place_rows(model, data, g, found->nontrivial);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
@@ -154,7 +154,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
     kt_rank_samples found = {.q = malloc(3 * model->n.q * sizeof(double)),
                              .fraction = malloc(model->n.group * sizeof(double)),
-                             .alive = calloc(model->n.row, sizeof(bool)),
+                             .nontrivial = calloc(model->n.row, sizeof(bool)),
                              .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
                              .near = malloc((model->n.v + 1) * sizeof(double)),
                              .sampled = calloc(model->n.group, sizeof(bool)),
@@ -164,13 +164,13 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
                              .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
                              .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
-    if (!found.q || !found.fraction || !found.alive || !found.chosen || !found.sampled || !found.rank || !found.near ||
-        !found.open || !found.seen || !found.cap || !found.usual)
+    if (!found.q || !found.fraction || !found.nontrivial || !found.chosen || !found.sampled || !found.rank ||
+        !found.near || !found.open || !found.seen || !found.cap || !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
-        begin(model, data, found.alive);
+        begin(model, data, found.nontrivial);
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
         model->disagreement = model->tolerance; /* searches end where loops disagree by less */
         kt_rank_find(model, data, &found);
@@ -194,7 +194,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     free(found.near);
     free(found.sampled);
     free(found.chosen);
-    free(found.alive);
+    free(found.nontrivial);
     free(found.fraction);
     free(found.q);
     return status;

@@ -5,7 +5,7 @@
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
 #include "compile/rank_samples.h"
-#include "compile/rounded.h"
+#include "compile/repair.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -137,7 +137,7 @@ static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, kt_rank
     for (size_t i = 0; i < 2 * model->n.loop; i++)
         given[i] = model->loop[i / 2].frame[i % 2];
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
-    const kt_status status = kt_group_unround(model, data, g, found->q, done);
+    const kt_status status = kt_group_repair(model, data, g, found->q, done);
     model->rounding = rounding;
     if (*done) {
         forget(model, data, g, found);

@@ -22,23 +22,23 @@ void kt_rank_scatter(const kt_model *model, double size, const double *fraction,
 }
 
 /* The entries and residuals of a void equation, relative to its scale. */
-static double void_size(const kt_model *model) { return fmax(1e-12, model->rounding); }
+static double vanishing_size(const kt_model *model) { return fmax(1e-12, model->rounding); }
 
 /* Marks the equations of a group that are nontrivial as last filled: the row or the residual is not zero. */
-static void note_alive(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *alive) {
+static void note_nontrivial(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *nontrivial) {
     for (int32_t row = 0; row < group->row_count; row++) {
         const int32_t r = model->slot[group->row + row];
         double largest = 0.0;
         for (int i = 0; i < w->m; i++)
             largest = fmax(largest, fabs(w->a[(size_t)r * (size_t)w->m + (size_t)i]) * model->unit[group->v + i]);
-        if (fmax(largest, fabs(w->residual[r])) > void_size(model) * w->scale[r])
-            alive[group->row + row] = true;
+        if (fmax(largest, fabs(w->residual[r])) > vanishing_size(model) * w->scale[r])
+            nontrivial[group->row + row] = true;
     }
 }
 
 /* The same for a group that is reduced by fronts, whose A is not at hand: A x for some generic x. (The generic
  * numbers alone would not do: the differences between them repeat.) */
-static void note_alive_front(const kt_model *model, kt_data *data, size_t g, bool *alive) {
+static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -49,20 +49,20 @@ static void note_alive_front(const kt_model *model, kt_data *data, size_t g, boo
         model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w), w.work);
         for (int32_t row = 0; row < group->row_count; row++) {
             const int32_t r = model->slot[group->row + row];
-            if (fabs(kt_group_products(&w)[r]) > void_size(model) * fmax(w.scale[r], w.work[r]) ||
-                fabs(w.residual[r]) > void_size(model) * w.scale[r])
-                alive[group->row + row] = true;
+            if (fabs(kt_group_products(&w)[r]) > vanishing_size(model) * fmax(w.scale[r], w.work[r]) ||
+                fabs(w.residual[r]) > vanishing_size(model) * w.scale[r])
+                nontrivial[group->row + row] = true;
         }
     }
 }
 
 /* Marks the equations that depend on time, too: if no motion can satisfy one, that is reported at the time when it
  * happens. */
-static void note_driven(const kt_model *model, const kt_group *group, bool *alive) {
+static void note_driven(const kt_model *model, const kt_group *group, bool *nontrivial) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count && kt_loop_is_driven(loop); r++)
-            alive[group->row + loop->row + r] = true;
+            nontrivial[group->row + loop->row + r] = true;
     }
 }
 
@@ -167,12 +167,12 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
                 keep_position(model, group, q, found->q + 2 * model->n.q);
             found->sampled[g] = true;
             if (kt_group_has_fronts(group))
-                note_alive_front(model, data, g, found->alive);
+                note_nontrivial_front(model, data, g, found->nontrivial);
             else
-                note_alive(model, group, &w, found->alive);
-            note_driven(model, group, found->alive);
+                note_nontrivial(model, group, &w, found->nontrivial);
+            note_driven(model, group, found->nontrivial);
             for (int32_t row = 0; row < group->row_count && !closed; row++)
-                found->alive[group->row + row] = true;
+                found->nontrivial[group->row + row] = true;
         }
     }
 }

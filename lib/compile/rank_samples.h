@@ -16,7 +16,7 @@ typedef struct kt_rank_samples {
     double *q;        /* three positions; the third of each group's links where its rank was found */
     double *fraction; /* of the displacements, from which a group closes */
     double *near;     /* a displacement that the equations allow */
-    bool *alive, *sampled;
+    bool *nontrivial, *sampled;
     bool *open, *seen; /* groups that no sample closes; those of them that one closes except for a disagreement */
     bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank;     /* KT_ROWS_COUNT a group */

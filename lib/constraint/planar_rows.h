@@ -272,10 +272,10 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
 }
 
 /* As long as ranks are unknown, void rows have indices, too: either all void rows of a loop have one, or none has. */
-KT_INLINE void kt_planar_rows_void(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
-    if (!flat->void_count || slot[flat->row[flat->count].row] < 0)
+KT_INLINE void kt_planar_rows_vanishing(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
+    if (!flat->vanishing_count || slot[flat->row[flat->count].row] < 0)
         return;
-    for (int i = flat->count; i < flat->count + flat->void_count; i++) {
+    for (int i = flat->count; i < flat->count + flat->vanishing_count; i++) {
         const int32_t at = slot[flat->row[i].row];
         if (at < 0)
             continue;
@@ -321,7 +321,7 @@ KT_INLINE void kt_planar_rows_frames(const kt_model *model, const kt_data *data,
         kt_planar_end_follow(model, data, x->loop, x->flat, k, moving, v, &end[k]);
     kt_planar_relate(data, x->flat, end, &r);
     const int count = kt_planar_rows_evaluate(model, data, w, x, end, &r, t, rows);
-    kt_planar_rows_void(w, x->flat, x->slot);
+    kt_planar_rows_vanishing(w, x->flat, x->slot);
     const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
     kt_planar_rows_path(model, data, w, x->loop, 0, rows, count, first);
     kt_planar_rows_path(model, data, w, x->loop, 1, rows, count, end[1].arm);

@@ -35,8 +35,8 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
         s.solution = kt_coulomb_solution_size(n - rubs, s.list);
         s.solver = kt_coulomb_solver_size(n - rubs, s.list);
     }
-    for (uint64_t k = 0; k < kt_family_models(model->family); k++) {
-        const kt_model *one = kt_family_model(model->family, k);
+    for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
+        const kt_model *one = kt_variants_model(model->variants, k);
         const size_t inverse = kt_mass_inverse_size(one, 0);
         s.inverse = inverse > s.inverse ? inverse : s.inverse;
         s.rows = one->n.row > s.rows ? one->n.row : s.rows;
@@ -52,7 +52,7 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
 /* Lists the contacts, and friction after them. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     const kt_model *model = simulation->model;
-    const kt_switches *switches = &model->family->switches;
+    const kt_switches *switches = &model->variants->switches;
     int k = 0;
     for (int friction = 0; friction < 2; friction++) {
         for (size_t i = 0; i < model->n.loop; i++) {
@@ -84,11 +84,11 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
 }
 
 /* Returns an error if the mass matrix has no inverse at any position. */
-static kt_status refuse_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
+static kt_status reject_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
     const kt_model *model = simulation->model;
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "contact '%.60s'", kt_loop_name(model, c->item[0].loop));
-    return kt_massless_refuse(
+    return kt_massless_reject(
         kt_model_switched(model, model->set & ~c->mask), where,
         "impacts of a hard contact, stop or slack rope, and friction that sticks, are found by the "
         "inverse of the mass matrix, which there is not (elastic ones, with stiffness, need none)",
@@ -137,6 +137,6 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
             c->rubs = true;
         else
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
-    const kt_status status = refuse_massless(simulation, c, error);
+    const kt_status status = reject_massless(simulation, c, error);
     return status == KT_OK ? kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error) : status;
 }

@@ -49,7 +49,7 @@ typedef struct kt_contact {
     X(double, L, s->list *(s->nv + 1), "scratch: Cholesky factor of independent rows, at most nv, and of a row")       \
     X(int, independent, s->list, "scratch: these rows")                                                                \
     X(double, e, s->n, "restitutions of an impact")                                                                    \
-    X(int, pressing, s->n, "rows that can have a reaction")                                                            \
+    X(int, active, s->n, "rows that can have a reaction")                                                              \
     X(double, limit, s->n, "of friction among these; 0 for contacts")                                                  \
     X(double, slip, s->n, "force at which slip of these begins; 0 for contacts")                                       \
     X(double, free, s->n, "accelerations of these without all their reactions")                                        \
@@ -202,7 +202,7 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
  * unit to find normal forces, and then in roots of the normal forces to find tangential ones (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* Checks rows that close, u < 0 (refusal.c). Data of the simulation belong to `open`. Errors: a contact has no
+/* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. Errors: a contact has no
  * lever on any joint, or its motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               const double *W, const double *u, kt_error *error);
@@ -214,7 +214,7 @@ KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t
 /* Checks the multipliers of a record at t (kt_contact_calls.check). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
-kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error);
+kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
 /* Solves a phase u + W p of the closing contacts, with friction (friction.c). The tangential impulse p_t lies
  * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
@@ -225,12 +225,12 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
 KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
 /* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
  * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
-KT_CHECKED kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                                        kt_error *error);
+KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, const double *W, double *u,
+                                              double *lost, kt_error *error);
 /* Solves contact forces, from the accelerations without contacts in c->a. Sets the closed and the sticking contacts of
  * the set that follows, and directions of slip. */
-KT_CHECKED kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u,
-                                       kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
+                                              kt_error *error);
 
 /* The slip of a contact along its direction, from the last evaluation (directions.c). */
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
@@ -285,7 +285,7 @@ KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const 
 /* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
 KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_model *model, const double *q,
                                            const double *x, double *norm, kt_error *error);
-/* Finds the contacts of the set that follows, from the reactions in the present state (press.c). *lost grows if an
+/* Finds the contacts of the set that follows, from the reactions in the present state (forces.c). *lost grows if an
  * impulse without a collision is needed (kt_contacts_jam). */
 KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u,
                                                  double *lost, kt_error *error);

@@ -194,7 +194,7 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
     const struct kt_contacts *c = simulation->contacts;
     kt_coulomb_item *item = add_item(p, simulation, line);
     if ((leaving && c->item[c->list[line]].leaves) || (c->releases && c->list[line] == c->wedged))
-        item->refused = ~(1U << KT_COULOMB_OPEN);
+        item->rejected = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
     const bool is_held = c->holds && kt_integrator_time(simulation->integrator) <
@@ -209,7 +209,7 @@ static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;
     } else if (leaving && c->item[c->item[c->list[line]].of].leaves) {
-        item->refused |= 1U << KT_COULOMB_STICK;
+        item->rejected |= 1U << KT_COULOMB_STICK;
     }
 }
 
@@ -218,7 +218,7 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
     kt_coulomb_item *item = add_item(p, simulation, line);
     item->type = KT_COULOMB_DRY;
     item->friction = kt_contact_limit(simulation->model, friction);
-    item->refused = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
+    item->rejected = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
 }
 
 /* Sets the rows that take part, and their accelerations without reactions. leaving: contacts that leave have no
@@ -283,7 +283,8 @@ static bool closes_released(const struct kt_contacts *c) {
     return closes;
 }
 
-kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W, const double *u, kt_error *error) {
+kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
+                                   kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     bool found = false, leaving = false;
@@ -299,7 +300,7 @@ kt_status kt_contacts_press(kt_simulation *simulation, double t, const double *W
         found = kt_coulomb_solve(p, c->solver, true, c->solution, &counts->pivots) && !closes_released(c);
     }
     if (!found)
-        return kt_contacts_refuse(simulation, t, "reactions", error);
+        return kt_contacts_reject(simulation, t, "reactions", error);
     counts->undecided += c->solution->count > 1;
     counts->shared += c->solution->shares;
     apply(simulation);

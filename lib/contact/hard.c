@@ -11,7 +11,7 @@
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
  * keeps its index. If the loop or its effect is switched off, the loop is released at first. The member
  * `holonomic` is then false; the loop's type does not read this member. Friction of a joint is released with both of
- * its switches (compile/family.c).
+ * its switches (compile/variants.c).
  */
 #include "contact/hard.h"
 
@@ -71,7 +71,7 @@ static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side 
 }
 
 /* The loop of friction that sticks: no rate. Its effect, from 1, is in a member that rates do not read
- * (compile/family.c). */
+ * (compile/variants.c). */
 static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     kt_term *term = &p->term[p->made];
     kt_loop *loop = add_loop(p, effect, effect->joint, ".stick");
@@ -112,7 +112,7 @@ static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *
 
 /* Adds the loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. This
  * loop and the loop of the contact store the index of their effect, from 1. They use a member that their types do not
- * read (compile/family.c). */
+ * read (compile/variants.c). */
 static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
     kt_loop *loop = add_rolling(p, effect, of, ".stick");
     loop->holonomic = false;

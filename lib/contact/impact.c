@@ -151,8 +151,8 @@ static double loss_of(const double *u, const kt_impact_phase *compression, kt_im
     return lost;
 }
 
-kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                             kt_error *error) {
+kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
+                                   kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     const size_t nv = simulation->size.nv;
@@ -178,7 +178,7 @@ kt_status kt_contacts_strike(kt_simulation *simulation, double t, const double *
             e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
     }
     if (!found)
-        return kt_contacts_refuse(simulation, t, "impulses", error);
+        return kt_contacts_reject(simulation, t, "impulses", error);
     *lost = fmax(*lost, 0.0);
     for (int i = 0; i < c->meeting; i++)
         counts->impacts += phase->p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;

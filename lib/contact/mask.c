@@ -30,8 +30,8 @@ static const double near = 0.01, closed = 1e-9;
 KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n)
 
 static const kt_model *closed_model(const kt_model *model) {
-    const bool masks = KT_HAS_LOOPS && model->family != NULL && model->family->switches.masked != 0;
-    return masks ? kt_family_model(model->family, kt_family_models(model->family) - 1) : NULL;
+    const bool masks = KT_HAS_LOOPS && model->variants != NULL && model->variants->switches.masked != 0;
+    return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;
 }
 
 size_t kt_mask_size(const kt_model *model) {

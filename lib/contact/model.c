@@ -12,8 +12,9 @@ static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
 /* The model in which all contacts are closed, with the other switches of the set. NULL if the set contains a switch
  * that the model lacks, or if no contacts are masked. */
 static const kt_model *all_closed(const kt_simulation *simulation, uint64_t set) {
-    const kt_family *family = simulation->model->family;
-    return family != NULL && family->switches.masked != 0 ? compiled(simulation, set | family->switches.masked) : NULL;
+    const kt_variants *variants = simulation->model->variants;
+    return variants != NULL && variants->switches.masked != 0 ? compiled(simulation, set | variants->switches.masked)
+                                                              : NULL;
 }
 
 static kt_mask *mask_of(const kt_simulation *simulation, int k) {
@@ -61,7 +62,7 @@ const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     set_open(simulation, mask, NULL);
     kt_mask_make(mask, all_closed(simulation, set), set);
-    kt_data_adapt(&mask->model, simulation->data);
+    kt_data_rebind(&mask->model, simulation->data);
     kt_mask_rank(mask, simulation->data, t, kt_integrator_state(simulation->integrator));
     return &mask->model;
 }

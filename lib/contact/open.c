@@ -23,7 +23,7 @@
 /* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. Rates up to this number do not part. */
 static const double touching = 1e-9, parting = 1e-9;
 
-static kt_status refuse_open_contact(const kt_model *model, size_t loop, double t, double gap, kt_error *error) {
+static kt_status reject_open_contact(const kt_model *model, size_t loop, double t, double gap, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
@@ -33,7 +33,7 @@ static kt_status refuse_open_contact(const kt_model *model, size_t loop, double 
                         gap);
 }
 
-static kt_status refuse_wrong_friction(const kt_model *model, size_t loop, double t, double rate, kt_error *error) {
+static kt_status reject_wrong_friction(const kt_model *model, size_t loop, double t, double rate, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
@@ -97,14 +97,14 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
     const double rate = v[all->link[all->loop[i].link[0]].v];
     const bool is_wrong = (on & stick) == 0 && (on != 0 ? -rate : rate) <= parting;
-    return is_wrong ? refuse_wrong_friction(model, i, t, rate, error) : KT_OK;
+    return is_wrong ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
     bool is_open = false;
     const size_t first = KT_HAS_LOOPS ? first_to_check(model, &is_open) : model->n.loop;
-    const kt_model *all = first < model->n.loop ? kt_family_closed(model) : NULL;
+    const kt_model *all = first < model->n.loop ? kt_variants_closed(model) : NULL;
     if (all == NULL)
         return KT_OK;
     open_contacts c = {.all = all, .kernels = kt_reduction_kernels_in_space(all), .data = data, .t = t, .q = q, .v = v};
@@ -117,7 +117,7 @@ kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t,
         if (is_joint_friction(&model->loop[i]))
             status = check_friction(model, all, i, t, v, error);
         else if (is_open_contact(&model->loop[i]) && touches(&c, i, least, &gap))
-            status = refuse_open_contact(model, i, t, gap, error);
+            status = reject_open_contact(model, i, t, gap, error);
     }
     return status;
 }

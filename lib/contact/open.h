@@ -7,7 +7,7 @@
 
 #if KT_HAS_SWITCHES
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out.
- * Data keep all results. kt_open_contacts_refuse (mechanism/evaluate.h) exempts data of an owner that follows
+ * Data keep all results. kt_open_contacts_reject (mechanism/evaluate.h) exempts data of an owner that follows
  * contacts. */
 KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
                                             const double *v, kt_error *error);

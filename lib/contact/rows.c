@@ -15,7 +15,7 @@
 static void take_all(struct kt_contacts *c, const kt_model *model) {
     const kt_model *all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
     if (all != c->all)
-        kt_data_adapt(all, c->data);
+        kt_data_rebind(all, c->data);
     c->all = all;
 }
 

@@ -62,7 +62,7 @@ static const double wedged = 1e-3;
 /* The largest slip velocity that counts as zero, m/s. */
 static const double still = 1e-14;
 /* tau0, s; and s0, m/s; one over the largest x. */
-static const double ahead = 4e-7, slow = 4e-6, shrinking = 10.0;
+static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
 
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
@@ -208,7 +208,7 @@ static kt_status evaluate_without_friction(const kt_model *model, kt_data *data,
     return status;
 }
 
-static kt_status refuse(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
+static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
     char where[KT_WHERE_SIZE];
     kt_slip_problem_of(data)->wedged = k;
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
@@ -225,11 +225,11 @@ static kt_status solve(const kt_model *model, kt_data *data, double t, kt_error 
     double *A = data->slip_matrix, *N = data->slip_normal;
     for (size_t k = 0; k < n; k++)
         if (!(A[k * n + k] > wedged))
-            return refuse(model, data, k, t, A[k * n + k], error);
+            return reject(model, data, k, t, A[k * n + k], error);
     for (size_t k = 0; k < n; k++) {
         const double pivot = A[k * n + k];
         if (!(pivot > wedged))
-            return refuse(model, data, k, t, pivot, error);
+            return reject(model, data, k, t, pivot, error);
         for (size_t i = k + 1; i < n; i++) {
             const double factor = A[k * n + i] / pivot;
             for (size_t j = k; j <= n; j++)
@@ -280,11 +280,11 @@ static void begin_slow_slip(size_t n, kt_slip_problem *p) {
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
 }
 
-double kt_slip_time_ahead(const kt_data *data, size_t k, double *grows) {
+double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     const double part = 1.0 - kt_hypot(s[0], s[1]) / slow;
     *grows = (2.0 - part) / part;
-    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? ahead * part * part : 0.0;
+    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? prediction * part * part : 0.0;
 }
 
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
@@ -300,11 +300,11 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
 static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step, double *drift) {
     for (size_t i = 0; i < model->n.v; i++)
-        step[i] = ahead * at->v[i];
+        step[i] = prediction * at->v[i];
     kt_position_add(model, at->q, step, data->moved_q);
     kt_slip_find_rates(model, data, data->moved_q, at->v, drift);
     for (size_t i = 0; i < 2 * model->n.slip; i++)
-        drift[i] = (drift[i] - data->slip_velocity[i]) / ahead;
+        drift[i] = (drift[i] - data->slip_velocity[i]) / prediction;
 }
 
 /* J a */
@@ -395,7 +395,7 @@ static int hold_slow(const kt_data *data, kt_slip_problem *p) {
     double grows;
     int slow_ones = 0;
     for (int i = 0; i < p->c->n; i++) {
-        const bool is_slow = kt_slip_time_ahead(data, (size_t)i, &grows) > 0.0;
+        const bool is_slow = kt_slip_prediction_time(data, (size_t)i, &grows) > 0.0;
         p->c->item[i].type = is_slow ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to->mode[i];
         memcpy(p->held->e[i], p->to->e[i], sizeof p->to->e[i]);
@@ -406,12 +406,12 @@ static int hold_slow(const kt_data *data, kt_slip_problem *p) {
 }
 
 /* tau, limited using these forces. */
-static double limited_time_ahead(const kt_data *data, const kt_slip_problem *p, int slow_ones, int k) {
+static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, int k) {
     const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const double *s = data->slip_velocity + 2 * k;
     double grows;
-    const double most = kt_slip_time_ahead(data, (size_t)k, &grows);
+    const double most = kt_slip_prediction_time(data, (size_t)k, &grows);
     const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     if (!(most > 0.0))
         return 0.0;
@@ -428,7 +428,7 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     const int slow_ones = hold_slow(data, p);
     for (int k = 0; k < c->n; k++)
-        p->tau[k] = limited_time_ahead(data, p, slow_ones, k);
+        p->tau[k] = limited_prediction_time(data, p, slow_ones, k);
     for (int k = 0; k < c->n; k++) {
         const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[k];
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
@@ -441,7 +441,7 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
 
 /* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest there
  * has |e| < 1. */
-static bool find_ahead(size_t n, kt_slip_problem *p) {
+static bool predict_slip(size_t n, kt_slip_problem *p) {
     const kt_coulomb *c = p->c;
     kt_coulomb_solution *to = p->to;
     bool found = kt_coulomb_iterate_modes(c, to);
@@ -470,7 +470,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         return status;
     set_items(model, data, p);
     predict_directions(data, p);
-    const bool found = p->found = find_ahead(n, p);
+    const bool found = p->found = predict_slip(n, p);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
     data->unconverged += !found;
@@ -514,7 +514,7 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
         find_slip(links, kt_slip_problem_of(data)->contact[k].effect, data->slip_velocity + 2 * k,
                   &data->slip_frame[k]);
         direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
-        is_slow = kt_slip_time_ahead(data, k, &grows) > 0.0 || is_slow;
+        is_slow = kt_slip_prediction_time(data, k, &grows) > 0.0 || is_slow;
     }
     if (is_slow)
         find_drift(model, data, at, step, kt_slip_problem_of(data)->drift);

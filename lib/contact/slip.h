@@ -74,7 +74,7 @@ KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, c
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
  * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip.c). */
-double kt_slip_time_ahead(const kt_data *data, size_t k, double *grows);
+double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 
 #if KT_HAS_LOOPS
 /* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in

@@ -54,10 +54,10 @@ static void differentiate_direction(const kt_model *model, const kt_data *data, 
 }
 
 /* db/ds of slow slip. */
-static void differentiate_ahead(const kt_data *data, const kt_slip_problem *p, size_t k, double out[2][2]) {
+static void differentiate_prediction(const kt_data *data, const kt_slip_problem *p, size_t k, double out[2][2]) {
     double grows, size, e[2];
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-    const double most = kt_slip_time_ahead(data, k, &grows), side = side_of_slip(s, d, &size);
+    const double most = kt_slip_prediction_time(data, k, &grows), side = side_of_slip(s, d, &size);
     for (int i = 0; i < 2; i++)
         e[i] = size > 0.0 ? side * s[i] / size : d[i];
     project_pair(e, side / p->tau[k], p->tau[k] < most ? 0.0 : side * grows / p->tau[k], out);
@@ -67,13 +67,13 @@ static void differentiate_ahead(const kt_data *data, const kt_slip_problem *p, s
 static void pose_changes(const kt_model *model, const kt_data *data, kt_slip_problem *p, size_t k) {
     const size_t n = model->n.slip, m = 3 * n, row = 3 * k + 1;
     const double *e = p->to->e[k], mu = kt_slip_friction(model, k), N = p->to->p[row - 1];
-    const bool ahead = p->c->item[k].type == KT_COULOMB_CONE && p->found;
-    const bool rests = ahead && p->to->mode[k] == KT_COULOMB_STICK;
-    const double sigma = ahead ? p->to->u[row] * e[0] + p->to->u[row + 1] * e[1] : 1.0;
+    const bool predicted = p->c->item[k].type == KT_COULOMB_CONE && p->found;
+    const bool rests = predicted && p->to->mode[k] == KT_COULOMB_STICK;
+    const double sigma = predicted ? p->to->u[row] * e[0] + p->to->u[row + 1] * e[1] : 1.0;
     double across[2][2], right[2][2];
-    project_pair(e, rests ? 1.0 : ahead ? mu * N : 0.0, rests ? 1.0 : 0.0, across);
-    if (ahead)
-        differentiate_ahead(data, p, k, right);
+    project_pair(e, rests ? 1.0 : predicted ? mu * N : 0.0, rests ? 1.0 : 0.0, across);
+    if (predicted)
+        differentiate_prediction(data, p, k, right);
     else
         differentiate_direction(model, data, k, -N, right);
     for (size_t j = 0; j < m; j++) {
@@ -89,7 +89,7 @@ static void pose_changes(const kt_model *model, const kt_data *data, kt_slip_pro
     for (size_t i = 0; i < 2; i++)
         for (size_t j = 0; j < 2; j++)
             p->by_slip[(2 * k + j) * m + row + i] =
-                -(ahead ? across[i][0] * right[0][j] + across[i][1] * right[1][j] : right[i][j]);
+                -(predicted ? across[i][0] * right[0][j] + across[i][1] * right[1][j] : right[i][j]);
 }
 
 /* dp/ds, if some slip is slow. */
@@ -157,7 +157,7 @@ kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dyn
     if (status != KT_OK)
         return status;
     for (size_t k = 0; k < model->n.slip; k++)
-        is_slow = kt_slip_time_ahead(data, k, &grows) > 0.0 || is_slow;
+        is_slow = kt_slip_prediction_time(data, k, &grows) > 0.0 || is_slow;
     memset(p->by_slip, 0, 6 * model->n.slip * model->n.slip * sizeof *p->by_slip);
     find_unit_forces(model, data, at->q, a, p);
     if (!is_slow)

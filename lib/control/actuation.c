@@ -128,7 +128,7 @@ kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work
         status = kt_input_check(model, &input, error);
     if (status == KT_OK)
         status =
-            kt_open_contacts_refuse(model, data, &(kt_dynamic_state){.t = t, .q = q, .v = v ? v : model->zero}, error);
+            kt_open_contacts_reject(model, data, &(kt_dynamic_state){.t = t, .q = q, .v = v ? v : model->zero}, error);
     if (status == KT_OK)
         status = check_loops(&w, data, t, q, v ? v : model->zero, a ? a : model->zero, error);
     if (status == KT_OK)

@@ -48,7 +48,7 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
                             "a Jacobian has no %d rows; give the most that kt_operational_inertia will have, or 0",
                             rows);
     const sizes s = sizes_of(model, rows);
-    kt_status status = kt_massless_refuse(model, "kt_mass_inverse_init", "the mass matrix has no inverse", error);
+    kt_status status = kt_massless_reject(model, "kt_mass_inverse_init", "the mass matrix has no inverse", error);
     if (status == KT_OK)
         status = kt_arena_begin("kt_mass_inverse_init", "kt_mass_inverse_size", memory, size, lay_out(NULL, &s), error);
     if (status != KT_OK)

@@ -108,7 +108,7 @@ static kt_status solve_forces(work *w, kt_error *error) {
 }
 
 /* Rejects derivatives that are too inaccurate next to a singular position. */
-static kt_status refuse_unknown(const work *w, kt_error *error) {
+static kt_status reject_unknown(const work *w, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n;
     double most = 0.0;
@@ -117,7 +117,7 @@ static kt_status refuse_unknown(const work *w, kt_error *error) {
             const size_t row = (size_t)model->group_v[i], column = (size_t)model->group_v[j];
             most = fmax(most, fabs(w->of.d_q[column * n + row]) * model->unit[j] / model->unit[i]);
         }
-    return kt_derivatives_refuse_unknown(w->of.t, w->of.error, most, error);
+    return kt_derivatives_reject_unknown(w->of.t, w->of.error, most, error);
 }
 
 kt_status
@@ -130,7 +130,7 @@ kt_acceleration_derivatives(const kt_model *model, kt_data *data, void *memory, 
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     const kt_acceleration_matrices to = {.by = {da_dq, da_dv, da_dtau}};
-    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    const kt_status status = kt_open_contacts_reject(model, data, &at, error);
     return status == KT_OK ? kt_acceleration_derivatives_at(model, data, memory, memory_size, &at, NULL, &to, error)
                            : status;
 }
@@ -144,9 +144,9 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     kt_status status = kt_arena_check("work", "kt_acceleration_work_size", memory, memory_size,
                                       kt_acceleration_work_size(model), error);
     if (status == KT_OK)
-        status = kt_massless_refuse(model, "derivatives", "its accelerations have none", error);
+        status = kt_massless_reject(model, "derivatives", "its accelerations have none", error);
     if (status == KT_OK)
-        status = kt_slip_refuse(model, "derivatives", error);
+        status = kt_slip_reject(model, "derivatives", error);
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));
@@ -162,7 +162,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     if (status == KT_OK && states && model->n.x > 0)
         status = solve(&w, model->n.x, w.of.force_x, NULL, error);
     if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0 && !to->uncertain)
-        status = refuse_unknown(&w, error);
+        status = reject_unknown(&w, error);
     if (status == KT_OK && to->by.tau)
         status = solve_forces(&w, error);
     if (status != KT_OK)

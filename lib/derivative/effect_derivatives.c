@@ -327,7 +327,7 @@ static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_re
                                             : 0;
     const int code = differentiate_formulas(s, effect, e.end, &f);
     if (code != 0 || (effect->law != NULL && !kt_all_finite((const double *)&f, sizeof f / sizeof(double))))
-        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
+        return kt_effect_reject_derivatives(s->model, effect, s->at->t, code, error);
     if (effect->ends > 0)
         subtract_ends(s, effect, &f, &e, &path, count, to);
     subtract_variables(s, effect, &f, &e, &path, count, to);
@@ -384,7 +384,7 @@ static kt_status subtract_own_wrench(const kt_effects_state *s, const kt_effect_
     if (code == 0)
         code = effect->wrench_derivatives(effect->user, s->at->t, e.end, &of);
     if (code != 0 || !are_finite(effect, wrench, &of))
-        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
+        return kt_effect_reject_derivatives(s->model, effect, s->at->t, code, error);
     for (int end = 0; end <= e.last; end++)
         for (size_t b = 0; b < count; b++) {
             const kt_effect_dof *k = &s->path[b];
@@ -412,7 +412,7 @@ static kt_status subtract_own_joint_force(const kt_effects_state *s, const kt_ef
     const int code =
         effect->joint_force_derivatives(effect->user, s->at->t, s->at->q[link->q], s->at->v[link->v], derivatives);
     if (code != 0 || !kt_all_finite(derivatives, 2))
-        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
+        return kt_effect_reject_derivatives(s->model, effect, s->at->t, code, error);
     d_q[diagonal] -= derivatives[0];
     d_v[diagonal] -= derivatives[1];
     return KT_OK;
@@ -430,7 +430,7 @@ static kt_status subtract_own_relative(const kt_effects_state *s, const kt_effec
     if (code == 0)
         code = effect->joint_force_derivatives(effect->user, s->at->t, motion.position, motion.rate, force + 1);
     if (code != 0 || !kt_all_finite(force, 3))
-        return kt_effect_refuse_derivatives(s->model, effect, s->at->t, code, error);
+        return kt_effect_reject_derivatives(s->model, effect, s->at->t, code, error);
     kt_dual_relative_jacobian(effect, motion.counted, force, e.end, &jacobian);
     subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
     return KT_OK;

@@ -10,19 +10,19 @@
 #include <stdio.h>
 #include <string.h>
 
-static kt_status refuse_overflow(kt_error *error) {
+static kt_status reject_overflow(kt_error *error) {
     return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                         "the loops' equations overflow: look for a position that is huge");
 }
 
-static kt_status refuse_singular(kt_error *error) {
+static kt_status reject_singular(kt_error *error) {
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the loops are at a singular position, or next to one, where accelerations have no defined "
                         "derivative; take a neighbouring one");
 }
 
-kt_status kt_loops_refuse_near(const kt_model *model, const kt_data *data, kt_error *error) {
-    return kt_is_near_singular(model, data) ? refuse_singular(error) : KT_OK;
+kt_status kt_loops_reject_near(const kt_model *model, const kt_data *data, kt_error *error) {
+    return kt_is_near_singular(model, data) ? reject_singular(error) : KT_OK;
 }
 
 /* Whether a direction is lost altogether. */
@@ -37,14 +37,14 @@ kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const 
                           kt_error *error) {
     kt_violation violation;
     if (!model->group_kernels->residuals(model, data, t, q, NULL, NULL, &violation))
-        return refuse_overflow(error);
+        return reject_overflow(error);
     return kt_loops_factor_again(model, data, rows, error);
 }
 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
     if (!model->group_kernels->prepare(model, data, rows, false))
-        return refuse_overflow(error);
-    return kt_is_near_singular(model, data) && is_lost(model, data) ? refuse_singular(error) : KT_OK;
+        return reject_overflow(error);
+    return kt_is_near_singular(model, data) && is_lost(model, data) ? reject_singular(error) : KT_OK;
 }
 
 /* ---- next to a singular position ---------------------------------------------------------------------------------
@@ -75,7 +75,7 @@ kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const 
     *size = 0.0;
     if (!kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) ||
         !kernels->factor(model, data, KT_ROWS_ALL, false))
-        return refuse_overflow(error);
+        return reject_overflow(error);
     if (!kt_is_near_singular(model, data))
         return KT_OK;
     const double s = kt_smallest_direction(model, data, KT_ROWS_ALL);
@@ -84,14 +84,14 @@ kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const 
         return status;
     *size *= 3.0 / s;
     if (!isfinite(*size)) /* of NaN, 0 / 0, too */
-        return refuse_singular(error);
+        return reject_singular(error);
     return kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) &&
                    kernels->factor(model, data, KT_ROWS_ALL, false)
                ? KT_OK
-               : refuse_overflow(error);
+               : reject_overflow(error);
 }
 
-kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error) {
+kt_status kt_derivatives_reject_unknown(double t, double size, double most, kt_error *error) {
     if (size <= KT_KNOWN * most)
         return KT_OK;
     char where[KT_WHERE_SIZE];
@@ -153,8 +153,8 @@ static kt_status refactor(const kt_model *model, kt_data *data, kt_error *error)
         return KT_OK;
     KT_BY_ISA(model->isa, fine =, kt_groups_refactor, (model, data));
     if (!fine)
-        return refuse_overflow(error);
-    return kt_is_near_singular(model, data) && is_lost(model, data) ? refuse_singular(error) : KT_OK;
+        return reject_overflow(error);
+    return kt_is_near_singular(model, data) && is_lost(model, data) ? reject_singular(error) : KT_OK;
 }
 
 kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,

@@ -16,7 +16,7 @@ KT_CHECKED kt_status kt_loops_factor(const kt_model *model, kt_data *data, doubl
 KT_CHECKED kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error);
 
 /* Returns KT_ERROR_SINGULAR if the last factors are near a singular position. */
-KT_CHECKED kt_status kt_loops_refuse_near(const kt_model *model, const kt_data *data, kt_error *error);
+KT_CHECKED kt_status kt_loops_reject_near(const kt_model *model, const kt_data *data, kt_error *error);
 
 /* Finds the error of the derivatives of accelerations at a state, over the coordinates' units. It is 0 if no singular
  * position is near. Next to one the acceleration of the motion is evaluated, into a (n). Leaves the equations factored.
@@ -25,7 +25,7 @@ KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *d
                                                double *a, double *size, kt_error *error);
 
 /* Rejects derivatives whose error exceeds KT_KNOWN times the largest of them. */
-KT_CHECKED kt_status kt_derivatives_refuse_unknown(double t, double size, double most, kt_error *error);
+KT_CHECKED kt_status kt_derivatives_reject_unknown(double t, double size, double most, kt_error *error);
 
 /* After kt_loops_factor: finds the least x with J x = right, as `least_step` in kernel.h.
  *

@@ -66,8 +66,8 @@ static void reduce(kt_linearized *w) {
 /* ---- all terms -----------------------------------------------------------------------------------------------------
  * */
 
-/* Factors the loops' equations. Next to singular positions the error is measured, or they are refused. */
-static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+/* Factors the loops' equations. Next to singular positions the error is measured, or they are rejected. */
+static kt_status reject_singular(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     if (!KT_HAS_LOOPS || !w->model->n.group)
         return KT_OK;
     if (w->estimates)
@@ -76,7 +76,7 @@ static kt_status refuse_singular(kt_linearized *w, const kt_dynamic_state *at, k
     kt_violation violation;
     (void)(kernels->residuals(w->model, w->data, at->t, at->q, at->v, NULL, &violation) &&
            kernels->factor(w->model, w->data, KT_ROWS_ALL, false));
-    return kt_loops_refuse_near(w->model, w->data, error);
+    return kt_loops_reject_near(w->model, w->data, error);
 }
 
 /* Whether the following steps read the terms of the tree, or the links' motion in space. */
@@ -134,7 +134,7 @@ kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const
     else
         status = kt_acceleration_trusted(w->model, w->data, at, w->a, error);
     if (status == KT_OK)
-        status = refuse_singular(w, at, error);
+        status = reject_singular(w, at, error);
     if (status == KT_OK)
         status = fill_tree(w, at, error);
     if (status == KT_OK) /* first: the following steps leave other motions in data */
@@ -196,7 +196,7 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
 
 /* Rejects derivatives that are too inaccurate next to a singular position. An error e of accelerations is an error |Z'
  * M Z| |Z'| e of these. */
-static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis, const double *mass,
+static kt_status reject_unknown(kt_linearized *w, size_t f, const double *basis, const double *mass,
                                 const double *stiffness, kt_error *error) {
     const kt_model *model = w->model;
     double size = 0.0, most = 0.0;
@@ -211,7 +211,7 @@ static kt_status refuse_unknown(kt_linearized *w, size_t f, const double *basis,
         for (size_t k = 0; k < model->n.group_v; k++)
             most = fmax(most, fabs(stiffness[(size_t)model->group_v[k] * f + i]) * model->unit[k]);
     }
-    return kt_derivatives_refuse_unknown(w->t, size, most, error);
+    return kt_derivatives_reject_unknown(w->t, size, most, error);
 }
 
 /* Z'x of the joint forces by auxiliary states. */
@@ -303,7 +303,7 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     kt_status status =
         kt_arena_check("work", "kt_stiffness_work_size", memory, memory_size, kt_stiffness_work_size(model), error);
     if (status == KT_OK)
-        status = kt_massless_refuse(model, "derivatives", "its accelerations have none", error);
+        status = kt_massless_reject(model, "derivatives", "its accelerations have none", error);
     if (status != KT_OK)
         return status;
     const bool by_tree = is_along_tree(model);
@@ -327,7 +327,7 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     if (states && status == KT_OK)
         kt_linearized_copy_rates(&w, states);
     return status == KT_OK && KT_HAS_LOOPS && w.p
-               ? refuse_unknown(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass, to->stiffness, error)
+               ? reject_unknown(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass, to->stiffness, error)
                : status;
 }
 
@@ -342,8 +342,8 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     const kt_stiffness_matrices to = {.basis = basis, .mass = mass, .stiffness = stiffness, .damping = damping};
-    kt_status status = kt_slip_refuse(model, "kt_stiffness_evaluate", error);
+    kt_status status = kt_slip_reject(model, "kt_stiffness_evaluate", error);
     if (status == KT_OK)
-        status = kt_open_contacts_refuse(model, data, &at, error);
+        status = kt_open_contacts_reject(model, data, &at, error);
     return status != KT_OK ? status : kt_stiffness_evaluate_at(model, data, memory, memory_size, &at, a, &to, error);
 }

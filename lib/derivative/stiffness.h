@@ -45,7 +45,7 @@ typedef struct kt_linearized {
     double t;
     size_t n, p;
     bool dense;               /* with loops: Q, R and Q' M Z are computed */
-    bool estimates;           /* next to singular positions `error` is estimated; false: they are refused */
+    bool estimates;           /* next to singular positions `error` is estimated; false: they are rejected */
     double error;             /* of derivatives by positions, over the coordinates' units; 0 if no singular position is
                                * near */
     kt_jacobian_qr qr;        /* of A, in `factors` */

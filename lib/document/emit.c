@@ -14,7 +14,7 @@
 
 enum { WIDTH = 110 };
 
-void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) {
+void kt_emit_reject(kt_emitter *e, kt_status code, const char *format, ...) {
     if (e->fault.code != KT_OK)
         return;
     char message[KT_MESSAGE_SIZE];
@@ -69,7 +69,7 @@ static void open_level(kt_emitter *e, bool list, bool flow) {
     const kt_emit_level *outer = top(e);
     flow = flow || (outer != NULL && outer->flow);
     if (e->depth == KT_EMIT_DEPTH_MAX) {
-        kt_emit_refuse(e, KT_ERROR_ARGUMENT, "the scene is nested too deeply");
+        kt_emit_reject(e, KT_ERROR_ARGUMENT, "the scene is nested too deeply");
         return;
     }
     int indent = 0;
@@ -126,7 +126,7 @@ static void put_escaped(kt_emitter *e, const char *text) {
 static void put_text(kt_emitter *e, const char *text) {
     size_t offset;
     if (!kt_utf8_is_valid(text, strlen(text), &offset))
-        kt_emit_refuse(e, KT_ERROR_MODEL, "a text is not UTF-8, which a scene file is written in");
+        kt_emit_reject(e, KT_ERROR_MODEL, "a text is not UTF-8, which a scene file is written in");
     else if (kt_text_is_plain(text))
         put_string(e, text);
     else
@@ -188,7 +188,7 @@ void kt_emit_word(kt_emitter *e, const char *word) {
 void kt_emit_number(kt_emitter *e, double value) {
     char text[KT_NUMBER_SIZE];
     if (!isfinite(value)) {
-        kt_emit_refuse(e, KT_ERROR_NOT_FINITE, "a number is %g; a scene file has finite numbers", value);
+        kt_emit_reject(e, KT_ERROR_NOT_FINITE, "a number is %g; a scene file has finite numbers", value);
         return;
     }
     kt_number_format(text, value);

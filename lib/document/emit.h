@@ -27,7 +27,7 @@ typedef struct kt_emitter {
 } kt_emitter;
 
 /* Records a value that cannot be written; the first such fault is kept. */
-void kt_emit_refuse(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
+void kt_emit_reject(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
 
 /* Begin a mapping or a list, and end it. Within a flow level everything is flow. The outermost mapping is a block. */
 void kt_emit_map(kt_emitter *e, bool flow);

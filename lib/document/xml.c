@@ -161,7 +161,7 @@ static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
     x->text_size = size;
 }
 
-static void XMLCALL refuse_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
+static void XMLCALL reject_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,
                                 int internal) {
     kt_xml *x = user;
     (void)name, (void)system, (void)public, (void)internal;
@@ -252,7 +252,7 @@ static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
     XML_SetUserData(x->parser, x);
     XML_SetElementHandler(x->parser, start, end);
     XML_SetCharacterDataHandler(x->parser, add_text);
-    XML_SetStartDoctypeDeclHandler(x->parser, refuse_type);
+    XML_SetStartDoctypeDeclHandler(x->parser, reject_type);
     const bool done =
         XML_Parse(x->parser, text, (int)size, 1) == XML_STATUS_OK; /* a file has less than INT_MAX bytes */
     const enum XML_Error code = XML_GetErrorCode(x->parser);

@@ -459,8 +459,8 @@ typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t
 KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x, void *context) {
     (void)context;
-    return kt_is_refused(data, kt_articulated_project(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
-                                                                               : KT_ELIMINATION_PASSED;
+    return kt_is_rejected(data, kt_articulated_project(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
+                                                                                : KT_ELIMINATION_PASSED;
 }
 
 #ifdef KT_ISA
@@ -470,8 +470,8 @@ static __attribute__((noinline, unused)) kt_elimination kt_eliminate_armature(co
                                                                               kt_articulated *x, void *context) {
     if (!model->link[i].has_armature)
         return kt_eliminate_joint(model, data, i, tau, x, context);
-    return kt_is_refused(data, KT_KERNEL(kt_project_armature)(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
-                                                                                       : KT_ELIMINATION_PASSED;
+    return kt_is_rejected(data, KT_KERNEL(kt_project_armature)(model, data, i, tau, x)) ? KT_ELIMINATION_SINGULAR
+                                                                                        : KT_ELIMINATION_PASSED;
 }
 #endif
 

@@ -38,8 +38,9 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
         const bool by_mass = s.count == KT_DOF_MAX && k < kt_link_lengths(link);
         const kt_real1 own = kt_dots3(kt_mul3(a, a), turn, kt_mul3(l, l), slide),
                        size = by_mass ? own : own + link->size;
-        if (kt_is_refused(data, project(a, l, model->armature[link->v + k], size, x, &f->terms->dof[f->dof + (size_t)k],
-                                        &f->terms->reciprocal[f->dof + (size_t)k])))
+        if (kt_is_rejected(data,
+                           project(a, l, model->armature[link->v + k], size, x, &f->terms->dof[f->dof + (size_t)k],
+                                   &f->terms->reciprocal[f->dof + (size_t)k])))
             return KT_ELIMINATION_SINGULAR;
     }
     f->terms->offset[i] = data->motion[i].offset;

@@ -287,7 +287,7 @@ KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, c
         done = kt_planar_pass_revolute(link, m, link->sign * tau[link->v], x, response);
     else
         *x = kt_planar_pass_prismatic(link, m, tau[link->v], *x, response, &done);
-    return kt_is_refused(context, done) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_PASSED;
+    return kt_is_rejected(context, done) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_PASSED;
 }
 
 /* The same of a link that may have armature. */
@@ -298,7 +298,7 @@ kt_planar_eliminate_armature(const kt_planar_link *link, const kt_planar_motion 
     if (!(kt_const_any1(link->armature) > 0.0))
         return kt_planar_eliminate_joint(link, m, tau, x, response, context);
     const kt_real1 force = link->revolute ? link->sign * tau[link->v] : tau[link->v];
-    if (kt_is_refused(context, kt_planar_project_armature(link, m, force, &whole, response)))
+    if (kt_is_rejected(context, kt_planar_project_armature(link, m, force, &whole, response)))
         return KT_ELIMINATION_SINGULAR;
     kt_planar_shift(&whole, m->offset);
     *x = kt_planar_load(&whole);

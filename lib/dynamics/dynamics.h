@@ -104,7 +104,7 @@ KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, d
 
 /* Rejects a model of variable masses with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
  * them. */
-KT_INNER KT_CHECKED kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what,
+KT_INNER KT_CHECKED kt_status kt_masses_reject(const kt_model *model, const char *where, const char *what,
                                                kt_error *error);
 
 /* ---- coordinates that move no mass (massless.c) ---- */
@@ -115,7 +115,7 @@ void kt_massless_attach(kt_model *model);
 
 /* Rejects a model with such coordinates with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
  * them. */
-KT_INNER KT_CHECKED kt_status kt_massless_refuse(const kt_model *model, const char *where, const char *what,
+KT_INNER KT_CHECKED kt_status kt_massless_reject(const kt_model *model, const char *where, const char *what,
                                                  kt_error *error);
 
 /* Updates links, groups and kernels of a model for its armatures (model->armature). Planar links have been filled.
@@ -147,7 +147,7 @@ kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error 
 
 /* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that one
  * is too large. */
-kt_status kt_input_refuse_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
+kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
 
 /* Returns a number that distinguishes states of a model; two states share it with a probability of 1 in 2^64. v may be
  * NULL (zero). Cost: O(nq). */

@@ -79,7 +79,7 @@ kt_status kt_input_check(const kt_model *model, const kt_input *in, kt_error *er
     return fine ? KT_OK : blame(model, in, error);
 }
 
-kt_status kt_input_refuse_not_finite(const kt_model *model, double t, const kt_input *in, kt_error *error) {
+kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *in, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     const kt_status status = kt_input_check(model, in, error);

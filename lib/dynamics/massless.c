@@ -55,7 +55,7 @@ void kt_massless_attach(kt_model *model) {
 
 #endif
 
-kt_status kt_massless_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
+kt_status kt_massless_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
 #if KT_HAS_QUASI_STATICS
     if (model->n.massless)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,

@@ -17,7 +17,7 @@
 
 /* Whether a recursion of one state ends because a joint has no inertia. For several states the recursion goes on.
  * data->sound excludes those without inertia, whose results are invalid. */
-KT_OPERATOR bool kt_is_refused(void *data, kt_condition has_inertia) {
+KT_OPERATOR bool kt_is_rejected(void *data, kt_condition has_inertia) {
 #ifdef KT_LANES
     ((kt_data *)data)->sound &= has_inertia;
     return false;

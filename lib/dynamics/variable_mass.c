@@ -225,7 +225,7 @@ kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_er
 #endif
 }
 
-kt_status kt_masses_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
+kt_status kt_masses_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
 #if KT_HAS_VARIABLE_MASS
     if (model->n.varying)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,

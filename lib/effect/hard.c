@@ -4,7 +4,7 @@
 
 /* Rejects an effect in a coordinate of a loop. The effect is a loop in the model, and loops relate only the coordinates
  * of joints. */
-static void refuse_coordinate_of_loop(kt_checker *checker, const kt_effect *effect, const char *what,
+static void reject_coordinate_of_loop(kt_checker *checker, const kt_effect *effect, const char *what,
                                       const char *remedy) {
     const kt_description *d = checker->description;
     if (effect->joint == NULL)
@@ -19,7 +19,7 @@ static void refuse_coordinate_of_loop(kt_checker *checker, const kt_effect *effe
 }
 
 /* Rejects a number that only an elastic contact or stop has. */
-static void refuse_elastic(kt_checker *checker, const char *key, double value, const char *what) {
+static void reject_elastic(kt_checker *checker, const char *key, double value, const char *what) {
     if (value > 0.0)
         kt_checker_fault(checker, key, -1, "a hard %s (restitution) has no %s; leave one of both out", what, key);
 }
@@ -34,21 +34,21 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
         return;
     }
     const bool is_limit = effect->type == KT_EFFECT_JOINT_LIMIT;
-    refuse_elastic(checker, "stiffness", effect->stiffness, what);
+    reject_elastic(checker, "stiffness", effect->stiffness, what);
     if (effect->restitution > 1.0 && kt_number_is_fine(effect->restitution))
         kt_checker_fault(checker, "restitution", -1, "restitution is %g; it must be 0 to 1", effect->restitution);
     if (is_limit)
-        refuse_coordinate_of_loop(checker, effect, "a hard stop (restitution)", "give a stiffness instead");
+        reject_coordinate_of_loop(checker, effect, "a hard stop (restitution)", "give a stiffness instead");
     if (is_limit)
-        refuse_elastic(checker, "damping", effect->damping, what);
+        reject_elastic(checker, "damping", effect->damping, what);
     else
-        refuse_elastic(checker, "dissipation", effect->dissipation, what);
+        reject_elastic(checker, "dissipation", effect->dissipation, what);
     if (!is_limit && effect->slip != kt_effect_default().slip)
         kt_checker_fault(checker, "slip", -1, "friction of a hard contact is not smoothed; leave `slip` out");
 }
 
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
-    refuse_coordinate_of_loop(checker, effect, "friction that sticks", "leave `stick` out");
+    reject_coordinate_of_loop(checker, effect, "friction that sticks", "leave `stick` out");
     if (effect->coulomb == 0.0)
         kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give what slips, or leave `stick` out");
     if (effect->smoothing != kt_effect_default().smoothing)

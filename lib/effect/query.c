@@ -61,12 +61,12 @@ kt_energetics kt_model_energetics(const kt_model *model) {
 #if KT_HAS_SWITCHES
     /* Loops that are switched on dissipate energy. The stored energy of effects appears and vanishes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
-        const bool takes = kt_family_switches(model->family)[k].loop >= 0 ||
-                           is_stick(model, kt_family_switches(model->family)[k].effect);
+        const bool takes = kt_variants_switches(model->variants)[k].loop >= 0 ||
+                           is_stick(model, kt_variants_switches(model->variants)[k].effect);
         const kt_energetics one = takes ? KT_ENERGY_DISSIPATED : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }
-    if (model->family && kt_family_model(model->family, kt_family_models(model->family) - 1)->driven)
+    if (model->variants && kt_variants_model(model->variants, kt_variants_count(model->variants) - 1)->driven)
         worst = KT_ENERGY_SUPPLIED;
 #endif
     return worst;

@@ -30,9 +30,9 @@ typedef struct kt_parser {
     kt_error *error;
 } kt_parser;
 
-static bool refuse(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
+static bool reject(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
 
-static bool refuse(kt_parser *p, const char *spot, const char *format, ...) {
+static bool reject(kt_parser *p, const char *spot, const char *format, ...) {
     char text[KT_MESSAGE_SIZE];
     va_list arguments;
     va_start(arguments, format);
@@ -50,7 +50,7 @@ static bool put(kt_parser *p, kt_expression_term term) {
                  : kt_operator_is_binary((kt_operator)term.code)                    ? -1
                                                                                     : 0;
     if (p->height > KT_EXPRESSION_DEPTH_MAX)
-        return refuse(p, p->at, "more than %d values wait for their operator; compute a part of it as a parameter",
+        return reject(p, p->at, "more than %d values wait for their operator; compute a part of it as a parameter",
                       KT_EXPRESSION_DEPTH_MAX);
     p->to->term[p->to->count++] = term;
     return true;
@@ -108,7 +108,7 @@ static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
         skip_blanks(p);
         return true;
     }
-    return refuse(p, spot, "an operator is missing before %s; write * for a product, and numbers in SI units",
+    return reject(p, spot, "an operator is missing before %s; write * for a product, and numbers in SI units",
                   found_at(spot, text));
 }
 
@@ -116,7 +116,7 @@ static bool parse_number(kt_parser *p, bool *is_angle) {
     const char *const spot = p->at;
     double value = 0.0;
     if (!kt_decimal_read(spot, &value, &p->at))
-        return refuse(p, spot,
+        return reject(p, spot,
                       kt_decimal_end(spot) > spot ? "this number is too large; the largest is about 1.8e308"
                                                   : "a digit is missing before or after this point");
     skip_blanks(p);
@@ -155,7 +155,7 @@ static bool find(const kt_parser *p, const char *from, const char *to, char name
 }
 
 /* Reports a name that is unknown and resembles none, with the first names that there are. */
-static bool refuse_with_list(kt_parser *p, const char *spot, const char *name) {
+static bool reject_with_list(kt_parser *p, const char *spot, const char *name) {
     enum { SHOWN = 6 };
     char list[KT_MESSAGE_SIZE / 2] = "";
     size_t used = 0;
@@ -165,7 +165,7 @@ static bool refuse_with_list(kt_parser *p, const char *spot, const char *name) {
             used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", k > 0 ? ", " : "",
                                      k < SHOWN ? known : "...");
     }
-    return refuse(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
+    return reject(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }
 
 /* The nearest symbol. The list may write each name to the same memory, so that the number identifies the symbol. */
@@ -183,18 +183,18 @@ static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
 }
 
 /* Reports an undefined name, with the nearest defined one. */
-static bool refuse_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
+static bool reject_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
-        return refuse(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
+        return reject(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
     if (!is_function && p->symbols != NULL && p->symbols->list != NULL)
         nearest.best = nearest_symbol(p, nearest);
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
         (void)kt_nearest_try(&nearest, functions[k].name);
     if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&
         p->symbols->list(p->symbols->user, 0) != NULL)
-        return refuse_with_list(p, spot, name);
-    return refuse(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name", kt_name_quote(name).text,
+        return reject_with_list(p, spot, name);
+    return reject(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name", kt_name_quote(name).text,
                   nearest.best != NULL ? "; did you mean '" : "", nearest.best != NULL ? nearest.best : "",
                   nearest.best != NULL ? "'?" : "");
 }
@@ -230,7 +230,7 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
         return put(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
     if (strcmp(name, "pi") == 0)
         return put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
-    return refuse_name(p, spot, name, false);
+    return reject_name(p, spot, name, false);
 }
 
 /* ---- the grammar ------------------------------------------------------------------------------------------------- */
@@ -240,7 +240,7 @@ static bool parse_comparison(kt_parser *p, bool *is_angle);
 /* Bounds the recursion: leave() closes each level that this function opens. */
 static bool enter(kt_parser *p) {
     if (++p->depth > KT_EXPRESSION_DEPTH_MAX)
-        return refuse(p, p->at, "more than %d parentheses, signs or powers within one another",
+        return reject(p, p->at, "more than %d parentheses, signs or powers within one another",
                       KT_EXPRESSION_DEPTH_MAX);
     return true;
 }
@@ -249,7 +249,7 @@ static void leave(kt_parser *p) { p->depth--; }
 
 static bool parse_closing(kt_parser *p) {
     char text[KT_NAME_TEXT_SIZE];
-    return take(p, ')') || refuse(p, p->at, "a ')' is missing before %s", found_at(p->at, text));
+    return take(p, ')') || reject(p, p->at, "a ')' is missing before %s", found_at(p->at, text));
 }
 
 /* After the k-th argument: functions of many arguments are made of operators of two. */
@@ -267,13 +267,13 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     while (which < FUNCTION_COUNT && strcmp(functions[which].name, name) != 0)
         which++;
     if (which == FUNCTION_COUNT)
-        return refuse_name(p, spot, name, true);
+        return reject_name(p, spot, name, true);
     if (!enter(p))
         return false;
     (void)take(p, '(');
     do {
         if (count == functions[which].most)
-            return refuse(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
+            return reject(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
                           functions[which].most > 1 ? "s" : "");
         if (!parse_comparison(p, &is_angle) ||
             !put_function(p, functions[which].code, count, functions[which].least - 1))
@@ -281,7 +281,7 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
         count++;
     } while (take(p, ','));
     if (count < functions[which].least)
-        return refuse(p, p->at, "%s takes %s%d arguments; %d %s missing", name,
+        return reject(p, p->at, "%s takes %s%d arguments; %d %s missing", name,
                       functions[which].most > functions[which].least ? "at least " : "", functions[which].least,
                       functions[which].least - count, functions[which].least - count > 1 ? "are" : "is");
     leave(p);
@@ -297,7 +297,7 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
     if (is_letter(*spot))
         return parse_name(p, is_angle);
     if (!take(p, '('))
-        return refuse(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
+        return reject(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
     if (!enter(p) || !parse_comparison(p, is_angle))
         return false;
     leave(p);
@@ -316,7 +316,7 @@ static bool parse_factor(kt_parser *p, bool *is_angle) {
     if (!parse_primary(p, is_angle))
         return false;
     if (p->at[0] == '*' && p->at[1] == '*')
-        return refuse(p, p->at, "write ^ for a power");
+        return reject(p, p->at, "write ^ for a power");
     if (!take(p, '^'))
         return true;
     *is_angle = false;
@@ -383,17 +383,17 @@ static bool parse_whole(kt_parser *p) {
     bool is_angle;
     skip_blanks(p);
     if (*p->at == '\0')
-        return refuse(p, p->at, "the formula is empty");
+        return reject(p, p->at, "the formula is empty");
     if (!parse_comparison(p, &is_angle))
         return false;
     p->to->is_angle = is_angle;
     if (*p->at == '\0')
         return true;
     if (*p->at == ')')
-        return refuse(p, p->at, "this ')' closes no '('; remove it");
+        return reject(p, p->at, "this ')' closes no '('; remove it");
     if (*p->at == '=')
-        return refuse(p, p->at, "write == to compare; a formula has no other =");
-    return refuse(p, p->at, "an operator is missing before %s", found_at(p->at, text));
+        return reject(p, p->at, "write == to compare; a formula has no other =");
+    return reject(p, p->at, "an operator is missing before %s", found_at(p->at, text));
 }
 
 /* One more term than the text has bytes: none is needed, but the size of an empty text is not 0. */
@@ -417,7 +417,7 @@ kt_status kt_expression_parse(const char *text, const kt_symbols *symbols, void 
     *p.to = (kt_expression){.count = 0};
     const bool is_long = strlen(text) > KT_EXPRESSION_LENGTH_MAX;
     const bool done = is_long
-                          ? refuse(&p, text, "a formula has at most %d characters; compute a part of it as a parameter",
+                          ? reject(&p, text, "a formula has at most %d characters; compute a part of it as a parameter",
                                    KT_EXPRESSION_LENGTH_MAX)
                           : parse_whole(&p);
     if (!done) {

@@ -48,13 +48,13 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
 
-static kt_status refuse(kt_error *error, const char *where, const char *message) {
+static kt_status reject(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
 static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_error *error) {
     if (!kt_is_not_negative(o->relative_tolerance) || !kt_is_not_negative(o->absolute_tolerance))
-        return refuse(error, "options",
+        return reject(error, "options",
                       "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
     if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
@@ -69,7 +69,7 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
                                 "not negative, and above 0 where the relative tolerance is 0",
                                 i, o->absolute_tolerances[i]);
     if (o->absolute_tolerances == NULL && o->absolute_tolerance == 0.0 && o->relative_tolerance == 0.0)
-        return refuse(error, "options", "one of the tolerances must be above 0");
+        return reject(error, "options", "one of the tolerances must be above 0");
     return KT_OK;
 }
 
@@ -82,16 +82,16 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
                             method->name == NULL ? "" : method->name, names);
     }
     if (!kt_is_not_negative(o->initial_step) || !kt_is_not_negative(o->min_step) || !kt_is_not_negative(o->max_step))
-        return refuse(error, "options",
+        return reject(error, "options",
                       "initial_step, min_step and max_step must be finite and not negative; 0 leaves them open");
     if (o->max_step > 0.0 && o->max_step < o->min_step)
-        return refuse(error, "options", "max_step must not be below min_step");
+        return reject(error, "options", "max_step must not be below min_step");
     if (!(o->safety > 0.0 && o->safety < 1.0))
-        return refuse(error, "options", "safety must be between 0 and 1, such as 0.9");
+        return reject(error, "options", "safety must be between 0 and 1, such as 0.9");
     if (!(o->alpha > 0.0 && o->alpha <= 2.0) || !(o->beta >= 0.0 && o->beta <= o->alpha))
-        return refuse(error, "options", "the control needs 0 < alpha <= 2 and 0 <= beta <= alpha");
+        return reject(error, "options", "the control needs 0 < alpha <= 2 and 0 <= beta <= alpha");
     if (!(o->factor_min > 0.0 && o->factor_min < 1.0) || !(o->factor_max > 1.0 && isfinite(o->factor_max)))
-        return refuse(error, "options", "the control needs 0 < factor_min < 1 < factor_max");
+        return reject(error, "options", "the control needs 0 < factor_min < 1 < factor_max");
     return check_tolerances(o, n, error);
 }
 
@@ -128,12 +128,12 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
                             "%zu equations: give one or more that fit into memory", n);
     if (!kt_is_not_negative(options->step))
-        return refuse(error, "options", "step must be above 0, or 0 for adaptive steps");
+        return reject(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n || options->positions > n)
-        return refuse(error, "options", "quadratures must be fewer than the equations, positions no more");
+        return reject(error, "options", "quadratures must be fewer than the equations, positions no more");
     if (options->newton != NULL &&
         (options->newton->jacobian == NULL || options->newton->factor == NULL || options->newton->solve == NULL))
-        return refuse(error, "options", "newton needs all of jacobian, factor and solve");
+        return reject(error, "options", "newton needs all of jacobian, factor and solve");
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
@@ -162,7 +162,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
 
 static kt_status check_state(const kt_integrator *it, double t, const double *y, kt_error *error) {
     if (y == NULL)
-        return refuse(error, "state", "no state is given");
+        return reject(error, "state", "no state is given");
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the time %g is not finite", t);
     const size_t bad = kt_first_not_finite(y, it->sizes.n);
@@ -189,7 +189,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
     if (callbacks == NULL || callbacks->rhs == NULL)
-        return refuse(error, "kt_integrator_start", "a right-hand side must be given");
+        return reject(error, "kt_integrator_start", "a right-hand side must be given");
     kt_status status = check_state(it, t, y, error);
     if (status != KT_OK)
         return status;
@@ -223,7 +223,7 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
     if (!it->started)
-        return refuse(error, "kt_integrator_jump", "call kt_integrator_start first");
+        return reject(error, "kt_integrator_jump", "call kt_integrator_start first");
     kt_status status = check_state(it, it->memory.t, y, error);
     if (status != KT_OK)
         return status;
@@ -286,7 +286,7 @@ kt_status kt_integrator_derivative(kt_integrator *it, const double **slope, kt_e
     return KT_OK;
 }
 
-static kt_status refuse_time(const kt_integrator *it, double t, kt_error *error) {
+static kt_status reject_time(const kt_integrator *it, double t, kt_error *error) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_interpolate",
                         "t = %.17g is outside of the last step, from %.17g to %.17g", t, it->memory.previous_t,
                         it->memory.t);
@@ -301,7 +301,7 @@ kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, 
     const size_t n = it->sizes.n;
     const bool inside = t0 < t1 ? t0 <= t && t <= t1 : t1 <= t && t <= t0;
     if (!inside || (t != t1 && !it->memory.has_previous))
-        return refuse_time(it, t, error);
+        return reject_time(it, t, error);
     if (t == t1 || t == t0) {
         memcpy(y_out, t == t1 ? it->y : it->previous_y, n * sizeof *y_out);
         return KT_OK;
@@ -335,7 +335,7 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     if (KT_IS_MISSING(error, it, history || !it->sizes.history))
         return KT_ERROR_ARGUMENT;
     if (memory == NULL || callbacks == NULL || callbacks->rhs == NULL)
-        return refuse(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
+        return reject(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
     kt_status status = check_state(it, memory->t, y, error);
     if (status != KT_OK)
         return status;
@@ -346,7 +346,7 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
         !kt_is_not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
         !kt_is_not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
         kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
-        return refuse(error, "kt_integrator_restore",
+        return reject(error, "kt_integrator_restore",
                       "the memory is damaged: a time, step or error in it is out of range");
     it->callbacks = *callbacks;
     it->memory = *memory;

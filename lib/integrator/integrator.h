@@ -65,7 +65,7 @@ bool kt_method_is_built_in(const kt_method *method);
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
 kt_status kt_table_check_sizes(const kt_method *method, kt_error *error);
 /* Returns the error of a method whose table is not valid. */
-kt_status kt_table_refuse(const kt_method *method, kt_error *error, const char *message);
+kt_status kt_table_reject(const kt_method *method, kt_error *error, const char *message);
 
 /* The family of a method: explicit if it names none. */
 const kt_method_family *kt_method_family_of(const kt_method *method);

@@ -61,11 +61,11 @@ kt_multistep kt_multistep_of(const kt_method *m) {
 kt_status kt_multistep_check_sizes(const kt_method *m, kt_error *error) {
     const bool by_radius = m->slopes == NULL;
     if (m->steps < 1 || m->steps > KT_METHOD_STEPS_MAX || (by_radius && m->steps != 2))
-        return kt_table_refuse(m, error, "a multistep method has 1 to 4 steps, one that is given by rho has two");
+        return kt_table_reject(m, error, "a multistep method has 1 to 4 steps, one that is given by rho has two");
     if (by_radius && !(m->rho >= 0.0 && m->rho <= 1.0))
-        return kt_table_refuse(m, error, "rho, the spectral radius at infinity, must be 0 to 1");
+        return kt_table_reject(m, error, "rho, the spectral radius at infinity, must be 0 to 1");
     if (!by_radius && m->predictor == NULL)
-        return kt_table_refuse(m, error, "a corrector needs its predictor");
+        return kt_table_reject(m, error, "a corrector needs its predictor");
     return kt_table_check_sizes(m, error);
 }
 
@@ -87,7 +87,7 @@ static kt_status check_power(const kt_method *m, const char *what, const double 
     snprintf(message, sizeof message,
              "%s does not integrate t^%d: off by %.3g. Correct the weights, or claim a lower order", what, q,
              (double)sum);
-    return kt_table_refuse(m, error, message);
+    return kt_table_reject(m, error, message);
 }
 
 kt_status kt_multistep_check_order(const kt_method *m, kt_error *error) {

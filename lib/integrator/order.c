@@ -77,19 +77,19 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
                         (d == 0 || (all_finite(m->dense_a, d * w + d * (d - 1) / 2) && all_finite(m->dense_c, d))) &&
                         (m->dense_terms == 0 || all_finite(m->dense_d, m->dense_terms * (w + d)));
     if (!finite)
-        return kt_table_refuse(m, error, "a coefficient is not finite");
+        return kt_table_reject(m, error, "a coefficient is not finite");
     bool estimates = m->e == NULL;
     for (int i = 0; !estimates && i < s; i++)
         estimates = m->e[i] != 0.0;
     if (!estimates)
-        return kt_table_refuse(
+        return kt_table_reject(
             m, error, "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
     if (!m->fsal)
         return KT_OK;
     bool same = m->c[s - 1] == 1.0 && (is_implicit(m) || m->b[s - 1] == 0.0);
     for (int j = 0; j < (is_implicit(m) ? s : s - 1); j++)
         same = same && m->a[index_of(m, s - 1, j)] == m->b[j];
-    return same ? KT_OK : kt_table_refuse(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
+    return same ? KT_OK : kt_table_reject(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
 }
 
 static void set_weights(weights *w, const double *values, int count, const double *sizes) {
@@ -168,7 +168,7 @@ static kt_status check_row_sums(const extended *x, kt_error *error) {
             char message[160];
             snprintf(message, sizeof message,
                      "stage %d: the row of a sums to %.17g, but c is %.17g; they must be equal", i + 1, (double)sum, c);
-            return kt_table_refuse(m, error, message);
+            return kt_table_reject(m, error, message);
         }
     }
     return KT_OK;
@@ -261,7 +261,7 @@ static kt_status check_condition(const extended *x, const tree *t, const weights
         "%s: the condition of order %d of the tree %s fails: the sum is %.17g, not %.17g (off by %.3g). Correct the "
         "coefficients, give them to 17 digits, or claim a lower order",
         what, t->nodes, shape, (double)sum, (double)target, (double)(sum - target));
-    return kt_table_refuse(x->method, error, message);
+    return kt_table_reject(x->method, error, message);
 }
 
 /* Checks all conditions of one tree. */

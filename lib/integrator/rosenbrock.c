@@ -159,24 +159,24 @@ static void combine(const kt_integrator *it, const double *y, const double *weig
 }
 
 /* Whether J predicts f at the stage after i. Fixed steps have no error estimate, and need no prediction. */
-static bool foretells(const kt_integrator *it, int i) { return i >= FIRST_AT_END && !(it->options.step > 0.0); }
+static bool predicts_stage(const kt_integrator *it, int i) { return i >= FIRST_AT_END && !(it->options.step > 0.0); }
 
 static double size_of(const kt_integrator *it, const double *x) {
     return kt_newton_of(it)->slack * sqrt(kt_newton_square(it, x) / (double)it->counted);
 }
 
-/* f(Y) + J U of stage i, computed as U / (h gamma) - rest / h. begin_foretelling writes the second term before the
- * stage is solved. foretell adds the first term afterwards. */
-static void begin_foretelling(kt_integrator *it, int i, const double *rest, double h) {
+/* f(Y) + J U of stage i, computed as U / (h gamma) - rest / h. begin_prediction writes the second term before the
+ * stage is solved. predict_stage adds the first term afterwards. */
+static void begin_prediction(kt_integrator *it, int i, const double *rest, double h) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD);
-    for (size_t l = 0; l < it->sizes.n && foretells(it, i); l++)
+    for (size_t l = 0; l < it->sizes.n && predicts_stage(it, i); l++)
         foretold[l] = -rest[l] / h;
 }
 
-static void foretell(kt_integrator *it, int i, double sigma) {
+static void predict_stage(kt_integrator *it, int i, double sigma) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD), *change = kt_newton_row(it, ROW_END);
     const double *u = kt_newton_row(it, ROW_U + i), *f = it->k[SLOT_STAGE];
-    if (!foretells(it, i))
+    if (!predicts_stage(it, i))
         return;
     for (size_t l = 0; l < it->sizes.n; l++) {
         foretold[l] += sigma * u[l];
@@ -189,7 +189,7 @@ static void foretell(kt_integrator *it, int i, double sigma) {
 static kt_try_result check_foretold(kt_integrator *it, int i, kt_complex sigma, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     double *off = kt_newton_row(it, ROW_FORETOLD), *bare = kt_newton_row(it, ROW_END);
-    if (!foretells(it, i - 1))
+    if (!predicts_stage(it, i - 1))
         return KT_TRY_PASSED;
     for (size_t l = 0; l < it->sizes.n; l++) {
         off[l] = it->k[SLOT_STAGE][l] - off[l];
@@ -225,12 +225,12 @@ static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i
     for (int j = 0; j < i; j++)
         for (size_t l = 0; l < n; l++)
             u[l] += table->coupling[i][j] * kt_newton_row(it, ROW_U + j)[l];
-    begin_foretelling(it, i, u, in->h);
+    begin_prediction(it, i, u, in->h);
     for (size_t l = 0; l < n; l++)
         u[l] = f[l] + u[l] / in->h + table->gamma_sum[i] * slope[l];
     if (kt_newton_solve(it, sigma, u, NULL, result) != KT_TRY_PASSED)
         return result->result;
-    foretell(it, i, sigma.re);
+    predict_stage(it, i, sigma.re);
     return KT_TRY_PASSED;
 }
 

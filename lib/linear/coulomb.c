@@ -34,7 +34,7 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memor
     return solver;
 }
 
-static bool is_open_alone(const kt_coulomb_item *item) { return item->refused == ~(1U << KT_COULOMB_OPEN); }
+static bool is_open_alone(const kt_coulomb_item *item) { return item->rejected == ~(1U << KT_COULOMB_OPEN); }
 
 /* Writes the rows that make up the r-th row of an item: `row` and `by` (factor) of each. Returns their number. Slip in
  * a given direction has one row. */
@@ -102,7 +102,7 @@ static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const
                          double *e) {
     const double *pt = p + item->across, *ut = u + item->across;
     const double speed = kt_hypot(ut[0], ut[1]), force = kt_hypot(pt[0], pt[1]);
-    const bool moves = speed > 1e-9 * c->size, leaves = (item->refused & 1U << KT_COULOMB_STICK) != 0;
+    const bool moves = speed > 1e-9 * c->size, leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
     e[0] = moves ? ut[0] / speed : leaves && force > 0.0 ? -pt[0] / force : 1.0;
     e[1] = moves ? ut[1] / speed : leaves && force > 0.0 ? -pt[1] / force : 0.0;
     return moves || leaves;
@@ -117,20 +117,20 @@ static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const double p = to->p[item->row], u = to->u[item->row];
-        const bool leaves = (item->refused & 1U << KT_COULOMB_STICK) != 0;
-        const bool presses = p - item->least > 1e-10 * most && !is_open_alone(item);
+        const bool leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
+        const bool is_active = p - item->least > 1e-10 * most && !is_open_alone(item);
         memcpy(to->e[i], item->e, sizeof to->e[i]);
         if (item->type == KT_COULOMB_DRY) {
             const bool moves = fabs(u) > 1e-9 * c->size;
             to->mode[i] = !moves && !leaves             ? KT_COULOMB_STICK
                           : (moves ? u > 0.0 : p < 0.0) ? KT_COULOMB_SLIP
                                                         : KT_COULOMB_SLIP_BACK;
-        } else if (item->type == KT_COULOMB_CONE && (presses || item->least > 0.0)) {
+        } else if (item->type == KT_COULOMB_CONE && (is_active || item->least > 0.0)) {
             const bool slips = slips_across(c, item, to->p, to->u, to->e[i]);
-            to->mode[i] = presses ? (slips ? KT_COULOMB_SLIP : KT_COULOMB_STICK)
-                                  : (slips ? KT_COULOMB_LEAST_SLIP : KT_COULOMB_LEAST_STICK);
+            to->mode[i] = is_active ? (slips ? KT_COULOMB_SLIP : KT_COULOMB_STICK)
+                                    : (slips ? KT_COULOMB_LEAST_SLIP : KT_COULOMB_LEAST_STICK);
         } else {
-            to->mode[i] = presses ? KT_COULOMB_STICK : KT_COULOMB_OPEN;
+            to->mode[i] = is_active ? KT_COULOMB_STICK : KT_COULOMB_OPEN;
         }
     }
 }
@@ -171,8 +171,8 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
 /* Opens contact i, from the impulses in `to` without its own. Returns whether the others hold it open. */
 static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
-    const unsigned refused = item->refused;
-    item->refused = ~(1U << KT_COULOMB_OPEN);
+    const unsigned rejected = item->rejected;
+    item->rejected = ~(1U << KT_COULOMB_OPEN);
     kt_coulomb_copy(c, to, solver->next);
     solver->next->p[item->row] = 0.0;
     gather(c, solver->next->p, solver->x);
@@ -180,7 +180,7 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
         kt_coulomb_copy(c, solver->next, to);
         return true;
     }
-    item->refused = refused;
+    item->rejected = rejected;
     return false;
 }
 
@@ -188,15 +188,15 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
 static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     bool found = true;
     for (int i = 0; i < c->n; i++)
-        solver->refused[i] = c->item[i].refused;
+        solver->rejected[i] = c->item[i].rejected;
     while (found && !kt_coulomb_is_unique(c, to)) {
         found = false;
         for (int i = 0; i < c->n && !found; i++)
-            if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
+            if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
                 found = open_one(c, solver, i, to, steps);
     }
     for (int i = 0; i < c->n; i++)
-        c->item[i].refused = solver->refused[i];
+        c->item[i].rejected = solver->rejected[i];
     return found;
 }
 
@@ -209,9 +209,9 @@ static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_coulomb_linear(c, to);
 }
 
-static bool any_is_refused(const kt_coulomb *c) {
+static bool any_is_rejected(const kt_coulomb *c) {
     for (int i = 0; i < c->n; i++)
-        if ((c->item[i].refused & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
+        if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
             return true;
     return false;
 }
@@ -239,7 +239,7 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     solution->count = other->count = 0;
     stick_all(c, solution);
     gather(c, solution->p, solver->x);
-    bool found = !any_is_refused(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
+    bool found = !any_is_rejected(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
     found = found || solve_from(c, solver, solution, steps);
     memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
     const bool again = solve_from(c, solver, other, steps);

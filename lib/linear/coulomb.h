@@ -52,7 +52,7 @@ typedef enum kt_coulomb_mode {
 } kt_coulomb_mode;
 
 /* Whether the normal impulse is unknown. */
-static inline bool kt_coulomb_presses(kt_coulomb_mode mode) {
+static inline bool kt_coulomb_is_active(kt_coulomb_mode mode) {
     return mode >= KT_COULOMB_STICK && mode < KT_COULOMB_OPEN;
 }
 
@@ -63,11 +63,11 @@ static inline kt_coulomb_mode kt_coulomb_across(kt_coulomb_mode mode) {
 
 typedef struct kt_coulomb_item {
     kt_coulomb_type type;
-    int row, across;  /* normal (or only) row; the first of two tangential ones */
-    double friction;  /* mu; of dry friction S */
-    double least;     /* of a normal impulse */
-    double e[2];      /* the direction of slip, given */
-    unsigned refused; /* modes that are not tried, a bit each */
+    int row, across;   /* normal (or only) row; the first of two tangential ones */
+    double friction;   /* mu; of dry friction S */
+    double least;      /* of a normal impulse */
+    double e[2];       /* the direction of slip, given */
+    unsigned rejected; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
 
 typedef double kt_coulomb_pair[2];
@@ -118,7 +118,7 @@ typedef struct kt_coulomb_system {
     X(int, line, rows, "rows and columns of W")                                                                        \
     X(kt_coulomb_item, item, items, "items")                                                                           \
     X(double, b, rows, "of the rows")                                                                                  \
-    X(int, pressing, items, "these rows")                                                                              \
+    X(int, active, items, "these rows")                                                                                \
     X(double, angle, items, "by which directions turn")                                                                \
     X(double, next_angle, items, "likewise")                                                                           \
     X(double, turn, items, "unknowns of their system")
@@ -180,7 +180,7 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
     X(double, mu, items, "likewise")                                                                                   \
     X(double, least, items, "likewise")                                                                                \
     X(double, limit, items, "likewise")                                                                                \
-    X(unsigned, refused, items, "modes of the items that are refused, of the problem itself")                          \
+    X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {
@@ -196,7 +196,7 @@ size_t kt_coulomb_solver_size(size_t items, size_t rows);
 kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory, void *matrices);
 
 /* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
- * independent normal rows of pressing contacts. The solution has the least impulses; its count is 2 if another motion
+ * independent normal rows of active contacts. The solution has the least impulses; its count is 2 if another motion
  * was found, too. Adds the steps of Newton's method to *steps. */
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);

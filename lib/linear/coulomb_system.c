@@ -104,14 +104,14 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
         s->fixed[item->row] = item->least;
         if (to->mode[i] == KT_COULOMB_OPEN)
             continue;
-        const bool presses = kt_coulomb_presses(to->mode[i]);
-        if (presses)
+        const bool is_active = kt_coulomb_is_active(to->mode[i]);
+        if (is_active)
             add_unknown(s, i, item->row, item->row);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
-            if (presses)
+            if (is_active)
                 s->across[s->n - 1] = item->across;
             for (int k = 0; k < 2; k++) {
-                if (presses)
+                if (is_active)
                     s->by[s->n - 1][k] = -item->friction * to->e[i][k];
                 s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
             }
@@ -300,14 +300,14 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
     double *factor = c->system->A;
     int n = 0;
     for (int i = 0; i < c->n; i++)
-        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_presses(to->mode[i]))
-            c->pressing[n++] = c->item[i].row;
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
+            c->active[n++] = c->item[i].row;
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
-            double *L = row_of(factor, i, n), sum = kt_coulomb_entry(c, c->pressing[i], c->pressing[j]);
+            double *L = row_of(factor, i, n), sum = kt_coulomb_entry(c, c->active[i], c->active[j]);
             for (int k = 0; k < j; k++)
                 sum -= L[k] * row_of(factor, j, n)[k];
-            if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->pressing[i], c->pressing[i])))
+            if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->active[i], c->active[i])))
                 return false;
             L[j] = i == j ? sqrt(sum) : sum / row_of(factor, j, n)[j];
         }
@@ -388,7 +388,7 @@ bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
             holds = to->mode[i] == KT_COULOMB_STICK  ? fabs(u) <= small && fabs(p) <= item->friction + weak
                     : to->mode[i] == KT_COULOMB_SLIP ? u >= -small
                                                      : u <= small;
-        else if (!kt_coulomb_presses(to->mode[i]))
+        else if (!kt_coulomb_is_active(to->mode[i]))
             holds = u >= -small;
         else
             holds = p - item->least >= -weak && fabs(u) <= small;

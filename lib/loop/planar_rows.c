@@ -147,7 +147,7 @@ bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direc
     flat->c = 1.0;
     flat->s = 0.0;
     flat->height = end[1].position.z - end[0].position.z;
-    flat->count = flat->void_count = 0;
+    flat->count = flat->vanishing_count = 0;
     for (int r = 0; r < count; r++) {
         rows[r] = (kt_planar_row){.kind = KT_PLANAR_ROW_VOID, .row = r};
         if (!lay_part(&s, (kt_loop_part)kind->part[r], &rows[r]))
@@ -157,6 +157,6 @@ bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direc
     }
     for (int r = 0; r < count; r++)
         if (rows[r].kind == KT_PLANAR_ROW_VOID)
-            flat->row[flat->count + flat->void_count++] = rows[r];
+            flat->row[flat->count + flat->vanishing_count++] = rows[r];
     return true;
 }

@@ -244,7 +244,7 @@ static void name_effect(const sum *s, const kt_effect_record *effect, char where
     (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->at->t);
 }
 
-static kt_status refuse_code(const sum *s, kt_error *error) {
+static kt_status reject_code(const sum *s, kt_error *error) {
     char where[KT_WHERE_SIZE];
     name_effect(s, s->failed, where);
     if (s->code < 0)
@@ -252,12 +252,12 @@ static kt_status refuse_code(const sum *s, kt_error *error) {
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
 }
 
-kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
+kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error) {
     const sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = effect, .code = code};
     char where[KT_WHERE_SIZE];
     if (code != 0)
-        return refuse_code(&s, error);
+        return reject_code(&s, error);
     name_effect(&s, effect, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
 }
@@ -286,7 +286,7 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
     kt_formulas_explain(s->model, effect, values, text, size);
 }
 
-static kt_status refuse_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
+static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
     char where[KT_WHERE_SIZE], fault[120];
     name_effect(s, effect, where);
     if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
@@ -331,7 +331,7 @@ static kt_status blame(const sum *s, kt_error *error) {
         const kt_effect_record *effect = &s->model->effect[i];
         if (!is_culprit(s, effect))
             continue;
-        return refuse_force(s, effect, error);
+        return reject_force(s, effect, error);
     }
     return status;
 }
@@ -341,7 +341,7 @@ static kt_status blame(const sum *s, kt_error *error) {
 /* Ends a sum: at->tau and at->external become the sums. Otherwise the error names the effect at fault. */
 KT_INLINE kt_status conclude(const sum *s, bool done, kt_dynamic_state *at, kt_error *error) {
     if (!done)
-        return refuse_code(s, error);
+        return reject_code(s, error);
     const kt_status status = s->excess == 0.0 ? KT_OK : blame(s, error);
     kt_effects_recall(s->model, s->data, at);
     return status;
@@ -392,7 +392,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
         if (effect->type == KT_EFFECT_CUSTOM) {
             const int code = differentiate_own(&s, effect);
             if (code != 0)
-                return kt_effect_refuse_derivatives(model, effect, t, code, error);
+                return kt_effect_reject_derivatives(model, effect, t, code, error);
             continue;
         }
         if (kind->joint_time_derivative && effect->ends == 0)
@@ -405,7 +405,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
         if (KT_HAS_FORMULAS && kind->formula_wrench) {
             const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
             if (code != 0)
-                return kt_effect_refuse_derivatives(model, effect, t, code, error);
+                return kt_effect_reject_derivatives(model, effect, t, code, error);
         }
         if (KT_HAS_PATHS && effect->path_count > 0) {
             s.excess += kt_path_wrenches_add(model, data, effect, rates[0], path.unit, data->applied);
@@ -551,7 +551,7 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 }
 
 /* Rejects an effect whose force a loop bears. */
-static kt_status refuse_borne(const kt_model *model, const kt_effect_record *effect, double t, kt_error *error) {
+static kt_status reject_borne(const kt_model *model, const kt_effect_record *effect, double t, kt_error *error) {
     const int loop = kt_effect_closed_loop(model, effect);
     char where[KT_WHERE_SIZE];
     if (loop < 0)
@@ -573,7 +573,7 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
                             model->n.effect + model->n.effect_off);
     kt_status status = kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
     if (status == KT_OK)
-        status = refuse_borne(model, record, t, error);
+        status = reject_borne(model, record, t, error);
     if (status != KT_OK)
         return status;
     sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = record};
@@ -581,9 +581,9 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     kt_effect_end end[2];
     s.code = kt_effect_load_find(model, data, t, q, v ? v : model->zero, record, end, &found);
     if (s.code != 0)
-        return refuse_code(&s, error);
+        return reject_code(&s, error);
     if (!is_load_finite(&found))
-        return refuse_force(&s, record, error);
+        return reject_force(&s, record, error);
     *load = found;
     return KT_OK;
 }

@@ -1,6 +1,6 @@
 /* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
 #include "base/copy.h"
-#include "closure/refused_loops.h"
+#include "closure/rejected_loops.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/mechanism.h"
 #include "reduction/kernel.h"
@@ -73,7 +73,7 @@ static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_
     return kt_all_finite(kt_group_products(&w), k);
 }
 
-static kt_status refuse_group(const kt_model *model, size_t g, double t, kt_error *error) {
+static kt_status reject_group(const kt_model *model, size_t g, double t, kt_error *error) {
     char where[KT_WHERE_SIZE];
     const int loop = model->group_loop[model->group[g].loop];
     (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t);
@@ -98,7 +98,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
         model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
         if (!is_finite(model, data, g, jacobian != NULL))
-            return kt_loops_explain(model, data, t, q, v, refuse_group(model, g, t, error), error);
+            return kt_loops_explain(model, data, t, q, v, reject_group(model, g, t, error), error);
     if (jacobian)
         memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
     for (int k = 0; k < 3; k++)

@@ -33,7 +33,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    const kt_status status = kt_open_contacts_reject(model, data, &at, error);
     return status == KT_OK ? accelerate_trusted(model, data, &at, a, error) : status;
 }
 
@@ -64,7 +64,7 @@ kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, 
 #endif
 
 #if KT_HAS_SWITCHES
-kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
+kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
     return model->n.slip == 0
                ? KT_OK
                : kt_error_set(

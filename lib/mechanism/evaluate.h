@@ -48,7 +48,7 @@ KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data
                                                   kt_error *error);
 
 /* Returns the error of a callback that did not provide derivatives: its code, or 0 if they are not finite. */
-kt_status kt_effect_refuse_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
+kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error);
 
 /* Does the same as kt_effects_apply for all effects, and sums their powers. */
@@ -74,8 +74,8 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 
 /* Writes the partial derivatives by time of the rates of auxiliary states (kt_own_state_count). Returns the code of a
  * law's callback, otherwise 0. */
-int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                  double *derivatives);
+int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, double *derivatives);
 
 #if KT_HAS_QUASI_STATICS
 /* kt_massless_balance for a finite state of a model with such coordinates. It writes the state to data->balanced_q and
@@ -85,14 +85,14 @@ KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, con
 #endif
 
 /* kt_own_state_rates for a finite state; rates are written in any case. */
-KT_CHECKED kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
-                                                const double *v, double *rates, kt_error *error);
+KT_CHECKED kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
+                                                      const double *v, double *rates, kt_error *error);
 
 /* Rejects a model with auxiliary states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
  * them. The argument `what` completes the message "the model has auxiliary states, and". It names the part left out and
  * an alternative. */
-KT_INNER KT_CHECKED kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what,
-                                                   kt_error *error);
+KT_INNER KT_CHECKED kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, const char *what,
+                                                         kt_error *error);
 
 /* kt_acceleration_evaluate for a model with loops, without effects. data->interpolated is set if a was interpolated
  * from neighbouring states near a singular position. */
@@ -114,14 +114,14 @@ static inline double kt_slip_friction(const kt_model *model, size_t k) {
 }
 
 /* Rejects a model in which hard contacts slip, for derivatives, which would leave the friction out. */
-KT_CHECKED kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error);
+KT_CHECKED kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error);
 
 /* Writes the multipliers of the equations of loops under all forces, at->tau and at->external, to the groups' data, and
  * the wrenches of the loops. Data hold the equations of the last evaluation of a. data->loaded: all wrenches on
  * bodies. */
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a);
 #else
-static inline kt_status kt_slip_refuse(const kt_model *model, const char *where, kt_error *error) {
+static inline kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
     (void)model, (void)where, (void)error;
     return KT_OK;
 }
@@ -141,11 +141,11 @@ static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_r
 
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out
  * (contact/open.c). Data keep all results. Data of an owner that follows contacts are exempt. */
-KT_CHECKED static inline kt_status kt_open_contacts_refuse(const kt_model *model, kt_data *data,
+KT_CHECKED static inline kt_status kt_open_contacts_reject(const kt_model *model, kt_data *data,
                                                            const kt_dynamic_state *at, kt_error *error) {
 #if KT_HAS_SWITCHES
-    if (model->family != NULL && !data->followed)
-        return model->family->check_open(model, data, at->t, at->q, at->v, error);
+    if (model->variants != NULL && !data->followed)
+        return model->variants->check_open(model, data, at->t, at->q, at->v, error);
 #endif
     (void)model, (void)data, (void)at, (void)error;
     return KT_OK;

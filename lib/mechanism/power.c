@@ -77,7 +77,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     kt_dynamic_state loaded = {t, q, v, tau, external};
     double *acceleration = kt_scratch_part(model, data, 2), loops = 0.0;
     kt_power sum = {0.0, 0.0};
-    kt_status status = kt_open_contacts_refuse(model, data, &loaded, error);
+    kt_status status = kt_open_contacts_reject(model, data, &loaded, error);
     if (status == KT_OK && external)
         status = kt_wrenches_check(model, q, v, external, error);
     if (status == KT_OK && model->n.effect)

@@ -44,7 +44,7 @@ static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dyna
     kt_dynamic_state loaded = *at;
     if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
         kt_effects_recall(model, data, &loaded);
-    if (KT_HAS_SWITCHES && model->family) /* no reactions of loops that are off */
+    if (KT_HAS_SWITCHES && model->variants) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!KT_HAS_LOOPS || !model->n.group)
         return loaded.external;
@@ -123,7 +123,7 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     double *a = kt_scratch_part(model, data, 2);
-    kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    kt_status status = kt_open_contacts_reject(model, data, &at, error);
     if (status == KT_OK)
         status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
@@ -138,7 +138,7 @@ kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, c
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    const kt_status status = kt_open_contacts_refuse(model, data, &at, error);
+    const kt_status status = kt_open_contacts_reject(model, data, &at, error);
     return status == KT_OK ? kt_motion_evaluate(model, data, &at, kt_links_scratch(data), joints, loops, error)
                            : status;
 }

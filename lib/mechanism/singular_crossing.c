@@ -70,7 +70,7 @@
  * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is
  * e / 2 times the square of the step.
  */
-#include "closure/refused_loops.h"
+#include "closure/rejected_loops.h"
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
@@ -415,17 +415,17 @@ static void count_crossing(const crossing *c, bool interpolated) {
     const double apart = either ? difference(c->model, c->data->scratch, c->closed) : 0.0;
     kt_crossings *seen = &c->data->crossings;
     kt_passage *passage = &c->data->passage;
-    const double led_off = measured ? 0.5 * error * time * time : nearest, left = fmax(s, nearest) / speed;
+    const double drift = measured ? 0.5 * error * time * time : nearest, left = fmax(s, nearest) / speed;
     passage->time = passage->time > 0.0 ? fmin(passage->time, left) : left;
     passage->acceleration = fmax(passage->acceleration, measured ? error : 0.0);
-    passage->error = fmax(passage->error, fmax(led_off, 0.5 * apart * left * left));
+    passage->error = fmax(passage->error, fmax(drift, 0.5 * apart * left * left));
     passage->jump = fmax(passage->jump, apart);
     if (c->bent && !interpolated)
         seen->bend = seen->bend > 0.0 ? fmin(seen->bend, s / speed) : s / speed;
     seen->since = seen->near > 0 ? fmin(seen->since, c->at.t) : c->at.t;
     seen->smallest = seen->near++ ? fmin(seen->smallest, s) : s;
     seen->interpolated += interpolated;
-    seen->error = fmax(seen->error, led_off);
+    seen->error = fmax(seen->error, drift);
 }
 
 /* Corrects an acceleration along the motion of the groups, so that the forces that hold the loops closed do no work. If
@@ -483,7 +483,7 @@ static size_t choose(crossing *c, bool lost) {
     return failed;
 }
 
-static kt_status refuse_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
+static kt_status reject_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
@@ -508,7 +508,7 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynam
         failed = choose(&c, failed || is_singular(model, data));
     }
     const kt_input input = {.q = at.q, .v = at.v, .x = at.tau, .what = "force or torque", .external = at.external};
-    kt_status status = failed ? refuse_singular(model, failed, at.t, &input, error)
+    kt_status status = failed ? reject_singular(model, failed, at.t, &input, error)
                               : kt_commit(model, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;

@@ -2,7 +2,7 @@
  * (project.c), and an assembly at the start (assemble.c). */
 #include "base/copy.h"
 #include "closure/project.h"
-#include "closure/refused_loops.h"
+#include "closure/rejected_loops.h"
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
@@ -40,7 +40,7 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     kt_copy(new_q, q, model->n.q * sizeof *q);
     kt_copy(new_v, v, model->n.v * sizeof *v);
     if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
-        return kt_input_refuse_not_finite(model, t, &input, error);
+        return kt_input_reject_not_finite(model, t, &input, error);
     if (KT_HAS_LOOPS && model->n.group) {
         const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
         if (status != KT_OK)
@@ -81,7 +81,7 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
     if (KT_HAS_LOOPS && model->n.group && !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
-        return kt_input_refuse_not_finite(model, t, &input, error);
+        return kt_input_reject_not_finite(model, t, &input, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;
 }

@@ -53,7 +53,7 @@ static const char *nearest_body(kt_checker *checker, const char *name, int scope
 }
 
 /* Reports a name that does not exist; near: NULL where none is. */
-static int refuse_name(kt_checker *checker, const char *field, int sub, const char *what, const char *name,
+static int reject_name(kt_checker *checker, const char *field, int sub, const char *what, const char *name,
                        const char *near, const char *remedy) {
     const kt_name_text suggested = kt_name_quote(near != NULL ? near : "");
     kt_checker_fault(checker, field, sub, "%s %s does not exist; %s%s%s", what, kt_name_quote(name).text,
@@ -70,7 +70,7 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
         return body;
     if (kt_checker_is_done(checker))
         return KT_BODY_UNKNOWN;
-    return refuse_name(checker, field, sub, what, name, nearest_body(checker, name, KT_SCOPE_BODY),
+    return reject_name(checker, field, sub, what, name, nearest_body(checker, name, KT_SCOPE_BODY),
                        "name a body of the scene, or 'world'");
 }
 
@@ -94,7 +94,7 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
         return KT_BODY_UNKNOWN;
     const char *near = body >= 0 ? bodies[body].joint.name : nearest_body(checker, name, KT_NAMES_OF_JOINTS);
     if (strcmp(name, "world") != 0)
-        return refuse_name(checker, field, sub, "joint", name, near, "name a body of the scene");
+        return reject_name(checker, field, sub, "joint", name, near, "name a body of the scene");
     kt_checker_fault(checker, field, sub, "the world has no joint; name a body of the scene");
     return KT_BODY_UNKNOWN;
 }

@@ -13,8 +13,8 @@
 #include <string.h>
 
 size_t kt_model_size(const kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->family)
-        return model->family->bytes;
+    if (KT_HAS_SWITCHES && model && model->variants)
+        return model->variants->bytes;
     return model ? model->bytes : 0;
 }
 
@@ -27,22 +27,22 @@ void kt_model_copy_one(const kt_model *model, void *memory) {
 }
 
 #if KT_HAS_SWITCHES
-/* Copies the block of a whole family. Returns the copy of the given member. */
-static kt_model *copy_family(const kt_model *model, void *memory) {
-    const kt_family *from = model->family;
-    kt_family *to = memory;
+/* Copies the block of a whole variants. Returns the copy of the given member. */
+static kt_model *copy_variants(const kt_model *model, void *memory) {
+    const kt_variants *from = model->variants;
+    kt_variants *to = memory;
     memcpy(to, from, from->bytes);
     to->placed = true;
-    for (uint64_t k = 0; k < kt_family_models(to); k++) {
-        kt_model *copy = kt_family_model(to, k);
-        kt_model_copy_one(kt_family_model(from, k), copy);
-        copy->family = to;
+    for (uint64_t k = 0; k < kt_variants_count(to); k++) {
+        kt_model *copy = kt_variants_model(to, k);
+        kt_model_copy_one(kt_variants_model(from, k), copy);
+        copy->variants = to;
     }
     const int64_t index = kt_switches_index(&to->switches, model->set);
     if (index >= 0)
-        return kt_family_model(to, (uint64_t)index);
+        return kt_variants_model(to, (uint64_t)index);
     /* a set within a mask: the model without contacts */
-    return kt_family_model(to, (uint64_t)kt_switches_index(&to->switches, model->set & ~to->switches.masked));
+    return kt_variants_model(to, (uint64_t)kt_switches_index(&to->switches, model->set & ~to->switches.masked));
 }
 #endif
 
@@ -54,8 +54,8 @@ kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_mod
     if (status != KT_OK)
         return status;
 #if KT_HAS_SWITCHES
-    if (model->family) {
-        *copy = copy_family(model, memory);
+    if (model->variants) {
+        *copy = copy_variants(model, memory);
         return KT_OK;
     }
 #endif

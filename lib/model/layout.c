@@ -47,9 +47,9 @@ void kt_model_name_all(kt_model *m) {
 }
 
 void kt_model_free(kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->family) {
-        if (!model->family->placed)
-            kt_aligned_release(model->family);
+    if (KT_HAS_SWITCHES && model && model->variants) {
+        if (!model->variants->placed)
+            kt_aligned_release(model->variants);
         return;
     }
     if (!model || model->placed)
@@ -58,8 +58,8 @@ void kt_model_free(kt_model *model) {
 }
 
 size_t kt_data_size(const kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->family && model->family->data)
-        return model->family->data;
+    if (KT_HAS_SWITCHES && model && model->variants && model->variants->data)
+        return model->variants->data;
     return model ? lay_out_data(NULL, &model->n) : 0;
 }
 
@@ -69,7 +69,7 @@ static void forget_kinematics(const kt_model *model, kt_data *data) {
 }
 
 #if KT_HAS_SWITCHES
-void kt_data_adapt(const kt_model *model, kt_data *data) {
+void kt_data_rebind(const kt_model *model, kt_data *data) {
     const kt_data before = *data;
     memset(data, 0, lay_out_data(NULL, &model->n));
     (void)lay_out_data(data, &model->n);

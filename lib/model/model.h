@@ -199,10 +199,10 @@ struct kt_model {
         names; /* bodies (scope 0), joints with names of their own (KT_NAMES_OF_JOINTS) and the markers of body b (scope
                           1 + b); the table lies in `index` */
     KT_ARENA_DECLARE(KT_MODEL_FIELDS)
-    struct kt_family *family; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
-    uint64_t set;             /* of those that are on in this one */
-    uint64_t shape;           /* of the data that belong to it: a hash of their lengths */
-    uint64_t revision;        /* how often parameters have been set */
+    struct kt_variants *variants; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
+    uint64_t set;                 /* of those that are on in this one */
+    uint64_t shape;               /* of the data that belong to it: a hash of their lengths */
+    uint64_t revision;            /* how often parameters have been set */
 };
 
 /* The functions of time of all bodies of variable mass: their number, and the k-th. */

@@ -46,7 +46,7 @@ typedef struct kt_planar_loop {
     double c, s;      /* cosine, sine of the angle between the ends' directions (from end 1) at q = 0 */
     double height;    /* of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
-    int32_t void_count;
+    int32_t vanishing_count;
     kt_planar_row row[KT_PLANAR_ROW_MAX];
 } kt_planar_loop;
 

@@ -5,25 +5,25 @@
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
-int kt_switch_count(const kt_model *model) { return model && model->family ? model->family->switches.count : 0; }
+int kt_switch_count(const kt_model *model) { return model && model->variants ? model->variants->switches.count : 0; }
 
 uint64_t kt_switch_set(const kt_model *model) { return model ? model->set : 0; }
 
 uint64_t kt_switch_bits(const kt_model *model, int k) {
-    return model && KT_IS_INDEX(k, kt_switch_count(model)) ? kt_switches_bit(&model->family->switches, k) : 0;
+    return model && KT_IS_INDEX(k, kt_switch_count(model)) ? kt_switches_bit(&model->variants->switches, k) : 0;
 }
 
 const kt_model *kt_model_switched(const kt_model *model, uint64_t set) {
-    if (!model || !model->family)
+    if (!model || !model->variants)
         return set == 0 ? model : NULL;
-    const int64_t index = kt_switches_index(&model->family->switches, set);
-    return index >= 0 ? kt_family_model(model->family, (uint64_t)index) : NULL;
+    const int64_t index = kt_switches_index(&model->variants->switches, set);
+    return index >= 0 ? kt_variants_model(model->variants, (uint64_t)index) : NULL;
 }
 
 const char *kt_switch_name(const kt_model *model, int k) {
     if (!model || !KT_IS_INDEX(k, kt_switch_count(model)))
         return NULL;
-    const kt_switch *item = &kt_family_switches(model->family)[k];
+    const kt_switch *item = &kt_variants_switches(model->variants)[k];
     if (item->loop >= 0)
         return model->text + model->loop[item->loop].name;
     for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
@@ -34,14 +34,14 @@ const char *kt_switch_name(const kt_model *model, int k) {
 
 int kt_loop_switch(const kt_model *model, int loop) {
     for (int k = 0; loop >= 0 && k < kt_switch_count(model); k++)
-        if (kt_family_switches(model->family)[k].loop == loop)
+        if (kt_variants_switches(model->variants)[k].loop == loop)
             return k;
     return -1;
 }
 
 int kt_effect_switch(const kt_model *model, int effect) {
     for (int k = 0; effect >= 0 && k < kt_switch_count(model); k++)
-        if (kt_family_switches(model->family)[k].effect == effect)
+        if (kt_variants_switches(model->variants)[k].effect == effect)
             return k;
     return -1;
 }
@@ -59,17 +59,17 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
         return KT_ERROR_ARGUMENT;
     const uint64_t bit = kt_switch_bits(*model, k);
     const kt_model *to = kt_model_switched(*model, on ? (*model)->set | bit : (*model)->set & ~bit);
-    if (!to || k >= (*model)->family->switches.own)
+    if (!to || k >= (*model)->variants->switches.own)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, call,
                             "it is one of more than %d contacts and switches, which only a simulation closes and opens",
                             KT_SWITCH_MAX);
-    if (data && data->bytes < (*model)->family->data)
+    if (data && data->bytes < (*model)->variants->data)
         return kt_error_set(error, KT_ERROR_MEMORY, call,
                             "the data have %zu bytes, and need %zu for all models; make them for one of these "
                             "(kt_data_create)",
-                            data->bytes, (*model)->family->data);
+                            data->bytes, (*model)->variants->data);
     if (data && to != *model)
-        kt_data_adapt(to, data);
+        kt_data_rebind(to, data);
     *model = to;
     return KT_OK;
 }

@@ -12,7 +12,7 @@ typedef struct kt_switch {
 /* The most switches that each have a bit in a set. With more switches, contacts share the two bits above. */
 enum { KT_SWITCH_BITS = 62 };
 
-/* The switches of a family. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
+/* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
  * contacts are masked. Then each set of the other switches has two models, one with no contact and one with all
  * contacts. A simulation makes the sets between from the second one (contact/mask.h).
  *
@@ -27,7 +27,7 @@ typedef struct kt_switches {
 static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (uint64_t)3 << 62;
 
 /* One block of memory: this struct, the offsets of the models, the switches, and the models. */
-typedef struct kt_family {
+typedef struct kt_variants {
     size_t bytes;
     size_t data;       /* bytes of the largest data */
     uint64_t contacts; /* bits of hard contacts, stops and ropes, and of friction that sticks; 0: there are none */
@@ -38,7 +38,7 @@ typedef struct kt_family {
                             kt_error *error);
     kt_switches switches;
     size_t at[]; /* of each model, from the beginning of the block */
-} kt_family;
+} kt_variants;
 
 /* The bits of switch k. */
 static inline uint64_t kt_switches_bit(const kt_switches *of, int k) {
@@ -81,36 +81,38 @@ static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
 }
 
-/* The number of models of a family, and the k-th model. */
-static inline uint64_t kt_family_models(const kt_family *family) { return kt_switches_models(&family->switches); }
-static inline kt_model *kt_family_model(const kt_family *family, uint64_t k) {
-    return (kt_model *)(void *)((char *)(uintptr_t)family + family->at[k]);
+/* The number of variants, and the k-th one. */
+static inline uint64_t kt_variants_count(const kt_variants *variants) {
+    return kt_switches_models(&variants->switches);
+}
+static inline kt_model *kt_variants_model(const kt_variants *variants, uint64_t k) {
+    return (kt_model *)(void *)((char *)(uintptr_t)variants + variants->at[k]);
 }
 
-/* The switches of a family. */
-static inline const kt_switch *kt_family_switches(const kt_family *family) {
-    return (const kt_switch *)(const void *)(family->at + kt_family_models(family));
+/* The switches of variants. */
+static inline const kt_switch *kt_variants_switches(const kt_variants *variants) {
+    return (const kt_switch *)(const void *)(variants->at + kt_variants_count(variants));
 }
 
-/* Bytes from the beginning of a family to its first model. */
-static inline size_t kt_family_head(const kt_switches *of) {
-    return kt_arena_round(sizeof(kt_family) + (size_t)kt_switches_models(of) * sizeof(size_t) +
+/* Bytes from the beginning of the variants to the first model. */
+static inline size_t kt_variants_head(const kt_switches *of) {
+    return kt_arena_round(sizeof(kt_variants) + (size_t)kt_switches_models(of) * sizeof(size_t) +
                           (size_t)of->count * sizeof(kt_switch));
 }
 
 /* The model in which all contacts are closed and all friction sticks, with the other switches of a model's set. NULL:
  * the model has no contacts. */
-static inline const kt_model *kt_family_closed(const kt_model *model) {
-    const kt_family *family = model->family;
-    return KT_HAS_SWITCHES && family != NULL && family->contacts != 0
-               ? kt_model_switched(model, (model->set | family->contacts) & ~family->back)
+static inline const kt_model *kt_variants_closed(const kt_model *model) {
+    const kt_variants *variants = model->variants;
+    return KT_HAS_SWITCHES && variants != NULL && variants->contacts != 0
+               ? kt_model_switched(model, (model->set | variants->contacts) & ~variants->back)
                : NULL;
 }
 
-/* Copies one model, without the others of its family. */
+/* Copies one model, without the others of its variants. */
 void kt_model_copy_one(const kt_model *model, void *memory);
 
 /* Initialises data for another model, whose data fit in their memory. Counts continue. */
-void kt_data_adapt(const kt_model *model, kt_data *data);
+void kt_data_rebind(const kt_model *model, kt_data *data);
 
 #endif

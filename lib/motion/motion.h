@@ -291,7 +291,7 @@ typedef struct kt_event_watch {
     kt_status (*begin)(kt_simulation *simulation, kt_error *error);
     /* Searches events after a step. If an event happened within the step, the step is undone, *t_limit is its new end,
      * and *again is true. */
-    kt_status (*take_back)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
+    kt_status (*reject_step)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
     /* Applies the events that happened at the present time (memory.fires). Hands their records to the recorder, unless
      * that is NULL. */
     kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
@@ -323,7 +323,7 @@ typedef struct kt_contact_calls {
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
-    void (*take_back)(kt_simulation *simulation);
+    void (*undo)(kt_simulation *simulation);
     /* Comes after parameters have been set. */
     void (*renew)(kt_simulation *simulation);
     /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
@@ -484,7 +484,7 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 
 /* The first function returns the auxiliary states in a state y. The second one lets evaluations with the simulation's
  * data use those of y. */
-static inline double *kt_simulation_own_states_of(const kt_simulation *simulation, double *y) {
+static inline double *kt_simulation_auxiliary_states_of(const kt_simulation *simulation, double *y) {
     return y + simulation->size.nq + simulation->size.nv;
 }
 static inline void kt_simulation_use_states(const kt_simulation *simulation, const double *y) {

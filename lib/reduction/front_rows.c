@@ -121,8 +121,8 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
     kt_planar_relate(f->data, flat, end, &r);
     const int count =
         kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot}, end, &r, t, rows);
-    kt_planar_rows_void(&f->w, flat, slot);
-    for (int i = flat->count; i < flat->count + flat->void_count; i++)
+    kt_planar_rows_vanishing(&f->w, flat, slot);
+    for (int i = flat->count; i < flat->count + flat->vanishing_count; i++)
         if (slot[flat->row[i].row] >= 0)
             memset(kt_front_wrench(f, slot[flat->row[i].row], 0), 0, 2 * KT_FRONT_SPACE * sizeof(kt_real1));
     for (int i = 0; i < count; i++)

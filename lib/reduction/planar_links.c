@@ -185,7 +185,7 @@ static size_t solve_delassus(const closure *c, const kt_plane *plane) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
         if (is_delassus(c, (int32_t)g) && k >= plane->first && k < plane->last &&
-            kt_is_refused(c->data, KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity)))
+            kt_is_rejected(c->data, KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity)))
             return g;
     }
     return model->n.group;
@@ -257,8 +257,8 @@ KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_plana
         return joint(link, m, tau, x, response, c->data);
     }
     c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
-    return link->first_of_group && kt_is_refused(c->data, eliminate_group(c, link, tau)) ? KT_ELIMINATION_SINGULAR
-                                                                                         : KT_ELIMINATION_ENDED;
+    return link->first_of_group && kt_is_rejected(c->data, eliminate_group(c, link, tau)) ? KT_ELIMINATION_SINGULAR
+                                                                                          : KT_ELIMINATION_ENDED;
 }
 
 KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,

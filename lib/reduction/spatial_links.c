@@ -158,7 +158,7 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
         }
 #endif
         if (is_special(model, data, (int32_t)g) && (size_t)link < end &&
-            kt_is_refused(data, KT_KERNEL(kt_delassus_solve)(model, data, g, NULL)))
+            kt_is_rejected(data, KT_KERNEL(kt_delassus_solve)(model, data, g, NULL)))
             return (size_t)link;
     }
     return 0;
@@ -183,8 +183,8 @@ KT_INLINE kt_elimination eliminate_of_group(const kt_model *model, kt_data *data
     const int32_t group = model->link[i].group;
     data->articulated[i] = *x;
     const bool first = model->group_link[model->group[group].link] == (int32_t)i;
-    return first && kt_is_refused(data, eliminate_whole(model, data, group, tau)) ? KT_ELIMINATION_SINGULAR
-                                                                                  : KT_ELIMINATION_ENDED;
+    return first && kt_is_rejected(data, eliminate_whole(model, data, group, tau)) ? KT_ELIMINATION_SINGULAR
+                                                                                   : KT_ELIMINATION_ENDED;
 }
 
 /* Whether a group in a special form is a joint at its stop (half_columns.h). */

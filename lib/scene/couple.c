@@ -21,8 +21,8 @@ static kt_status fail_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
 }
 
-kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_scene_fmu *fmu, kt_resets *resets,
-                          kt_coupled_fmu *to, bool *moves, kt_error *error) {
+kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_scene_fmu *fmu,
+                          kt_assignments *assignments, kt_coupled_fmu *to, bool *moves, kt_error *error) {
     const size_t inputs = (size_t)fmu->input_count, outputs = (size_t)fmu->output_count;
     *to = (kt_coupled_fmu){.step = fmu->step,
                            .formulas = kt_pool_take(in->pool, inputs + 1, sizeof *to->formulas),
@@ -31,7 +31,7 @@ kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_
                            .states = kt_pool_take(in->pool, outputs + 1, sizeof *to->states),
                            .input_count = fmu->input_count,
                            .output_count = fmu->output_count,
-                           .resets = resets};
+                           .assignments = assignments};
     if (to->formulas == NULL || to->inputs == NULL || to->outputs == NULL || to->states == NULL)
         return fail_memory(error);
     kt_status status = KT_OK;
@@ -75,7 +75,7 @@ double kt_scene_next_sample(double step, double t) {
 
 int kt_coupled_sample(kt_coupled_fmu *coupled, uint64_t number, const kt_instant *at, kt_simulation *simulation,
                       kt_error *error) {
-    double *x = coupled->output_count > 0 ? kt_resets_states(coupled->resets, simulation) : NULL;
+    double *x = coupled->output_count > 0 ? kt_assignments_states(coupled->assignments, simulation) : NULL;
     for (int i = 0; i < coupled->input_count; i++)
         if (kt_bound_evaluate(&coupled->formulas[i], at, &coupled->inputs[i], error) != 0)
             return -1;
@@ -90,7 +90,7 @@ int kt_coupled_sample(kt_coupled_fmu *coupled, uint64_t number, const kt_instant
     coupled->point = number;
     for (int i = 0; i < coupled->output_count; i++)
         x[coupled->states[i]] = coupled->outputs[i];
-    if (code >= 0 && x != NULL && kt_resets_apply(coupled->resets, simulation, error) != KT_OK)
+    if (code >= 0 && x != NULL && kt_assignments_apply(coupled->assignments, simulation, error) != KT_OK)
         return -1;
     return code;
 }

@@ -2,8 +2,8 @@
 #ifndef KT_SCENE_COUPLE_H
 #define KT_SCENE_COUPLE_H
 
+#include "scene/assignment.h"
 #include "scene/bound.h"
-#include "scene/reset.h"
 
 /* An FMU of a scene in a simulation. */
 typedef struct kt_coupled_fmu {
@@ -13,7 +13,7 @@ typedef struct kt_coupled_fmu {
     double *inputs, *outputs; /* their values */
     int *states;              /* auxiliary states that hold the outputs */
     int input_count, output_count;
-    kt_resets *resets; /* of the watch; NULL: there are no outputs */
+    kt_assignments *assignments; /* of the watch; NULL: there are no outputs */
     kt_scene_coupling with;
     bool is_coupled;
     kt_event *event; /* the event of an FMU that has ended the run, in the simulation; NULL: it has not */
@@ -21,7 +21,7 @@ typedef struct kt_coupled_fmu {
 
 /* Binds the inputs and outputs of an FMU. *moves: whether inputs need data of the model. */
 KT_CHECKED kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_scene_fmu *fmu,
-                                     kt_resets *resets, kt_coupled_fmu *to, bool *moves, kt_error *error);
+                                     kt_assignments *assignments, kt_coupled_fmu *to, bool *moves, kt_error *error);
 
 /* The value of the event: it rises through zero at the next communication point. Returns 1 after an error. */
 int kt_coupled_clock(const kt_coupled_fmu *coupled, const kt_instant *at, double *value, kt_error *error);

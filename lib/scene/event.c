@@ -5,9 +5,9 @@
  */
 #include "scene/event.h"
 
+#include "scene/assignment.h"
 #include "scene/expression.h"
 #include "scene/part.h"
-#include "scene/reset.h"
 #include "scene/response.h"
 #include "scene/vary.h"
 
@@ -457,10 +457,10 @@ const kt_items kt_events = {.expected = "a list of events ('- {name: ..., when: 
                             .write = write_event};
 
 static void write_events(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_reset_number *number;
-    for (size_t k = 0; (number = kt_resets_next(object, &k)) != NULL;)
+    const kt_assigned_number *number;
+    for (size_t k = 0; (number = kt_assignments_next(object, &k)) != NULL;)
         if (number->parameter < 0) {
-            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
+            kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
                            "events set parameters that numbers of the scene follow; a scene is written with numbers in "
                            "place of parameters, which no event could set");
             break;

@@ -118,9 +118,9 @@ bool kt_is_bare_expression(kt_reader *r, const char *text) {
 typedef struct kt_formula_names {
     kt_reader *r;
     const kt_symbols *variables;
-    bool waits;    /* a parameter has no value: that has been reported */
-    bool varies;   /* a parameter depends on a variable */
-    bool is_reset; /* or on one that an event sets, where there are no auxiliary states */
+    bool waits;       /* a parameter has no value: that has been reported */
+    bool varies;      /* a parameter depends on a variable */
+    bool is_assigned; /* or on one that an event sets, where there are no auxiliary states */
 } kt_formula_names;
 
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
@@ -134,7 +134,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     const kt_named_number *parameter = &names->r->scene->parameters[symbol->index];
     names->waits = names->waits || !parameter->is_known;
     names->varies = names->varies || parameter->varies;
-    names->is_reset = names->is_reset || parameter->is_reset;
+    names->is_assigned = names->is_assigned || parameter->is_assigned;
     symbol->is_fixed = true;
     symbol->number = parameter->value;
     return true;
@@ -236,8 +236,8 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
                                               "with numbers in place of parameters the formula has more than %d "
                                               "characters; compute a part of it as a parameter",
                                               KT_EXPRESSION_LENGTH_MAX);
-    if (names.varies || names.is_reset || kt_is_varied(r, node) || kt_written_varies(r, &written))
-        kt_varying_note_fixed(r, node, names.is_reset);
+    if (names.varies || names.is_assigned || kt_is_varied(r, node) || kt_written_varies(r, &written))
+        kt_varying_note_fixed(r, node, names.is_assigned);
     *text = filled;
     return true;
 }

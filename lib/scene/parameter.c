@@ -7,10 +7,10 @@
 
 #include "document/number.h"
 #include "expression/expression.h"
+#include "scene/assignment.h"
 #include "scene/expression.h"
 #include "scene/named.h"
 #include "scene/part.h"
-#include "scene/reset.h"
 #include "scene/vary.h"
 
 #include <math.h>
@@ -54,7 +54,7 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
             continue;
         r->scene->parameters[r->scene->parameter_count] =
             (kt_named_number){.name = key->of.text, .key = key, .node = key->next, .value = (double)NAN};
-        r->scene->parameters[r->scene->parameter_count].is_set = kt_reset_is_named(r, key->of.text);
+        r->scene->parameters[r->scene->parameter_count].is_set = kt_is_assigned(r, key->of.text);
         r->scene->parameter_values[r->scene->parameter_count] = (double)NAN;
         check_name(r, scope, r->scene->parameter_count++);
     }
@@ -66,11 +66,11 @@ static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     parameter->is_known = true;
     r->scene->parameter_values[parameter - r->scene->parameters] = value;
     parameter->varies = parameter->node->follows;
-    parameter->is_reset = parameter->is_set;
+    parameter->is_assigned = parameter->is_set;
     for (size_t i = 0; parameter->expression != NULL && i < parameter->expression->count; i++) {
         const kt_expression_term *term = &parameter->expression->term[i];
         if (term->code == KT_OPERATOR_SYMBOL)
-            parameter->is_reset = parameter->is_reset || r->scene->parameters[term->symbol].is_reset;
+            parameter->is_assigned = parameter->is_assigned || r->scene->parameters[term->symbol].is_assigned;
     }
     (void)kt_number_follows(r, parameter->node, false, &r->scene->parameter_values[parameter - r->scene->parameters]);
 }

@@ -10,6 +10,7 @@
 #include "document/file.h"
 #include "document/flow.h"
 #include "document/number.h"
+#include "scene/assignment.h"
 #include "scene/beam.h"
 #include "scene/comma.h"
 #include "scene/event.h"
@@ -18,7 +19,6 @@
 #include "scene/named.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
-#include "scene/reset.h"
 #include "scene/vary.h"
 
 #include <locale.h>
@@ -233,7 +233,7 @@ static void read_scene(kt_reader *r, const char *path, const char *text, size_t 
     kt_expressions_list(r);
     hide_sections(r);
     kt_parameters_read(r);
-    kt_resets_add_states(r, &scene->description);
+    kt_assignments_add_states(r, &scene->description);
     kt_beams_expand(r);
     kt_fmus_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);

@@ -41,7 +41,7 @@ static void read_loop(kt_reader *r, const kt_scope *scope, const kt_item_read *i
 static void write_loop(kt_emitter *e, const void *item, int index) {
     const kt_loop *loop = item, rest = kt_loop_default();
     if (loop->type == KT_LOOP_CUSTOM)
-        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "loops[%d] calls back into a program; no scene file can hold it",
+        kt_emit_reject(e, KT_ERROR_UNSUPPORTED, "loops[%d] calls back into a program; no scene file can hold it",
                        index);
     else
         kt_table_write(e, &loop_table, loop, &rest);
@@ -134,7 +134,7 @@ static void read_effect(kt_reader *r, const kt_scope *scope, const kt_item_read 
 static void write_effect(kt_emitter *e, const void *item, int index) {
     const kt_effect *effect = item, rest = kt_effect_default();
     if (effect->type == KT_EFFECT_CUSTOM || effect->law != NULL)
-        kt_emit_refuse(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
+        kt_emit_reject(e, KT_ERROR_UNSUPPORTED, "effects[%d] calls back into a program; no scene file can hold it",
                        index);
     else
         kt_table_write(e, &effect_table, effect, &rest);

@@ -69,7 +69,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
         r->scene->names_are_known = false;
         return kt_fault_expected(r, scope, node, "names and rates of states ('current: {rate: ...}')");
     }
-    /* After the states of parameters that events set (reset.h). */
+    /* After the states of parameters that events set (assignment.h). */
     const size_t before = (size_t)scene->description.state_count, count = before + node->count;
     kt_state *states = kt_pool_take(&r->keep, count + 1, sizeof *states);
     kt_node **nodes = kt_pool_take(&r->scratch, count + 1, sizeof(kt_node *));
@@ -97,7 +97,7 @@ static void write_states(kt_emitter *e, const kt_field *field, const void *objec
     for (int k = 0; k < d->state_count; k++) {
         kt_emit_key(e, d->states[k].name);
         if (d->states[k].rate == NULL)
-            kt_emit_refuse(e, KT_ERROR_UNSUPPORTED,
+            kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
                            "the rate of state '%.60s' is a program's; no scene file can hold it", d->states[k].name);
         else
             kt_table_write(e, &state_table, &d->states[k], &rest);

@@ -1,10 +1,10 @@
 /* Parameters that change while a simulation runs (tune.h): new values go into the scene (vary.c), and from there into
- * the model and the simulation (reset.c).
+ * the model and the simulation (assignment.c).
  */
 #include "scene/tune.h"
 
 #include "document/pool.h"
-#include "scene/reset.h"
+#include "scene/assignment.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +12,7 @@
 struct kt_tuning {
     kt_pool pool;
     kt_scene *scene;
-    kt_resets *resets;
+    kt_assignments *assignments;
     double *values; /* of the variables, now */
     size_t count;
 };
@@ -29,7 +29,7 @@ kt_status kt_tuning_create(kt_scene *scene, const kt_model *model, kt_tuning **t
     to->count = count;
     if (count > 0)
         memcpy(to->values, values, count * sizeof *values);
-    return kt_resets_create_varied(&to->pool, scene, model, &to->resets, error);
+    return kt_assignments_create_varied(&to->pool, scene, model, &to->assignments, error);
 }
 
 void kt_tuning_free(kt_tuning *tuning) {
@@ -43,14 +43,14 @@ kt_status kt_tuning_set(kt_tuning *tuning, const double *values, kt_simulation *
     kt_status status = kt_scene_vary(tuning->scene, values, error);
     if (status != KT_OK)
         return status;
-    status =
-        jumps ? kt_resets_apply(tuning->resets, simulation, error) : kt_resets_sync(tuning->resets, simulation, error);
+    status = jumps ? kt_assignments_apply(tuning->assignments, simulation, error)
+                   : kt_assignments_sync(tuning->assignments, simulation, error);
     if (status == KT_OK) {
         memcpy(tuning->values, values, tuning->count * sizeof *values);
         return KT_OK;
     }
     kt_error again; /* the former values are valid */
     if (kt_scene_vary(tuning->scene, tuning->values, &again) == KT_OK && !jumps)
-        (void)(kt_resets_sync(tuning->resets, simulation, &again) == KT_OK);
+        (void)(kt_assignments_sync(tuning->assignments, simulation, &again) == KT_OK);
     return status;
 }

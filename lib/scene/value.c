@@ -331,7 +331,7 @@ static void write_choice(kt_emitter *e, const kt_field *field, const void *objec
     int value;
     memcpy(&value, kt_field_of(object, field), sizeof value);
     if (value < choice->first || value >= choice->count)
-        kt_emit_refuse(e, KT_ERROR_ARGUMENT, "%s is %d, which has no meaning", choice->where, value);
+        kt_emit_reject(e, KT_ERROR_ARGUMENT, "%s is %d, which has no meaning", choice->where, value);
     else
         kt_emit_word(e, choice->names[value]);
 }

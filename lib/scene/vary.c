@@ -1,5 +1,5 @@
 /* Numbers that follow from variables, or from parameters that events set. They are listed while a scene is read, and
- * get new values later (kt_scene_vary; reset.c).
+ * get new values later (kt_scene_vary; assignment.c).
  *
  * Numbers are listed in the order in which they are read. Parameters come before all else, and each after those that it
  * uses. A walk along the list therefore finds everything evaluated that an expression needs.
@@ -8,47 +8,48 @@
 
 #include "base/require.h"
 #include "expression/expression.h"
+#include "scene/assignment.h"
 #include "scene/expression.h" /* kt_named_number */
 #include "scene/parameter.h"
-#include "scene/reset.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 /* A number of the scene. */
-typedef struct kt_follower {
+typedef struct kt_bound_number {
     const kt_expression *expression; /* of parameters; NULL: the value of a variable */
     int variable;
-    bool positive;  /* others are refused */
-    bool is_reset;  /* it follows from a parameter that an event sets */
-    bool is_offset; /* it lies in the struct kt_scene, which its owner may move */
-    bool is_target; /* it is a number that can change while a scene runs, reset.target */
+    bool positive;    /* others are rejected */
+    bool is_assigned; /* it follows from a parameter that an event sets */
+    bool is_offset;   /* it lies in the struct kt_scene, which its owner may move */
+    bool is_target;   /* it is a number that can change while a scene runs, assigned.target */
     double *at;
     size_t offset;
-    kt_node *node;         /* while the scene is read */
-    kt_reset_number reset; /* once the scene has been read */
-} kt_follower;
+    kt_node *node;               /* while the scene is read */
+    kt_assigned_number assigned; /* once the scene has been read */
+} kt_bound_number;
 
 /* A value that has been read and depends on a variable, until a reader has recorded its final place. */
-typedef struct kt_noted {
+typedef struct kt_pending_binding {
     kt_node *node;
     const kt_expression *expression; /* a copy, as long as the scene; NULL: the value of a variable, or no number */
-    bool is_reset;                   /* it depends on a parameter that an event sets */
-} kt_noted;
+    bool is_assigned;                /* it depends on a parameter that an event sets */
+} kt_pending_binding;
 
 struct kt_scene_variables {
-    kt_follower *followers;
+    kt_bound_number *bound;
     size_t count, room;
     int variable_count, first_setting;
     double *values;     /* of the variables, now */
     double *parameters; /* values of all parameters, now */
     int parameter_count;
-    int *reset_state; /* for each parameter that follows events: the index of its state in the description; else -1 */
-    bool *is_set;     /* of each: an event sets it */
-    int reset_count;  /* how many follow events; the states are the first ones */
-    kt_noted *noted;  /* while the scene is read */
-    size_t noted_count, noted_room;
+    int *
+        assigned_state; /* for each parameter that follows events: the index of its state in the description; else -1 */
+    bool *is_set;       /* of each: an event sets it */
+    int assigned_count; /* how many follow events; the states are the first ones */
+    kt_pending_binding *pending; /* while the scene is read */
+    size_t pending_count, pending_room;
     bool is_fixed;             /* a value was made that cannot be changed */
     char where[KT_WHERE_SIZE]; /* the place of the first such value */
 };
@@ -57,7 +58,7 @@ struct kt_scene_variables {
 
 void kt_varying_start(kt_reader *r, const kt_scene_options *options) {
     const int count = options != NULL ? options->variable_count : 0;
-    if (count == 0 && !kt_resets_are_named(r))
+    if (count == 0 && !kt_assignments_exist(r))
         return;
     kt_scene_variables *v = kt_pool_take(&r->keep, 1, sizeof *v);
     double *values = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *values);
@@ -85,14 +86,14 @@ bool kt_is_varied(const kt_reader *r, const kt_node *node) {
     return r->scene->varying != NULL && variable_of(r->scene->varying, node) >= 0;
 }
 
-/* Whether an expression depends on a variable; *is_reset: on a parameter that an event sets. */
-static bool depends(const kt_reader *r, const kt_expression *expression, bool *is_reset) {
+/* Whether an expression depends on a variable; *is_assigned: on a parameter that an event sets. */
+static bool depends(const kt_reader *r, const kt_expression *expression, bool *is_assigned) {
     bool varies = false;
-    *is_reset = false;
+    *is_assigned = false;
     for (size_t i = 0; i < expression->count; i++)
         if (expression->term[i].code == KT_OPERATOR_SYMBOL) {
             varies = varies || r->scene->parameters[expression->term[i].symbol].varies;
-            *is_reset = *is_reset || r->scene->parameters[expression->term[i].symbol].is_reset;
+            *is_assigned = *is_assigned || r->scene->parameters[expression->term[i].symbol].is_assigned;
         }
     return varies;
 }
@@ -112,24 +113,24 @@ static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t
     return more;
 }
 
-static void add_noted(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_reset) {
+static void add_pending(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_assigned) {
     kt_scene_variables *v = r->scene->varying;
-    kt_noted *noted = grow(r, &r->scratch, v->noted, v->noted_count, &v->noted_room, sizeof *noted);
-    if (noted == NULL)
+    kt_pending_binding *pending = grow(r, &r->scratch, v->pending, v->pending_count, &v->pending_room, sizeof *pending);
+    if (pending == NULL)
         return;
-    noted[v->noted_count++] = (kt_noted){node, expression, is_reset};
-    v->noted = noted;
+    pending[v->pending_count++] = (kt_pending_binding){node, expression, is_assigned};
+    v->pending = pending;
     node->follows = true;
 }
 
-void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset) {
+void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_assigned) {
     if (r->scene->varying != NULL)
-        add_noted(r, node, NULL, is_reset);
+        add_pending(r, node, NULL, is_assigned);
 }
 
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
-    bool is_reset = false;
-    if (r->scene->varying == NULL || !(expression != NULL ? depends(r, expression, &is_reset) || is_reset
+    bool is_assigned = false;
+    if (r->scene->varying == NULL || !(expression != NULL ? depends(r, expression, &is_assigned) || is_assigned
                                                           : variable_of(r->scene->varying, node) >= 0))
         return;
     const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
@@ -139,52 +140,52 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
     if (kept == NULL && expression != NULL)
         (void)kt_reader_out_of_memory(r);
     else
-        add_noted(r, node, kept, is_reset);
+        add_pending(r, node, kept, is_assigned);
 }
 
-static kt_follower *add_follower(kt_reader *r) {
+static kt_bound_number *add_bound_number(kt_reader *r) {
     kt_scene_variables *v = r->scene->varying;
-    kt_follower *followers = grow(r, &r->keep, v->followers, v->count, &v->room, sizeof *followers);
-    if (followers == NULL)
+    kt_bound_number *bound = grow(r, &r->keep, v->bound, v->count, &v->room, sizeof *bound);
+    if (bound == NULL)
         return NULL;
-    v->followers = followers;
-    return &followers[v->count++];
+    v->bound = bound;
+    return &bound[v->count++];
 }
 
 /* Removes the last note of a node from the list, and returns it. */
-static kt_noted take_noted(kt_scene_variables *v, const kt_node *node) {
-    size_t k = v->noted_count - 1;
-    while (v->noted[k].node != node)
+static kt_pending_binding take_pending(kt_scene_variables *v, const kt_node *node) {
+    size_t k = v->pending_count - 1;
+    while (v->pending[k].node != node)
         k--;
-    const kt_noted found = v->noted[k];
-    memmove(&v->noted[k], &v->noted[k + 1], (v->noted_count - k - 1) * sizeof found);
-    v->noted_count--;
+    const kt_pending_binding found = v->pending[k];
+    memmove(&v->pending[k], &v->pending[k + 1], (v->pending_count - k - 1) * sizeof found);
+    v->pending_count--;
     return found;
 }
 
 bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
     if (r->scene->varying == NULL || !node->follows || r->out_of_memory)
         return false;
-    kt_follower *follower = add_follower(r);
-    if (follower == NULL)
+    kt_bound_number *number = add_bound_number(r);
+    if (number == NULL)
         return false;
-    const kt_noted noted = take_noted(r->scene->varying, node);
-    *follower = (kt_follower){.expression = noted.expression,
-                              .variable = noted.expression == NULL ? variable_of(r->scene->varying, node) : -1,
-                              .positive = positive,
-                              .is_reset = noted.is_reset,
-                              .node = node};
-    follower->at = at;
+    const kt_pending_binding pending = take_pending(r->scene->varying, node);
+    *number = (kt_bound_number){.expression = pending.expression,
+                                .variable = pending.expression == NULL ? variable_of(r->scene->varying, node) : -1,
+                                .positive = positive,
+                                .is_assigned = pending.is_assigned,
+                                .node = node};
+    number->at = at;
     node->follows = false;
     return true;
 }
 
 void kt_number_follows_too(kt_reader *r, double *at) {
-    kt_follower *follower = add_follower(r);
-    if (follower == NULL)
+    kt_bound_number *number = add_bound_number(r);
+    if (number == NULL)
         return;
-    *follower = follower[-1];
-    follower->at = at;
+    *number = number[-1];
+    number->at = at;
 }
 
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at) {
@@ -195,34 +196,34 @@ void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at) {
 
 /* ---- once it has been read --------------------------------------------------------------------------------------- */
 
-static double *place_of(const kt_follower *follower, kt_scene *scene) {
-    return follower->is_offset ? (double *)(void *)((char *)scene + follower->offset) : follower->at;
+static double *place_of(const kt_bound_number *number, kt_scene *scene) {
+    return number->is_offset ? (double *)(void *)((char *)scene + number->offset) : number->at;
 }
 
 void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to) {
     kt_scene_variables *v = scene->variables;
     const uintptr_t begin = (uintptr_t)from;
     for (size_t i = 0; v != NULL && i < v->count; i++) {
-        kt_follower *follower = &v->followers[i];
-        const uintptr_t at = (uintptr_t)follower->at;
-        if (!follower->is_offset && at >= begin && at < begin + size)
-            follower->at = (double *)(void *)((char *)to + (at - begin));
+        kt_bound_number *number = &v->bound[i];
+        const uintptr_t at = (uintptr_t)number->at;
+        if (!number->is_offset && at >= begin && at < begin + size)
+            number->at = (double *)(void *)((char *)to + (at - begin));
     }
 }
 
-static double value_of(const kt_scene_variables *v, const kt_follower *follower, const double *values) {
-    return follower->expression != NULL ? kt_expression_evaluate(follower->expression, v->parameters)
-                                        : values[follower->variable];
+static double value_of(const kt_scene_variables *v, const kt_bound_number *number, const double *values) {
+    return number->expression != NULL ? kt_expression_evaluate(number->expression, v->parameters)
+                                      : values[number->variable];
 }
 
 /* Whether a number is at its final place in the scene, and still has the value that was read. */
-static bool is_in_place(const kt_reader *r, kt_follower *follower, kt_scene *scene) {
-    const uintptr_t at = (uintptr_t)follower->at, begin = (uintptr_t)scene;
-    follower->is_offset = at >= begin && at < begin + sizeof *scene;
-    follower->offset = follower->is_offset ? (size_t)(at - begin) : 0;
-    if (!follower->is_offset && !kt_pool_has(&r->keep, follower->at))
+static bool is_in_place(const kt_reader *r, kt_bound_number *number, kt_scene *scene) {
+    const uintptr_t at = (uintptr_t)number->at, begin = (uintptr_t)scene;
+    number->is_offset = at >= begin && at < begin + sizeof *scene;
+    number->offset = number->is_offset ? (size_t)(at - begin) : 0;
+    if (!number->is_offset && !kt_pool_has(&r->keep, number->at))
         return false;
-    return *place_of(follower, scene) == value_of(r->scene->varying, follower, r->scene->varying->values);
+    return *place_of(number, scene) == value_of(r->scene->varying, number, r->scene->varying->values);
 }
 
 static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
@@ -235,7 +236,7 @@ static void tell_where(const kt_reader *r, const char *path, const kt_node *node
 }
 
 /* Reports a value that an event cannot change although it depends on a parameter that the event sets. */
-static void refuse_reset(kt_reader *r, kt_node *node) {
+static void reject_assignment(kt_reader *r, kt_node *node) {
     (void)kt_fault_at(r, KT_ERROR_SCENE, NULL, node,
                       "an event sets a parameter of %s, which is no number that can change while a scene runs; those "
                       "are masses, centres, inertias and armatures of bodies, gravity, numbers and constant functions "
@@ -244,23 +245,23 @@ static void refuse_reset(kt_reader *r, kt_node *node) {
                       node->kind == KT_NODE_TEXT ? kt_name_quote(node->of.text).text : "this");
 }
 
-/* Records which number of the description each follower is. */
-static void check_resets(kt_reader *r, const kt_scene *scene) {
+/* Records which number of the description each number is. */
+static void check_assignments(kt_reader *r, const kt_scene *scene) {
     kt_scene_variables *v = r->scene->varying;
-    for (size_t i = 0; i < v->noted_count; i++)
-        if (v->noted[i].is_reset)
-            refuse_reset(r, v->noted[i].node);
+    for (size_t i = 0; i < v->pending_count; i++)
+        if (v->pending[i].is_assigned)
+            reject_assignment(r, v->pending[i].node);
     for (size_t i = 0; i < v->count; i++) {
-        kt_follower *follower = &v->followers[i];
-        const double *at = follower->at;
+        kt_bound_number *number = &v->bound[i];
+        const double *at = number->at;
         const bool is_parameter = r->scene->parameter_count > 0 && at >= r->scene->parameter_values &&
                                   at < r->scene->parameter_values + r->scene->parameter_count;
-        follower->reset = (kt_reset_number){.expression = follower->expression,
-                                            .parameter = is_parameter ? (int)(at - r->scene->parameter_values) : -1};
-        follower->is_target = !is_parameter && kt_reset_target_of(&scene->description, at, &follower->reset.target);
-        if (follower->is_reset && !is_parameter && !follower->is_target)
-            refuse_reset(r, follower->node);
-        follower->node = NULL;
+        number->assigned = (kt_assigned_number){
+            .expression = number->expression, .parameter = is_parameter ? (int)(at - r->scene->parameter_values) : -1};
+        number->is_target = !is_parameter && kt_assignment_target_of(&scene->description, at, &number->assigned.target);
+        if (number->is_assigned && !is_parameter && !number->is_target)
+            reject_assignment(r, number->node);
+        number->node = NULL;
     }
 }
 
@@ -268,62 +269,63 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     kt_scene_variables *v = r->scene->varying;
     if (v == NULL)
         return;
-    check_resets(r, scene);
-    bool follows = v->noted_count == 0;
+    check_assignments(r, scene);
+    bool follows = v->pending_count == 0;
     v->parameters = r->scene->parameter_values;
     for (size_t i = 0; i < v->count; i++) /* all: also those of a scene that has to be read anew may be set by events */
-        follows = is_in_place(r, &v->followers[i], scene) && follows;
+        follows = is_in_place(r, &v->bound[i], scene) && follows;
     v->is_fixed = !follows;
-    tell_where(r, path, v->noted_count > 0 ? v->noted[0].node : NULL, v->where);
-    v->noted = NULL;
+    tell_where(r, path, v->pending_count > 0 ? v->pending[0].node : NULL, v->where);
+    v->pending = NULL;
     scene->variables = v;
 }
 
 /* ---- parameters that events set ---------------------------------------------------------------------------------- */
 
-void kt_resets_add_states(kt_reader *r, kt_description *description) {
+void kt_assignments_add_states(kt_reader *r, kt_description *description) {
     kt_scene_variables *v = r->scene->varying;
     if (v == NULL || r->scene->parameter_count == 0)
         return;
     const size_t count = (size_t)r->scene->parameter_count;
     kt_state *states = kt_pool_take(&r->keep, count, sizeof *states);
-    v->reset_state = kt_pool_take(&r->keep, count, sizeof *v->reset_state);
+    v->assigned_state = kt_pool_take(&r->keep, count, sizeof *v->assigned_state);
     v->is_set = kt_pool_take(&r->keep, count, sizeof *v->is_set);
     r->scene->state_nodes = kt_pool_take(&r->scratch, count, sizeof(kt_node *));
-    if (states == NULL || v->reset_state == NULL || v->is_set == NULL || r->scene->state_nodes == NULL) {
+    if (states == NULL || v->assigned_state == NULL || v->is_set == NULL || r->scene->state_nodes == NULL) {
         (void)kt_reader_out_of_memory(r);
         return;
     }
     v->parameter_count = r->scene->parameter_count;
     for (int k = 0; k < r->scene->parameter_count; k++) {
         const kt_named_number *parameter = &r->scene->parameters[k];
-        v->reset_state[k] = parameter->is_reset ? v->reset_count : -1;
+        v->assigned_state[k] = parameter->is_assigned ? v->assigned_count : -1;
         v->is_set[k] = parameter->is_set;
-        if (!parameter->is_reset)
+        if (!parameter->is_assigned)
             continue;
-        r->scene->state_nodes[v->reset_count] = parameter->node;
-        states[v->reset_count++] = (kt_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
-                                              .initial = parameter->is_known ? parameter->value : 0.0,
-                                              .rate = "0"};
+        r->scene->state_nodes[v->assigned_count] = parameter->node;
+        states[v->assigned_count++] =
+            (kt_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
+                       .initial = parameter->is_known ? parameter->value : 0.0,
+                       .rate = "0"};
     }
-    description->states = v->reset_count > 0 ? states : NULL;
-    description->state_count = v->reset_count;
+    description->states = v->assigned_count > 0 ? states : NULL;
+    description->state_count = v->assigned_count;
 }
 
-int kt_resets_parameters(const kt_scene *scene) {
-    return scene->variables != NULL && scene->variables->reset_count > 0 ? scene->variables->parameter_count : 0;
+int kt_assignments_parameters(const kt_scene *scene) {
+    return scene->variables != NULL && scene->variables->assigned_count > 0 ? scene->variables->parameter_count : 0;
 }
 
-kt_reset_parameter kt_resets_parameter(const kt_scene *scene, int k) {
+kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k) {
     const kt_scene_variables *v = scene->variables;
-    return (kt_reset_parameter){.value = v->parameters[k], .state = v->reset_state[k], .is_set = v->is_set[k]};
+    return (kt_assigned_parameter){.value = v->parameters[k], .state = v->assigned_state[k], .is_set = v->is_set[k]};
 }
 
-const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k) {
+const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k) {
     const kt_scene_variables *v = scene->variables;
-    while (v != NULL && *k < v->count && !v->followers[*k].is_reset)
+    while (v != NULL && *k < v->count && !v->bound[*k].is_assigned)
         (*k)++;
-    return v != NULL && *k < v->count ? &v->followers[(*k)++].reset : NULL;
+    return v != NULL && *k < v->count ? &v->bound[(*k)++].assigned : NULL;
 }
 
 /* ---- numbers of a running simulation ----------------------------------------------------------------------------- */
@@ -332,9 +334,9 @@ bool kt_scene_is_tunable(const kt_scene *scene) {
     const kt_scene_variables *v = scene != NULL ? scene->variables : NULL;
     bool any = false, all = v != NULL && v->variable_count > 0 && !v->is_fixed;
     for (size_t i = 0; all && i < v->count; i++) {
-        const kt_follower *follower = &v->followers[i];
-        all = !follower->is_reset && (follower->is_target || follower->reset.parameter >= 0);
-        any = any || follower->is_target;
+        const kt_bound_number *number = &v->bound[i];
+        all = !number->is_assigned && (number->is_target || number->assigned.parameter >= 0);
+        any = any || number->is_target;
     }
     return any && all;
 }
@@ -342,20 +344,20 @@ bool kt_scene_is_tunable(const kt_scene *scene) {
 bool kt_scene_follows(const kt_scene *scene, int k) {
     const kt_scene_variables *v = scene != NULL ? scene->variables : NULL;
     for (size_t i = 0; v != NULL && i < v->count; i++)
-        if (v->followers[i].expression != NULL && v->followers[i].reset.parameter == k && k >= 0)
+        if (v->bound[i].expression != NULL && v->bound[i].assigned.parameter == k && k >= 0)
             return v->variable_count > 0;
     return false;
 }
 
-const kt_reset_number *kt_varied_next(const kt_scene *scene, size_t *k) {
+const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k) {
     const kt_scene_variables *v = scene->variables;
-    while (v != NULL && *k < v->count && !v->followers[*k].is_target)
+    while (v != NULL && *k < v->count && !v->bound[*k].is_target)
         (*k)++;
-    return v != NULL && *k < v->count ? &v->followers[(*k)++].reset : NULL;
+    return v != NULL && *k < v->count ? &v->bound[(*k)++].assigned : NULL;
 }
 
 double kt_varied_value(const kt_scene *scene, size_t k) {
-    return *place_of(&scene->variables->followers[k], (kt_scene *)(uintptr_t)scene);
+    return *place_of(&scene->variables->bound[k], (kt_scene *)(uintptr_t)scene);
 }
 
 const double *kt_varied_values(const kt_scene *scene, size_t *count) {
@@ -366,21 +368,21 @@ const double *kt_varied_values(const kt_scene *scene, size_t *count) {
 /* ---- new values -------------------------------------------------------------------------------------------------- */
 
 /* Puts the numbers into the scene. Returns NULL, or the first invalid number: the scene is then partly new. */
-static const kt_follower *put(kt_scene *scene, const double *values) {
+static const kt_bound_number *put(kt_scene *scene, const double *values) {
     const kt_scene_variables *v = scene->variables;
     for (size_t i = 0; i < v->count; i++) {
-        const kt_follower *follower = &v->followers[i];
-        const double value = value_of(v, follower, values);
-        if (!isfinite(value) || (follower->positive && !(value > 0.0)))
-            return follower;
-        *place_of(follower, scene) = value;
+        const kt_bound_number *number = &v->bound[i];
+        const double value = value_of(v, number, values);
+        if (!isfinite(value) || (number->positive && !(value > 0.0)))
+            return number;
+        *place_of(number, scene) = value;
     }
     for (int k = 0; k < scene->parameter_count; k++)
         scene->parameters[k].value = v->parameters[k];
     kt_state *states = (kt_state *)(uintptr_t)scene->description.states; /* the scene's own */
-    for (int k = 0; k < v->parameter_count && v->reset_count > 0; k++)
-        if (v->reset_state[k] >= 0)
-            states[v->reset_state[k]].initial = v->parameters[k];
+    for (int k = 0; k < v->parameter_count && v->assigned_count > 0; k++)
+        if (v->assigned_state[k] >= 0)
+            states[v->assigned_state[k]].initial = v->parameters[k];
     return NULL;
 }
 

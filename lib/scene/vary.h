@@ -20,9 +20,9 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
 /* Whether a node is the value of a variable itself. */
 bool kt_is_varied(const kt_reader *r, const kt_node *node);
 
-/* Notes that something has been made of a parameter, here, that no later value can change; is_reset: of one that an
+/* Notes that something has been made of a parameter, here, that no later value can change; is_assigned: of one that an
  * event sets. */
-void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_reset);
+void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_assigned);
 
 /* Records that the number of a node is in *at and nowhere else; with `positive` it is to be above 0. Returns whether it
  * depends on a variable. */

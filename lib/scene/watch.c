@@ -4,11 +4,11 @@
 #include "document/pool.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "scene/assignment.h"
 #include "scene/bound.h"
 #include "scene/couple.h"
 #include "scene/event.h"
 #include "scene/impulse.h"
-#include "scene/reset.h"
 #include "simulation/feature.h"
 
 #include <math.h>
@@ -39,10 +39,10 @@ struct kt_scene_watch {
     watched *watched;
     watched *until; /* a comparison; NULL: there is none, or `until` is none */
     const kt_model *model;
-    kt_data *data;          /* of the model; NULL: neither values that are set nor `until` need markers */
-    kt_resets *resets;      /* NULL: events set no parameters and no states */
-    kt_impulses *impulses;  /* NULL: events set no velocities */
-    kt_responses responses; /* `a` is NULL: no formula has any */
+    kt_data *data;               /* of the model; NULL: neither values that are set nor `until` need markers */
+    kt_assignments *assignments; /* NULL: events set no parameters and no states */
+    kt_impulses *impulses;       /* NULL: events set no velocities */
+    kt_responses responses;      /* `a` is NULL: no formula has any */
     kt_binding binding;
     watched **fmus; /* of the events, those of FMUs */
     int fmu_count;
@@ -79,14 +79,14 @@ static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *s
 static kt_status set_values(const watched *w, kt_simulation *simulation, kt_error *error) {
     const kt_scene_watch *watch = w->watch;
     const kt_instant at = instant_of(watch, simulation);
-    double *x = w->state_count > 0 ? kt_resets_states(watch->resets, simulation) : NULL;
+    double *x = w->state_count > 0 ? kt_assignments_states(watch->assignments, simulation) : NULL;
     for (int i = 0; i < w->set_count; i++) {
         double *to = i < w->state_count ? &x[w->states[i]] : &w->velocities[i - w->state_count];
         if (kt_bound_evaluate(&w->values[i], &at, to, error) != 0)
             return KT_ERROR_CALLBACK;
     }
     const int count = w->set_count - w->state_count;
-    kt_status status = w->state_count > 0 ? kt_resets_apply(watch->resets, simulation, error) : KT_OK;
+    kt_status status = w->state_count > 0 ? kt_assignments_apply(watch->assignments, simulation, error) : KT_OK;
     if (status == KT_OK && count > 0)
         status = kt_impulses_apply(watch->impulses, simulation, watch->data, w->states + w->state_count, w->velocities,
                                    count, error);
@@ -280,7 +280,8 @@ static kt_status find_fmu(kt_scene_watch *watch, const kt_scene *scene, const kt
     if (to->coupled == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     watch->fmus[watch->fmu_count++] = to;
-    const kt_status status = kt_coupled_bind(&watch->binding, scene, fmu, watch->resets, to->coupled, &moves, error);
+    const kt_status status =
+        kt_coupled_bind(&watch->binding, scene, fmu, watch->assignments, to->coupled, &moves, error);
     return status == KT_OK && moves && watch->data == NULL ? kt_data_create(watch->model, &watch->data, error) : status;
 }
 
@@ -337,7 +338,7 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
     if (status == KT_OK) {
         made->model = model;
         made->binding = (kt_binding){.pool = &made->pool, .model = model, .responses = &made->responses};
-        status = kt_resets_create(&made->pool, scene, model, &made->resets, error);
+        status = kt_assignments_create(&made->pool, scene, model, &made->assignments, error);
     }
     if (status == KT_OK)
         status = make_impulses(made, scene, error);
@@ -375,7 +376,7 @@ kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simula
     for (int k = 0; k < watch->fmu_count; k++)
         kt_coupled_sync(watch->fmus[k]->coupled, kt_simulation_event_count(simulation, watch->fmus[k]->name),
                         kt_simulation_time(simulation));
-    return watch->resets != NULL ? kt_resets_sync(watch->resets, simulation, error) : KT_OK;
+    return watch->assignments != NULL ? kt_assignments_sync(watch->assignments, simulation, error) : KT_OK;
 }
 
 /* Samples the point at the start. */

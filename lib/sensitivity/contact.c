@@ -25,7 +25,7 @@ static uint64_t bit_of(const kt_model *model, size_t loop) {
 static bool bounds(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE; }
 static double sign_of(const kt_loop_record *loop) { return loop->side == KT_SIDE_BELOW ? -1.0 : 1.0; }
 
-static kt_status refuse(const kt_step_work *w, size_t loop, const char *what, double size, kt_error *error) {
+static kt_status reject(const kt_step_work *w, size_t loop, const char *what, double size, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)loop),
                    w->step->t + w->step->h);
@@ -56,7 +56,7 @@ static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
 /* Checks the gaps of open contacts. */
 static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
     const kt_model *model = w->model,
-                   *all = kt_model_switched(model, model->set | mask | model->family->switches.masked);
+                   *all = kt_model_switched(model, model->set | mask | model->variants->switches.masked);
     const double least = -rounding * fmax(1.0, model->length);
     kt_data *data = NULL;
     kt_status status = kt_data_init_followed(all, w->contact_memory, kt_data_size(model), &data, error);
@@ -69,7 +69,7 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
             continue;
         const double gap = sign_of(loop) * w->contact_row[loop->equation];
         if (gap < least)
-            status = refuse(w, i, "closes", gap, error);
+            status = reject(w, i, "closes", gap, error);
     }
     return status;
 }
@@ -82,7 +82,7 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
     kt_status status = kt_data_init_followed(model, w->contact_memory, kt_data_size(model), &data, error);
     if (status != KT_OK)
         return status;
-    kt_own_states_put(model, data, next);
+    kt_auxiliary_states_put(model, data, next);
     status = kt_multiplier_evaluate(model, data, w->step->t + w->step->h, next, next + model->n.q, w->step->tau,
                                     w->step->external, w->contact_row, error);
     for (size_t i = 0; status == KT_OK && i < model->n.row; i++)
@@ -93,7 +93,7 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
             continue;
         const double reaction = sign_of(loop) * w->contact_row[loop->equation];
         if (reaction < -rounding * fmax(most, 1e-300))
-            status = refuse(w, i, "opens, as its reaction would pull,", reaction, error);
+            status = reject(w, i, "opens, as its reaction would pull,", reaction, error);
     }
     return status;
 }
@@ -101,16 +101,16 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
 /* The switches of all loops that bound a side. */
 static uint64_t mask_of(const kt_model *model) {
     uint64_t mask = 0;
-    for (size_t i = 0; model->family != NULL && i < model->n.loop; i++)
+    for (size_t i = 0; model->variants != NULL && i < model->n.loop; i++)
         if (bounds(&model->loop[i]))
             mask |= bit_of(model, i);
     return mask;
 }
 
-kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error) {
+kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error) {
     const kt_model *model = w->model;
     const uint64_t mask = mask_of(model);
-    if (!KT_HAS_LOOPS || model->family == NULL)
+    if (!KT_HAS_LOOPS || model->variants == NULL)
         return KT_OK;
     kt_status status = check_sticks(w, error);
     if (status == KT_OK && (model->set & mask) != mask)
@@ -122,8 +122,8 @@ kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error 
 
 size_t kt_step_contact_rows(const kt_model *model) {
     size_t rows = 0;
-    for (uint64_t k = 0; mask_of(model) != 0 && k < kt_family_models(model->family); k++) {
-        const kt_model *one = kt_family_model(model->family, k);
+    for (uint64_t k = 0; mask_of(model) != 0 && k < kt_variants_count(model->variants); k++) {
+        const kt_model *one = kt_variants_model(model->variants, k);
         rows = one->n.row > rows ? one->n.row : rows;
     }
     return rows;

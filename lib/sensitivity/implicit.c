@@ -124,7 +124,7 @@ static void form_coupled(kt_step_work *w, kt_coupled c) {
 /* Whether rows of accelerations are multiplied by M, since that needs no solution: for trees, unless a parameter is
  * requested. */
 static bool has_coupled_mass(const kt_step_work *w) {
-    return !w->model->n.group && !w->parameter && !kt_has_own_states(w->model);
+    return !w->model->n.group && !w->parameter && !kt_has_auxiliary_states(w->model);
 }
 
 /* to += factor F_i e for all unit vectors e, with quaternions. */
@@ -215,7 +215,7 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
         const double *q = w->stage + stage * numbers_of(w);
         const kt_dynamic_state at = {kt_step_time(step, stage), q, q + model->n.q, step->tau, step->external};
         const kt_stiffness_matrices to = {.mass = w->mass + place * n * n, .stiffness = by_q, .damping = by_v};
-        kt_status status = kt_slip_refuse(model, "kt_step", error);
+        kt_status status = kt_slip_reject(model, "kt_step", error);
         if (status == KT_OK)
             status = kt_stiffness_evaluate_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
                                               &to, error);

@@ -90,8 +90,8 @@ static const kt_method *method_of(const kt_simulation *simulation) {
 static size_t step_size_of(const kt_model *model, const kt_method *method) {
     size_t most = kt_step_work_size(model, method);
 #if KT_HAS_SWITCHES
-    for (uint64_t k = 0; model->family != NULL && most > 0 && k < kt_family_models(model->family); k++) {
-        const size_t size = kt_step_work_size(kt_family_model(model->family, k), method);
+    for (uint64_t k = 0; model->variants != NULL && most > 0 && k < kt_variants_count(model->variants); k++) {
+        const size_t size = kt_step_work_size(kt_variants_model(model->variants, k), method);
         most = size > most ? size : most;
     }
 #endif
@@ -125,7 +125,7 @@ static kt_status check(const kt_simulation *simulation, kt_error *error) {
                             "the simulation takes equations or a projection that are the caller's, or another "
                             "formulation, whose derivatives are not known; take the engine's own");
 #if KT_HAS_SWITCHES
-    if (simulation->model->family != NULL && simulation->model->family->switches.masked != 0)
+    if (simulation->model->variants != NULL && simulation->model->variants->switches.masked != 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "derivatives of a motion are not known for more than %d contacts and switches; take "
                             "differences, or leave contacts out that are never met",
@@ -189,9 +189,9 @@ static kt_status add_step(motion *m, double t0, kt_error *error) {
                           .external = simulation->external,
                           .unprojected = simulation->unprojected};
     if (KT_HAS_SWITCHES && simulation->model != m->model)
-        kt_data_adapt(simulation->model, m->data);
+        kt_data_rebind(simulation->model, m->data);
     m->model = simulation->model;
-    kt_own_states_put(m->model, m->data, m->start);
+    kt_auxiliary_states_put(m->model, m->data, m->start);
     kt_step_work w;
     kt_status status = kt_step_begin(&w, m->model, m->data, m->step_memory, m->step_size, &step, error);
     if (status != KT_OK)
@@ -207,7 +207,7 @@ static kt_status add_step(motion *m, double t0, kt_error *error) {
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
-static kt_status refuse(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
+static kt_status reject(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", m->simulation->event[k].name,
                    kt_integrator_time(m->simulation->integrator));
@@ -223,12 +223,12 @@ static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
         if (!simulation->event_root[k].due || simulation->event[k].action == NULL)
             continue;
         if (*event < simulation->event_count)
-            return refuse(m, k, KT_ERROR_SINGULAR,
+            return reject(m, k, KT_ERROR_SINGULAR,
                           "it happens at the same instant as another one; neighbouring motions have them in either "
                           "order, and there is no derivative",
                           error);
         if (k >= contacts && !simulation->event[k].repeatable)
-            return refuse(m, k, KT_ERROR_UNSUPPORTED,
+            return reject(m, k, KT_ERROR_UNSUPPORTED,
                           "its action would be called on neighbouring states, too; if it does nothing but jump and "
                           "switch, say so (kt_event.repeatable)",
                           error);
@@ -348,7 +348,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
         if (status == KT_OK)
             status = move_and_fire(m, make_neighbour(m, d, offset[i] * s), error);
         if (status == KT_ERROR_CONSTRAINT)
-            return refuse(m, k, KT_ERROR_SINGULAR,
+            return reject(m, k, KT_ERROR_SINGULAR,
                           "neighbouring motions meet another contact that is nearly closed, or loops that they cannot "
                           "close, and there is no derivative",
                           error);
@@ -356,7 +356,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
             return status;
         const outcome its = outcome_of(simulation);
         if (its.model != end->model || its.impacts != end->impacts || its.touching != end->touching)
-            return refuse(m, k, KT_ERROR_SINGULAR,
+            return reject(m, k, KT_ERROR_SINGULAR,
                           "neighbouring motions come out of it with other contacts closed, and there is no derivative",
                           error);
         const double *y = kt_integrator_state(simulation->integrator);
@@ -378,7 +378,7 @@ static kt_status find_delays(motion *m, size_t k, kt_error *error) {
     if (status == KT_OK)
         status = difference_value(m, k, &(direction){m->rate_before, -1, 1.0}, &rate, &size, error);
     if (status == KT_OK && !(fabs(rate) > grazing * size))
-        return refuse(m, k, KT_ERROR_SINGULAR,
+        return reject(m, k, KT_ERROR_SINGULAR,
                       "its value touches zero without crossing it; neighbouring motions may miss it, and there is no "
                       "derivative",
                       error);

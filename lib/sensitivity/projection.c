@@ -312,7 +312,7 @@ static kt_status measure_smallest(kt_projection_work *w, const double *q, kt_err
                               "the loops are at a singular position after the step; take a shorter or a longer one");
 }
 
-kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double *v, double by_q, double v_by_q,
+kt_status kt_projection_reject_unknown(const kt_projection_work *w, const double *v, double by_q, double v_by_q,
                                        kt_error *error) {
     double speed = 0.0;
     if (w->smallest >= KT_NEAR_SINGULAR)
@@ -320,8 +320,8 @@ kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double
     for (size_t k = 0; k < w->model->n.group_v; k++)
         speed = fmax(speed, fabs(v[w->model->group_v[k]]) / w->model->unit[k]);
     const double s = w->smallest, off = LEFT / (s * s);
-    const kt_status status = kt_derivatives_refuse_unknown(w->t, off, by_q, error);
-    return status == KT_OK ? kt_derivatives_refuse_unknown(w->t, 2.0 * off * speed / s, v_by_q, error) : status;
+    const kt_status status = kt_derivatives_reject_unknown(w->t, off, by_q, error);
+    return status == KT_OK ? kt_derivatives_reject_unknown(w->t, 2.0 * off * speed / s, v_by_q, error) : status;
 }
 
 kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error) {

@@ -70,7 +70,7 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
                               .t = r->t + k * r->h,
                               .q = state,
                               .v = state + w->model->n.q,
-                              .x = kt_has_own_states(w->model) ? state + w->model->n.q + w->model->n.v : NULL,
+                              .x = kt_has_auxiliary_states(w->model) ? state + w->model->n.q + w->model->n.v : NULL,
                               .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * w->model->n.v : NULL};
     *value = 0.0;
     const int result = w->cost(&at, value, by_state, by_tau, w->user);
@@ -176,7 +176,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     (void)lay_out(&w, work, model, rollout);
     kt_copy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
-    if (kt_has_own_states(model))
+    if (kt_has_auxiliary_states(model))
         kt_copy(w.state + nq + n, rollout->x ? rollout->x : data->x, model->n.x * sizeof *v);
     memset(w.gradient, 0, changes * sizeof *w.gradient);
     w.checkpoints = (kt_revolve){.steps = rollout->steps,

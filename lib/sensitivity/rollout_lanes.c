@@ -65,22 +65,22 @@ KT_ARENA_ARRAYS(place_arrays, lanes_work, KT_ROLLOUT_LANE_FIELDS, const kt_rollo
 
 /* ---- which motions ----------------------------------------------------------------------------------------------- */
 
-static const char *why_alone(const kt_model *model, const kt_rollout *rollout) {
+static const char *fallback_reason_of_rollout(const kt_model *model, const kt_rollout *rollout) {
     if (kt_method_family_of(rollout->method) != &kt_family_explicit)
         return "the method is implicit";
     if (model->n.group > 0)
         return "it has loops";
-    if (kt_has_own_states(model))
+    if (kt_has_auxiliary_states(model))
         return "it has auxiliary states";
-    if (model->family || kt_step_contact_rows(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
+    if (model->variants || kt_step_contact_rows(model) > 0 || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has hard contacts, switched parts, masses that vary, or coordinates without mass";
-    return model->n.v > 0 ? kt_sweep_refused(model) : "nothing moves";
+    return model->n.v > 0 ? kt_sweep_rejected(model) : "nothing moves";
 }
 
 size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why) {
     const char *reason = NULL;
     if (model && rollout && kt_rollout_work_size(model, rollout) > 0)
-        reason = why_alone(model, rollout);
+        reason = fallback_reason_of_rollout(model, rollout);
     else
         reason = "its gradient cannot be computed";
     if (why)

@@ -101,8 +101,8 @@ static void solve(const kt_step_work *w, double *r) {
  * are used. */
 static bool differs_in_time(kt_step_work *w, double *rates) {
     const size_t nq = w->model->n.q;
-    return kt_has_own_states(w->model) &&
-           kt_own_state_time_derivatives(w->model, w->data, w->step->t, w->y, w->y + nq, rates) != 0;
+    return kt_has_auxiliary_states(w->model) &&
+           kt_auxiliary_state_time_derivatives(w->model, w->data, w->step->t, w->y, w->y + nq, rates) != 0;
 }
 
 /* Computes h f_t like a simulation. It is exact, or a difference if loops or a caller's own effects depend on time. */

@@ -234,7 +234,7 @@ KT_CHECKED kt_status kt_projection_run(kt_projection_work *w, double *q, double 
 
 /* Rejects derivatives of the last kt_projection_run that are too uncertain next to a singular position. The arguments
  * by_q and v_by_q are the largest derivatives of positions and of velocities by positions, over their units. */
-KT_CHECKED kt_status kt_projection_refuse_unknown(const kt_projection_work *w, const double *v, double by_q,
+KT_CHECKED kt_status kt_projection_reject_unknown(const kt_projection_work *w, const double *v, double by_q,
                                                   double v_by_q, kt_error *error);
 KT_CHECKED kt_status kt_projection_begin(kt_projection_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
@@ -242,7 +242,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
-/* Rows of the largest model of the family, if it has hard contacts, stops or slack ropes; else 0. */
+/* Rows of the largest variant, if it has hard contacts, stops or slack ropes; else 0. */
 #if KT_HAS_SWITCHES
 size_t kt_step_contact_rows(const kt_model *model);
 #else
@@ -337,30 +337,30 @@ typedef struct kt_step_work {
 } kt_step_work;
 
 /* Whether a model has auxiliary states; the numbers of y = (q, v, x), and of a change (xi, dv, dx). */
-static inline bool kt_has_own_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
+static inline bool kt_has_auxiliary_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
 static inline size_t kt_state_numbers(const kt_model *model) {
     return model->n.q + model->n.v + KT_OWN_STATES(&model->n);
 }
 static inline size_t kt_tangent_numbers(const kt_model *model) { return 2 * model->n.v + KT_OWN_STATES(&model->n); }
 
 /* Copies the auxiliary states of y to the data, from which all evaluations read them. */
-static inline void kt_own_states_put(const kt_model *model, kt_data *data, const double *y) {
-    if (kt_has_own_states(model))
+static inline void kt_auxiliary_states_put(const kt_model *model, kt_data *data, const double *y) {
+    if (kt_has_auxiliary_states(model))
         kt_copy(data->x, y + model->n.q + model->n.v, model->n.x * sizeof *y);
 }
 
 /* Restores the auxiliary states that the data held before the step. */
-static inline void kt_own_states_restore(kt_step_work *w) {
-    if (kt_has_own_states(w->model))
+static inline void kt_auxiliary_states_restore(kt_step_work *w) {
+    if (kt_has_auxiliary_states(w->model))
         kt_copy(w->data->x, w->before, w->model->n.x * sizeof *w->before);
 }
 
 /* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks
  * (contact.c). */
 #if KT_HAS_SWITCHES
-KT_CHECKED kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error);
+KT_CHECKED kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error);
 #else
-static inline kt_status kt_step_refuse_contacts(kt_step_work *w, const double *next, kt_error *error) {
+static inline kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error) {
     (void)w, (void)next, (void)error;
     return KT_OK;
 }
@@ -481,7 +481,7 @@ void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const 
                           const double *by_tau, double *by_xi, double *by_v);
 /* The reason why the adjoint of a model's accelerations is not one sweep. NULL if it is one sweep, since all effects
  * are joint forces that the library can differentiate. */
-const char *kt_sweep_refused(const kt_model *model);
+const char *kt_sweep_rejected(const kt_model *model);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 

@@ -11,18 +11,18 @@
 void kt_step_start(kt_step_work *w, const double *q, const double *v) {
     kt_copy(w->y, q, w->model->n.q * sizeof *q);
     memcpy(w->y + w->model->n.q, v, w->model->n.v * sizeof *v);
-    if (kt_has_own_states(w->model))
+    if (kt_has_auxiliary_states(w->model))
         kt_copy(w->y + w->model->n.q + w->model->n.v, w->step->x ? w->step->x : w->before, w->model->n.x * sizeof *v);
 }
 
 kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const double *q = y, *v = y + model->n.q;
-    kt_own_states_put(model, w->data, y);
+    kt_auxiliary_states_put(model, w->data, y);
     const kt_dynamic_state at = {t, q, v, w->step->tau, w->step->external};
     const kt_status status = kt_acceleration_trusted(model, w->data, &at, a, error);
-    return status == KT_OK && KT_HAS_FORMULAS && kt_has_own_states(model)
-               ? kt_own_state_rates_trusted(model, w->data, t, q, v, a + model->n.v, error)
+    return status == KT_OK && KT_HAS_FORMULAS && kt_has_auxiliary_states(model)
+               ? kt_auxiliary_state_rates_trusted(model, w->data, t, q, v, a + model->n.v, error)
                : status;
 }
 
@@ -72,7 +72,7 @@ kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, c
         return differentiate(w, &at, NULL, a, &by, error);
     const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
                                          w->by_states + 3 * n * m};
-    kt_own_states_put(model, w->data, y);
+    kt_auxiliary_states_put(model, w->data, y);
     const kt_status status =
         kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
                                        &(kt_acceleration_matrices){.by = by, .states = &states}, error);
@@ -108,7 +108,7 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
     const size_t n = kt_state_numbers(model);
     const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q;
     const kt_dynamic_state at = {kt_step_time(w->step, i), y, y + model->n.q, w->step->tau, w->step->external};
-    const bool has_states = KT_HAS_FORMULAS && kt_has_own_states(model);
+    const bool has_states = KT_HAS_FORMULAS && kt_has_auxiliary_states(model);
     if (a && (model->n.group || model->n.effect || has_states)) {
         const kt_status status = kt_step_rates(w, at.t, y, a, error);
         if (status != KT_OK)

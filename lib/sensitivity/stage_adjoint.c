@@ -22,7 +22,7 @@
 
 #include <string.h>
 
-const char *kt_sweep_refused(const kt_model *model) {
+const char *kt_sweep_rejected(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++) {
         if (model->effect[i].ends)
             return "it has effects that act on bodies";
@@ -88,5 +88,5 @@ static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_er
 }
 
 kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error) {
-    return kt_sweep_refused(w->model) ? multiply(w, i, mu, error) : sweep(w, i, mu, error);
+    return kt_sweep_rejected(w->model) ? multiply(w, i, mu, error) : sweep(w, i, mu, error);
 }

@@ -17,7 +17,7 @@ size_t kt_step_stages_of(const kt_method *method) {
 }
 
 size_t kt_step_kept(const kt_model *model, const kt_method *method) {
-    if (kt_method_is_linear(method) || kt_has_own_states(model)) /* the step is taken again */
+    if (kt_method_is_linear(method) || kt_has_auxiliary_states(model)) /* the step is taken again */
         return 0;
     return model->n.v + (kt_method_is_coupled(method) ? model->n.q : 0);
 }
@@ -68,7 +68,7 @@ static kt_products products_of(const kt_model *model) {
     return (kt_products){kt_product_baseline, kt_sum_baseline, kt_solve_lanes_baseline};
 }
 
-static kt_status check_own_states(const kt_model *model, const double *x, kt_error *error) {
+static kt_status check_auxiliary_states(const kt_model *model, const double *x, kt_error *error) {
     return kt_all_finite(x, model->n.x) ? KT_OK
                                         : kt_error_set(error, KT_ERROR_NOT_FINITE, "auxiliary states",
                                                        "a number of x at the start is not finite");
@@ -84,15 +84,15 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
             step->method ? step->method->name : "no method");
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
-    kt_status status = kt_masses_refuse(
+    kt_status status = kt_masses_reject(
         model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
-        status = kt_massless_refuse(
+        status = kt_massless_reject(
             model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
-        status = kt_slip_refuse(model, "step", error);
-    if (status == KT_OK && kt_has_own_states(model) && step->x)
-        status = check_own_states(model, step->x, error);
+        status = kt_slip_reject(model, "step", error);
+    if (status == KT_OK && kt_has_auxiliary_states(model) && step->x)
+        status = check_auxiliary_states(model, step->x, error);
     if (status == KT_OK)
         status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)
@@ -111,7 +111,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .held_most = held_most(model),
                         .products = products_of(model)};
     (void)place(w, memory, model, step->method);
-    if (kt_has_own_states(model))
+    if (kt_has_auxiliary_states(model))
         kt_copy(w->before, data->x, model->n.x * sizeof *w->before);
     w->projection.data = data;
     w->projection.t = step->t + step->h;
@@ -150,7 +150,7 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
     const kt_status status = w->coupled                       ? kt_coupled_stages(w, q, v, error)
                              : KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_stages(w, q, v, error)
                                                               : explicit_stages(w, q, v, error);
-    kt_own_states_restore(w);
+    kt_auxiliary_states_restore(w);
     return status;
 }
 
@@ -177,11 +177,11 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
     if (status == KT_OK)
         status = kt_step_close(model, data, step, w.next, w.next + nq, error);
     if (status == KT_OK)
-        status = kt_step_refuse_contacts(&w, w.next, error);
+        status = kt_step_reject_contacts(&w, w.next, error);
     if (status != KT_OK)
         return status;
     kt_copy(next_q, w.next, nq * sizeof *next_q);
     kt_copy(next_v, w.next + nq, model->n.v * sizeof *next_v);
-    kt_own_states_put(model, data, w.next);
+    kt_auxiliary_states_put(model, data, w.next);
     return KT_OK;
 }

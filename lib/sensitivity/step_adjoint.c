@@ -15,7 +15,7 @@
 
 /* Whether A and B are formed. For linearly implicit methods, they cost more than a sweep without them would save. With
  * auxiliary states, there is no other way. */
-static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_own_states(w->model); }
+static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_auxiliary_states(w->model); }
 
 static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
 
@@ -23,13 +23,13 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_status status = kt_step_stages(w, q, v, error);
     if (status == KT_OK)
-        status = kt_step_refuse_contacts(w, w->next, error);
+        status = kt_step_reject_contacts(w, w->next, error);
     if (status != KT_OK)
         return status;
     memcpy(w->raw, w->next, N * sizeof *w->raw);
     if (closes(w)) {
         const kt_status closed = kt_projection_run(&w->projection, w->next, w->next + nq, error);
-        return closed == KT_OK ? kt_projection_refuse_unknown(&w->projection, w->next + nq, 1.0, 1.0, error) : closed;
+        return closed == KT_OK ? kt_projection_reject_unknown(&w->projection, w->next + nq, 1.0, 1.0, error) : closed;
     }
     return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
 }

@@ -64,7 +64,7 @@ static void combine(kt_step_work *w, const kt_products *products, const double *
 /* Rejects derivatives that are too uncertain next to a singular position after the step. They are the columns of states
  * or, without these, of held inputs. A unit of a held input moves positions and velocities little or not at all. Its
  * velocities are therefore compared with its positions. */
-static kt_status refuse_unknown(const kt_step_work *w, size_t columns, kt_error *error) {
+static kt_status reject_unknown(const kt_step_work *w, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, count = w->states > 0 ? model->n.group_v : columns;
     double by = 0.0, v_by = 0.0;
@@ -81,16 +81,16 @@ static kt_status refuse_unknown(const kt_step_work *w, size_t columns, kt_error 
         v_by = by > 0.0 ? v_by / by : HUGE_VAL;
         by = 1.0;
     }
-    return kt_projection_refuse_unknown(&w->projection, w->next + model->n.q, by, v_by, error);
+    return kt_projection_reject_unknown(&w->projection, w->next + model->n.q, by, v_by, error);
 }
 
 /* From the state and the changes after the sum to those after the projection: w->next and w->end. */
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded_q(model), V = kt_padded_v(model);
-    const kt_status refused = w->watched ? KT_OK : kt_step_refuse_contacts(w, w->next, error);
-    if (refused != KT_OK)
-        return refused;
+    const kt_status rejected = w->watched ? KT_OK : kt_step_reject_contacts(w, w->next, error);
+    if (rejected != KT_OK)
+        return rejected;
     for (size_t j = 0; j < columns; j++) {
         double *end = w->end + 2 * n * j;
         if (kt_is_plain(model))
@@ -102,7 +102,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected) {
         const kt_status status =
             kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
-        return status == KT_OK ? refuse_unknown(w, columns, error) : status;
+        return status == KT_OK ? reject_unknown(w, columns, error) : status;
     }
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
@@ -136,7 +136,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
                        : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
                                                       : differentiate_stages(w, products, held, columns, error);
-    kt_own_states_restore(w);
+    kt_auxiliary_states_restore(w);
     if (status != KT_OK)
         return status;
     if (!w->linear)
@@ -144,7 +144,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK &&
         !(kt_all_finite(w->end, 2 * n * columns) &&
-          (!kt_has_own_states(w->model) || kt_all_finite(w->rate_v, columns * kt_padded_v(w->model)))))
+          (!kt_has_auxiliary_states(w->model) || kt_all_finite(w->rate_v, columns * kt_padded_v(w->model)))))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                             "they overflow: look for a step that is far too long, or for a force that is huge");
     return status;
@@ -165,7 +165,7 @@ void kt_step_give(const kt_step_work *w, double *A, double *B) {
         kt_step_copy(w, 0, w->states, A);
     if (B)
         kt_step_copy(w, w->states, w->model->n.v, B);
-    kt_own_states_put(w->model, w->data, w->next);
+    kt_auxiliary_states_put(w->model, w->data, w->next);
 }
 
 kt_status kt_step_derivatives(const kt_model *model, kt_data *data, void *work, size_t work_size, const kt_step *step,

@@ -101,7 +101,7 @@ static uint64_t sum_of_path(uint64_t sum, const kt_model *model, const kt_effect
 }
 
 /* Adds names, order and types of bodies, loops and effects, the formulas and paths, and the library's version, on which
- * the layout depends. For a family, the first model counts, since effects that are off are missing in the others. */
+ * the layout depends. With variants, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
     uint64_t sum = sum_of_text(KT_SUM_START, kt_version());

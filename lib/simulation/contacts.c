@@ -128,7 +128,7 @@ static void count_changes(kt_simulation *simulation) {
 
 /* Commits contacts: the model of the set that follows, and the state after impulses. approach: the speed before
  * the impulses; 0: no impulses. */
-static kt_status settle(kt_simulation *simulation, double lost, double approach, kt_error *error) {
+static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
     const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
@@ -216,7 +216,7 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;
-    kt_data_adapt(open, simulation->data);
+    kt_data_rebind(open, simulation->data);
     status = kt_contacts_find_response(simulation, open, t, y, W, error);
     if (status == KT_OK)
         status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
@@ -231,12 +231,12 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK && approach > 0.0)
         status = kt_contacts_check_levers(simulation, open, t, W, u, error);
     if (status == KT_OK && approach > 0.0)
-        status = kt_contacts_strike(simulation, t, W, u, &lost, error);
+        status = kt_contacts_apply_impact(simulation, t, W, u, &lost, error);
     if (status == KT_OK)
         status = kt_contacts_solve_reactions(simulation, t, W, u, &lost, error);
-    kt_data_adapt(model, simulation->data);
+    kt_data_rebind(model, simulation->data);
     if (status == KT_OK)
-        status = settle(simulation, lost, approach, error);
+        status = commit_jump_of_contacts(simulation, lost, approach, error);
     if (status != KT_OK)
         return status;
     simulation->memory.held = kt_contacts_find_held(simulation, W);
@@ -309,7 +309,7 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,
-                                       .take_back = kt_simulation_take_change_back,
+                                       .undo = kt_simulation_undo_change,
                                        .renew = kt_contacts_renew_model,
                                        .free_wedged = free_wedged,
                                        .limit = kt_simulation_limit_step,

@@ -291,7 +291,7 @@ static bool changes_behind(const kt_curve *curve, const double *numbers, const d
     return false;
 }
 
-bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit) {
+bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit) {
     static const double last_known = 2.0 / 3.0; /* where the third step of rkc4 begins */
     const kt_model *model = simulation->model;
     const kt_corners *c = &simulation->corners;

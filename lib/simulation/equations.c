@@ -194,8 +194,8 @@ static int evaluate_slope_of_states(double t, const double *y, double *dydt, voi
     if (result != 0 || size->x == 0)
         return result;
     const kt_status status =
-        kt_own_state_rates_trusted(simulation->model, simulation->data, at, state, state + size->nq,
-                                   dydt + size->nq + size->nv, &simulation->cause);
+        kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at, state, state + size->nq,
+                                         dydt + size->nq + size->nv, &simulation->cause);
     return status == KT_OK ? 0 : fail_slope(simulation, t, status);
 }
 

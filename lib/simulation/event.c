@@ -41,14 +41,14 @@
 #include <string.h>
 
 /* Samples of a panel; samples with the vertices of parabolas; vertices at three samples. */
-enum { LOOKS = 5, KNOTS = LOOKS + 3, VERTICES = 4, REPETITIONS = 8, SETTLES = 3, ROOT_STEPS = 128 };
-_Static_assert(KT_EVENT_VALUES == LOOKS + 1, "the last row of values is that of the beginning of the step");
+enum { SAMPLES = 5, SAMPLES_MOST = SAMPLES + 3, VERTICES = 4, REPETITIONS = 8, SETTLES = 3, ROOT_STEPS = 128 };
+_Static_assert(KT_EVENT_VALUES == SAMPLES + 1, "the last row of values is that of the beginning of the step");
 
 /* The largest turn of a joint in a panel, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
 
 /* Values that every repetition of a step may take: of one panel, and of a root. PARABOLAS: of vertices in a panel. */
-enum { AT_LEAST = LOOKS - 1 + ROOT_STEPS, PARABOLAS = (LOOKS - 2) * VERTICES };
+enum { AT_LEAST = SAMPLES - 1 + ROOT_STEPS, PARABOLAS = (SAMPLES - 2) * VERTICES };
 _Static_assert((REPETITIONS + 1) * AT_LEAST + 2 <= KT_EVENT_EVALUATIONS_LEAST, "what a step takes in any case");
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
@@ -128,11 +128,11 @@ static int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 /* ---- the first root in a step ------------------------------------------------------------------------------------ */
 
-typedef struct knot {
+typedef struct sample {
     double t, g;
-} knot;
+} sample;
 
-static kt_status value_at(kt_simulation *simulation, size_t k, double t, knot *to, kt_error *error) {
+static kt_status value_at(kt_simulation *simulation, size_t k, double t, sample *to, kt_error *error) {
     const kt_status status = kt_simulation_between(simulation, t, error);
     to->t = t;
     return status == KT_OK ? evaluate(simulation, k, t, simulation->y, &to->g, error) : status;
@@ -140,7 +140,7 @@ static kt_status value_at(kt_simulation *simulation, size_t k, double t, knot *t
 
 /* The time at which the parabola through three samples of one sign comes nearest to zero. Returns false unless that
  * time is between them. */
-static bool vertex_of(const knot *a, const knot *m, const knot *b, double *t) {
+static bool vertex_of(const sample *a, const sample *m, const sample *b, double *t) {
     const double left = (m->g - a->g) / (m->t - a->t), right = (b->g - m->g) / (b->t - m->t);
     const double curvature = (right - left) / (b->t - a->t);
     if (!(curvature * sign_of(m->g) > 0.0))
@@ -150,13 +150,13 @@ static bool vertex_of(const knot *a, const knot *m, const knot *b, double *t) {
 }
 
 /* Searches a sample of another sign between three samples of one sign, at the vertices of parabolas. */
-static kt_status find_hidden(kt_simulation *simulation, size_t k, knot a, knot m, knot b, knot *hidden, bool *found,
-                             kt_error *error) {
+static kt_status find_hidden(kt_simulation *simulation, size_t k, sample a, sample m, sample b, sample *hidden,
+                             bool *found, kt_error *error) {
     const int side = sign_of(m.g);
     double t;
     *found = false;
     for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, &t); i++) {
-        knot v;
+        sample v;
         const kt_status status = value_at(simulation, k, t, &v, error);
         if (status != KT_OK)
             return status;
@@ -177,11 +177,11 @@ static kt_status find_hidden(kt_simulation *simulation, size_t k, knot a, knot m
     return KT_OK;
 }
 
-static int insert(knot *knots, int count, knot new) {
+static int insert(sample *samples, int count, sample new) {
     int i = count;
-    for (; i > 0 && knots[i - 1].t > new.t; i--)
-        knots[i] = knots[i - 1];
-    knots[i] = new;
+    for (; i > 0 && samples[i - 1].t > new.t; i--)
+        samples[i] = samples[i - 1];
+    samples[i] = new;
     return count + 1;
 }
 
@@ -189,7 +189,7 @@ static int insert(knot *knots, int count, knot new) {
  * the side from which it came. With its present rate, g reaches the other side within the same instant. Up to there,
  * values that are no farther from zero are rounding too, and count as on the other side. For contacts, such values are
  * penetration instead. Returns the size of the rounding. */
-static double clear_rounding(const kt_simulation *simulation, size_t k, knot *base) {
+static double clear_rounding(const kt_simulation *simulation, size_t k, sample *base) {
     const int from = simulation->event_search[k].side;
     const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * together(base[0].t);
     if (from == 0 || sign_of(base[0].g) == from)
@@ -197,7 +197,7 @@ static double clear_rounding(const kt_simulation *simulation, size_t k, knot *ba
     base[0].g = from * DBL_MIN;
     if (k < kt_simulation_contact_events(simulation) || !(left * (base[1].t - base[0].t) <= reach))
         return 0.0;
-    for (int j = 1; j < LOOKS && sign_of(base[j].g) == -from && fabs(base[j].g) <= left; j++)
+    for (int j = 1; j < SAMPLES && sign_of(base[j].g) == -from && fabs(base[j].g) <= left; j++)
         base[j].g = from * DBL_MIN;
     return left;
 }
@@ -213,25 +213,25 @@ static bool has_values_left(const kt_simulation *simulation, size_t k) {
 }
 
 /* Lists the samples of event k along a panel, with those that parabolas add. */
-static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *times, knot *knots, int *count,
-                           kt_error *error) {
-    knot base[LOOKS];
+static kt_status place_samples(kt_simulation *simulation, size_t k, const double *times, sample *samples, int *count,
+                               kt_error *error) {
+    sample base[SAMPLES];
     kt_status status = KT_OK;
-    for (int j = 0; j < LOOKS; j++)
-        base[j] = (knot){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
+    for (int j = 0; j < SAMPLES; j++)
+        base[j] = (sample){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
     const double left = clear_rounding(simulation, k, base);
-    memcpy(knots, base, sizeof base);
-    *count = LOOKS;
-    for (int j = 1; status == KT_OK && j + 1 < LOOKS; j++) {
+    memcpy(samples, base, sizeof base);
+    *count = SAMPLES;
+    for (int j = 1; status == KT_OK && j + 1 < SAMPLES; j++) {
         const int side = sign_of(base[j].g);
-        knot hidden = base[j];
+        sample hidden = base[j];
         bool found;
         if (!has_values_left(simulation, k) || side == 0 || sign_of(base[j - 1].g) != side ||
             sign_of(base[j + 1].g) != side)
             continue;
         status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
         if (status == KT_OK && found && !(fabs(hidden.g) <= left))
-            *count = insert(knots, *count, hidden);
+            *count = insert(samples, *count, hidden);
     }
     return status;
 }
@@ -240,7 +240,7 @@ static kt_status lay_knots(kt_simulation *simulation, size_t k, const double *ti
  * Method: ITP.
  *
  *    kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1 */
-static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, knot a, knot b, double *root,
+static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, sample a, sample b, double *root,
                          kt_error *error) {
     a.g -= threshold;
     b.g -= threshold;
@@ -259,7 +259,7 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
             t = half;
         if (!(a.t < t && t < b.t))
             break;
-        knot m;
+        sample m;
         const kt_status status = value_at(simulation, k, t, &m, error);
         if (status != KT_OK)
             return status;
@@ -284,10 +284,10 @@ static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const
  * the side of g behind the panel is kept. */
 static kt_status find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
                            kt_error *error) {
-    knot knots[KNOTS];
+    sample samples[SAMPLES_MOST];
     int count, from = simulation->event_search[k].side;
-    const kt_status status = lay_knots(simulation, k, times, knots, &count, error);
-    const double begin = simulation->event_value[LOOKS * simulation->size.event + k]; /* of the step */
+    const kt_status status = place_samples(simulation, k, times, samples, &count, error);
+    const double begin = simulation->event_value[SAMPLES * simulation->size.event + k]; /* of the step */
     const double margin = kt_simulation_contact_margin(simulation), depth = fmin(begin + 0.5 * margin, 0.0) - margin;
     *root = HUGE_VAL;
     if (status == KT_OK && is_negative_at_once(simulation, k, times)) {
@@ -296,10 +296,10 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
         return KT_OK;
     }
     for (int i = 1; status == KT_OK && i < count; i++) {
-        const int to = sign_of(knots[i].g);
-        if (from < 0 && knots[i].g < depth && k < kt_simulation_contact_events(simulation)) {
+        const int to = sign_of(samples[i].g);
+        if (from < 0 && samples[i].g < depth && k < kt_simulation_contact_events(simulation)) {
             *side = -1;
-            return enclose(simulation, k, depth, knots[i - 1], knots[i], root, error);
+            return enclose(simulation, k, depth, samples[i - 1], samples[i], root, error);
         }
         if (to == 0 || to == from)
             continue;
@@ -310,7 +310,7 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
         if (!counts)
             continue;
         *side = to;
-        return enclose(simulation, k, 0.0, knots[i - 1], knots[i], root, error);
+        return enclose(simulation, k, 0.0, samples[i - 1], samples[i], root, error);
     }
     simulation->event_search[k].side = from;
     return status;
@@ -322,11 +322,11 @@ static kt_status find_root(kt_simulation *simulation, size_t k, const double *ti
 static kt_status sample_panel(kt_simulation *simulation, double from, double to, double *times, kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
-    for (int j = 0; j < LOOKS; j++)
-        times[j] = j + 1 < LOOKS ? from + (to - from) * j / (LOOKS - 1) : to;
-    for (int j = 1; status == KT_OK && j < LOOKS; j++) {
+    for (int j = 0; j < SAMPLES; j++)
+        times[j] = j + 1 < SAMPLES ? from + (to - from) * j / (SAMPLES - 1) : to;
+    for (int j = 1; status == KT_OK && j < SAMPLES; j++) {
         const double *y = kt_integrator_state(simulation->integrator);
-        if (j + 1 < LOOKS || to != t1) {
+        if (j + 1 < SAMPLES || to != t1) {
             status = kt_simulation_between(simulation, times[j], error);
             y = simulation->y;
         }
@@ -341,7 +341,8 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
  * step. If the state is far from it, the dense output of the longer step before was wrong, for example because friction
  * reversed within it. Then the result is the time to which the slope at the end leads, HUGE_VAL if it leads nowhere. */
 static double arrival_of(const kt_simulation *simulation, size_t k, const double *times) {
-    const double *before = simulation->event_value + (LOOKS - 2) * simulation->size.event + k, *end = times + LOOKS - 1;
+    const double *before = simulation->event_value + (SAMPLES - 2) * simulation->size.event + k,
+                 *end = times + SAMPLES - 1;
     const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
     const bool is_hidden = *end - times[0] <= together(times[0]) && kt_simulation_hides_contact(simulation, k);
     if (is_hidden || sign_of(last) != -simulation->event_root[k].side ||
@@ -363,18 +364,19 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
         int side = 0;
         if (found->due && found->time <= times[0]) /* in an earlier panel */
             continue;
-        for (size_t j = 0; j < LOOKS; j++)
+        for (size_t j = 0; j < SAMPLES; j++)
             search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
         if (is_armed(simulation, k))
             status = find_root(simulation, k, times, &root, &side, error);
         const bool is_awaited = found->due && found->time == t1;
-        const bool settled = is_awaited && settles && times[LOOKS - 1] == t1 && kt_simulation_ends_slip(simulation, k);
+        const bool settled =
+            is_awaited && settles && times[SAMPLES - 1] == t1 && kt_simulation_ends_slip(simulation, k);
         root = settled ? HUGE_VAL : root;
         found->due = root < HUGE_VAL || is_awaited;
         if (root < HUGE_VAL) {
             found->time = root;
             found->side = side;
-        } else if (is_awaited && times[LOOKS - 1] == t1) {
+        } else if (is_awaited && times[SAMPLES - 1] == t1) {
             found->time = settled ? t1 : arrival_of(simulation, k, times);
             found->due = found->time < HUGE_VAL;
         }
@@ -443,7 +445,7 @@ static void begin_search(kt_simulation *simulation) {
     const size_t n = simulation->size.event;
     simulation->event_rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
                                               kt_integrator_state(simulation->integrator));
-    kt_copy(simulation->event_value + LOOKS * n, simulation->event_value, n * sizeof(double));
+    kt_copy(simulation->event_value + SAMPLES * n, simulation->event_value, n * sizeof(double));
     simulation->event_cut = 0;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
@@ -488,7 +490,7 @@ static reach begin_reach(kt_simulation *simulation) {
 /* The number of panels of equal length of a step. An adaptive step is searched as far as its values suffice. */
 static double count_panels(const kt_simulation *simulation, double length, reach *r) {
     const double turn = length * fmax(simulation->event_rate, simulation->event_rate_end);
-    const double count = fmax(1.0, ceil(turn / half_turn)), most = floor((double)(r->most - r->begin) / (LOOKS - 1));
+    const double count = fmax(1.0, ceil(turn / half_turn)), most = floor((double)(r->most - r->begin) / (SAMPLES - 1));
     if (simulation->step > 0.0 && count > most) {
         r->cut = true;
         return fmax(1.0, most);
@@ -501,7 +503,7 @@ static double end_of_panel(const kt_simulation *simulation, double from, double 
     const int spent = most_spent(simulation);
     if (2 * (spent - r->begin) <= r->most - r->begin)
         r->half = from;
-    if (!(to < t1) || spent + 2 * (LOOKS - 1) <= r->most)
+    if (!(to < t1) || spent + 2 * (SAMPLES - 1) <= r->most)
         return to;
     r->cut = true;
     return t1;
@@ -529,7 +531,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     double *value = simulation->event_value;
-    double times[LOOKS], from = t0, i = 1.0;
+    double times[SAMPLES], from = t0, i = 1.0;
     kt_status status = KT_OK;
     *first = *shorter = HUGE_VAL;
     begin_search(simulation);
@@ -546,7 +548,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
             break;
         }
         if (from > t0)
-            kt_copy(value, value + (LOOKS - 1) * n, n * sizeof(double));
+            kt_copy(value, value + (SAMPLES - 1) * n, n * sizeof(double));
         status = sample_panel(simulation, from, to, times, error);
         if (status == KT_OK)
             status = find_roots_in(simulation, times, settles, first, error);
@@ -555,7 +557,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
     }
     if (r.cut && !(*shorter < HUGE_VAL))
         count_cut(simulation, &r);
-    kt_copy(value, value + LOOKS * n, n * sizeof(double));
+    kt_copy(value, value + SAMPLES * n, n * sizeof(double));
     simulation->event_reach = from;
     return status;
 }
@@ -577,7 +579,7 @@ static double instant_of(kt_simulation *simulation, double first) {
 /* Accepts the last step: its end becomes the beginning of the next one. */
 static void pass(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
-    kt_copy(simulation->event_value, simulation->event_value + (LOOKS - 1) * n, n * sizeof(double));
+    kt_copy(simulation->event_value, simulation->event_value + (SAMPLES - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
     simulation->event_rate = simulation->event_rate_end;
     kt_simulation_clear_jump(simulation);
@@ -626,7 +628,8 @@ static size_t aim_of(const kt_simulation *simulation) {
     return k;
 }
 
-static kt_status take_back(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error) {
+static kt_status reject_event_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
+                                   kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     double first, shorter;
@@ -645,7 +648,7 @@ static kt_status take_back(kt_simulation *simulation, int repetition, double *t_
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= least_width(simulation, t1) || ends);
     if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
         status = evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
-                              simulation->event_value + (LOOKS - 1) * simulation->size.event, error);
+                              simulation->event_value + (SAMPLES - 1) * simulation->size.event, error);
     if (status != KT_OK) {
         kt_simulation_note_cause(simulation, error);
         kt_integrator_retreat(simulation->integrator, t1 - t0);
@@ -752,4 +755,4 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
 }
 
 const kt_event_watch kt_event_watch_all = {
-    .begin = begin_events, .take_back = take_back, .fire = fire_all, .value = evaluate};
+    .begin = begin_events, .reject_step = reject_event_step, .fire = fire_all, .value = evaluate};

@@ -20,7 +20,7 @@
 static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
-static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
+static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
     return kt_error_set(
@@ -33,7 +33,7 @@ static kt_status refuse_chain(const kt_simulation *simulation, size_t k, double 
             : "give it a limit, let it stop the run, or change what it sets so that the chain ends");
 }
 
-static kt_status refuse_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
+static kt_status reject_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
     return kt_error_set(error, KT_ERROR_STEP, where,
@@ -56,10 +56,10 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
         memory->event_many = 0;
     }
     return ++memory->event_many > WITHIN
-               ? kt_simulation_explain_disc(simulation, refuse_many(simulation, k, t, span, error), error)
+               ? kt_simulation_explain_disc(simulation, reject_many(simulation, k, t, span, error), error)
                : KT_OK;
 #else
-    return refuse_many(simulation, k, t, 0.0, error);
+    return reject_many(simulation, k, t, 0.0, error);
 #endif
 }
 
@@ -87,7 +87,7 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     if ((memory->event_row >= IN_A_ROW ||
          (apart && memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
         !comes_to_rest(simulation, k))
-        return kt_simulation_explain_disc(simulation, refuse_chain(simulation, k, t, error), error);
+        return kt_simulation_explain_disc(simulation, reject_chain(simulation, k, t, error), error);
     const kt_status status = count_within(simulation, k, t, error);
     if (status != KT_OK)
         return status;

@@ -86,7 +86,7 @@ static bool is_next_to_dead_point(const kt_simulation *simulation, double *left)
     return growth > 0.0 && *left < doubling * (kt_integrator_time(integrator) - integrator->memory.origin);
 }
 
-static kt_status refuse_dead_point(const kt_simulation *simulation, double left, kt_error *error) {
+static kt_status reject_dead_point(const kt_simulation *simulation, double left, kt_error *error) {
     const size_t nq = simulation->size.nq;
     const double *v = kt_integrator_state(simulation->integrator) + nq, t = kt_integrator_time(simulation->integrator);
     size_t fastest = 0;
@@ -158,7 +158,7 @@ kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *fr
 }
 
 /* The error of an adaptive step that has become too small, with accelerations next to a singular position. */
-static kt_status refuse_bend(const kt_simulation *simulation, const kt_error *from, const char *where,
+static kt_status reject_bend(const kt_simulation *simulation, const kt_error *from, const char *where,
                              kt_error *error) {
     const kt_crossings *seen = &simulation->memory.crossings;
     const kt_method *method = kt_integrator_method(simulation->integrator);
@@ -238,7 +238,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
 #if KT_HAS_JACOBIAN
     double left;
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && is_next_to_dead_point(simulation, &left))
-        return refuse_dead_point(simulation, left, error);
+        return reject_dead_point(simulation, left, error);
 #endif
     add_time(simulation, where);
     if (cause->code != KT_OK && from->code == KT_ERROR_STEP)
@@ -258,7 +258,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
         (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),
                        kt_joint_name(simulation->model, blamed));
     if (KT_HAS_JACOBIAN && near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
-        return refuse_bend(simulation, from, where, error);
+        return reject_bend(simulation, from, where, error);
     return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
                ? kt_error_set(error, from->code, where, "%s", from->message)
                : kt_simulation_fail(simulation, from, error);

@@ -47,10 +47,10 @@ static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
 static double larger(double a, double b) { return a > b ? a : b; }
 static double smaller(double a, double b) { return a < b ? a : b; }
 
-typedef struct knot {
+typedef struct sample {
     double t, d, rate; /* d: beyond the boundary of the search */
     kt_vec3 u;
-} knot;
+} sample;
 
 /* The larger depth of an effect at the ends of the step, from its distances there; 0 if it acts at neither end. */
 static double deepest(double begin, double end) { return larger(0.0, -smaller(begin, end)); }
@@ -72,8 +72,8 @@ typedef struct search {
     double when; /* the first time found at which d < 0 */
 } search;
 
-static knot knot_of(const search *s, double t, const kt_gap *gap) {
-    return (knot){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
+static sample sample_of(const search *s, double t, const kt_gap *gap) {
+    return (sample){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
 }
 
 /* Whether nothing happens between the distances d0 and d1, with velocities u0 and u1, on a path of length w h. */
@@ -85,14 +85,14 @@ static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double
 }
 
 /* The least Bernstein coefficient of the cubic from a to b. */
-static double least_coefficient(const knot *a, const knot *b) {
+static double least_coefficient(const sample *a, const sample *b) {
     const double third = (b->t - a->t) / 3.0;
     return fmin(fmin(a->d, b->d), fmin(a->d + third * a->rate, b->d - third * b->rate));
 }
 
 /* A bound of the error of the cubic from a to b, from the differences in d and d' in the middle, m. It does not hold
  * for bodies that have turned far: then the result is HUGE_VAL. */
-static double error_of_cubic(const search *s, const knot *a, const knot *m, const knot *b) {
+static double error_of_cubic(const search *s, const sample *a, const sample *m, const sample *b) {
     const double h = b->t - a->t, d = 0.5 * (a->d + b->d) + 0.125 * h * (a->rate - b->rate);
     const double rate = 1.5 * (b->d - a->d) / h - 0.25 * (a->rate + b->rate);
     return s->turn * h > 1.0 ? HUGE_VAL : 2.0 * fabs(m->d - d) + 0.5 * h * fabs(m->rate - rate);
@@ -115,7 +115,7 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
 }
 
 /* Whether d < 0 somewhere from a to b. middle: the gaps in the middle, or NULL to compute them. */
-static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int halvings) {
+static bool goes_deeper(search *s, sample a, sample b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
     const double h = b.t - a.t, t = a.t + 0.5 * h;
     const double speed = sqrt(larger(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
@@ -128,7 +128,7 @@ static bool goes_deeper(search *s, knot a, knot b, const kt_gap *middle, int hal
             return false; /* dense output needs the slope at the end, which the next step evaluates and reports */
         middle = simulation->gap_inside;
     }
-    const knot m = knot_of(s, t, &middle[s->k]);
+    const sample m = sample_of(s, t, &middle[s->k]);
     if (m.d < 0.0) {
         s->when = t;
         return true;
@@ -153,14 +153,14 @@ bool kt_simulation_has_end_stage(const kt_method *method) {
 }
 
 /* Whether the effect acts just after the sample. */
-static bool acts_after(const knot *a, double tolerance) {
+static bool acts_after(const sample *a, double tolerance) {
     return a->d < -tolerance || (a->d < tolerance && a->rate < 0.0);
 }
 
 /* Whether the step crosses the boundary before its end; *when: the time, by bisection along the dense output. */
 static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0, double t1, double *when) {
     s.boundary = 0.0;
-    knot a = knot_of(&s, t0, begin), b = knot_of(&s, t1, end);
+    sample a = sample_of(&s, t0, begin), b = sample_of(&s, t1, end);
     const double close = crossing_part * (t1 - t0) * fmax(kt_vec3_norm(a.u), kt_vec3_norm(b.u));
     const bool acts = acts_after(&a, 10.0 * close);
     if (acts == (b.d < 0.0) || fabs(b.d) <= close)
@@ -169,7 +169,7 @@ static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0,
         const double t = a.t + 0.5 * (b.t - a.t);
         if (!evaluate_gaps(s.simulation, t, s.simulation->gap_inside))
             return false;
-        const knot m = knot_of(&s, t, &s.simulation->gap_inside[s.k]);
+        const sample m = sample_of(&s, t, &s.simulation->gap_inside[s.k]);
         *((m.d < 0.0) == acts ? &a : &b) = m;
     }
     *when = b.t;
@@ -256,7 +256,7 @@ static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, dou
     if (!found && !far) {
         *evaluated = *evaluated || evaluate_gaps(simulation, t0 + 0.5 * h, simulation->gap_middle);
         found = *evaluated &&
-                goes_deeper(&s, knot_of(&s, t0, begin), knot_of(&s, t1, end), simulation->gap_middle, HALVINGS);
+                goes_deeper(&s, sample_of(&s, t0, begin), sample_of(&s, t1, end), simulation->gap_middle, HALVINGS);
         *when = s.when;
     }
     return found;
@@ -278,8 +278,8 @@ static bool leaps(kt_simulation *simulation, double *when) {
 #define KT_BY_ITSELF
 #endif
 
-/* kt_simulation_take_back for a step that may have reached a boundary. */
-static KT_BY_ITSELF bool take_back_near(kt_simulation *simulation, double *t_limit) {
+/* kt_simulation_reject_leap for a step that may have reached a boundary. */
+static KT_BY_ITSELF bool reject_near_leap(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
     if (leaps(simulation, &when)) {
@@ -297,9 +297,9 @@ static KT_BY_ITSELF bool take_back_near(kt_simulation *simulation, double *t_lim
     return false;
 }
 
-bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit) {
+bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit) {
     if (reaches_any(simulation))
-        return take_back_near(simulation, t_limit);
+        return reject_near_leap(simulation, t_limit);
     pass_gaps(simulation, false, simulation->integrator->memory.t);
     return false;
 }

@@ -29,13 +29,13 @@ static bool has_model_equations(const kt_simulation_request *settings) {
 }
 
 /* Rejects options that cannot be combined with coordinates that move no mass. */
-static kt_status refuse_massless(const kt_simulation_request *settings, kt_error *error) {
+static kt_status reject_massless(const kt_simulation_request *settings, kt_error *error) {
     const kt_simulation_options *options = &settings->options;
     if (options->transformation != NULL)
-        return kt_massless_refuse(options->transformation->model, "transformation",
+        return kt_massless_reject(options->transformation->model, "transformation",
                                   "no other formulation supports this; integrate in tree coordinates", error);
     if (options->acceleration != NULL || options->projection != NULL)
-        return kt_massless_refuse(settings->model, "acceleration",
+        return kt_massless_reject(settings->model, "acceleration",
                                   "equations in place of the engine's do not balance forces", error);
     return KT_OK;
 }
@@ -128,15 +128,15 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
         status = check_time_stepping(model, settings, error);
     if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
-        status = kt_own_states_refuse(model, "transformation",
-                                      "no other formulation carries them; integrate in tree coordinates", error);
+        status = kt_auxiliary_states_reject(model, "transformation",
+                                            "no other formulation carries them; integrate in tree coordinates", error);
 #if KT_HAS_VARIABLE_MASS
     if (status == KT_OK && settings->options.transformation != NULL)
-        status = kt_masses_refuse(model, "transformation",
+        status = kt_masses_reject(model, "transformation",
                                   "no other formulation supports this; integrate in tree coordinates", error);
 #endif
     if (KT_HAS_QUASI_STATICS && status == KT_OK)
-        status = refuse_massless(settings, error);
+        status = reject_massless(settings, error);
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
@@ -145,7 +145,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             settings->method->name);
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
     if (KT_HAS_QUASI_STATICS && (settings->record & KT_RECORD_ACCELERATIONS) != 0)
-        return kt_massless_refuse(model, "record", "its acceleration is not computed; leave accelerations out", error);
+        return kt_massless_reject(model, "record", "its acceleration is not computed; leave accelerations out", error);
     return KT_OK;
 }
 
@@ -208,13 +208,13 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
     size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
-/* The largest sizes that any model of a family needs. */
+/* The largest sizes that any variant of a model needs. */
 static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     measure(user_model, settings, size);
-    for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->family && k < kt_family_models(user_model->family); k++) {
+    for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->variants && k < kt_variants_count(user_model->variants); k++) {
         kt_simulation_request other = *settings;
         kt_simulation_sizes one = {0};
-        other.model = kt_family_model(user_model->family, k);
+        other.model = kt_variants_model(user_model->variants, k);
         measure(other.model, &other, &one);
 #define MEMORY_MOST(member) size->member = one.member > size->member ? one.member : size->member;
         KT_SIMULATION_OF_MODEL(MEMORY_MOST)
@@ -256,8 +256,8 @@ static void find_quaternions(kt_simulation *simulation) {
 /* The longest step that the run, the caller and the functions of time allow; 0: no limit. */
 static double longest_step(const kt_simulation_request *settings) {
     const kt_model *model = settings->model; /* the model with all switches on has the least limit */
-    if (KT_HAS_SWITCHES && model->family)
-        model = kt_family_model(model->family, kt_family_models(model->family) - 1);
+    if (KT_HAS_SWITCHES && model->variants)
+        model = kt_variants_model(model->variants, kt_variants_count(model->variants) - 1);
     double longest = kt_simulation_longest_step(model);
     if (settings->run.max_step > 0.0)
         longest = fmin(longest, settings->run.max_step);
@@ -426,7 +426,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     (void)lay_out(memory, &sizes);
     kt_simulation *made = memory;
     made->size = sizes;
-    if (KT_HAS_SWITCHES && model->family) {
+    if (KT_HAS_SWITCHES && model->variants) {
         if (settings.options.transformation != NULL)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
                                 "hard contacts, and loops or effects that are switched, need the formulation 'tree'");

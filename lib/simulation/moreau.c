@@ -55,8 +55,8 @@ static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     size_t rubs = 0;
     for (size_t i = 0; i < model->n.loop; i++)
         rubs += model->loop[i].rubs > 0;
-    for (uint64_t k = 0; k < kt_family_models(model->family); k++) {
-        const kt_model *one = kt_family_model(model->family, k);
+    for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
+        const kt_model *one = kt_variants_model(model->variants, k);
         s.row = one->n.row > s.row ? one->n.row : s.row;
     }
     s.x = KT_HAS_FORMULAS ? model->n.x : 0;
@@ -109,8 +109,8 @@ static kt_status evaluate_middle(kt_simulation *simulation, double t, kt_power *
                                                               simulation->external, simulation->a, error);
     if (code != 0)
         return error->code != KT_OK ? error->code : KT_ERROR_CALLBACK;
-    return simulation->size.x > 0 ? kt_own_state_rates_trusted(simulation->model, simulation->data, t, m->y,
-                                                               m->y + simulation->size.nq, m->rate, error)
+    return simulation->size.x > 0 ? kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, t, m->y,
+                                                                     m->y + simulation->size.nq, m->rate, error)
                                   : KT_OK;
 }
 
@@ -256,7 +256,7 @@ const struct kt_leap kt_moreau_leap = {leap, accept_moreau};
 
 /* ---- operations on contacts -------------------------------------------------------------------------------------- */
 
-/* The model without contacts. Dry friction of joints does not act in it: it is released (compile/family.c). */
+/* The model without contacts. Dry friction of joints does not act in it: it is released (compile/variants.c). */
 static void take_open_model(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) | simulation->contact_friction;
     if (set != simulation->model->set)
@@ -272,7 +272,7 @@ static void begin_anew(kt_simulation *simulation) {
     }
 }
 
-static kt_status settle_steps(kt_simulation *simulation, kt_error *error) {
+static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
     (void)error;
     take_open_model(simulation);
     return KT_OK;
@@ -292,11 +292,11 @@ static bool rest_never(kt_simulation *simulation, size_t k) {
 
 const kt_contact_calls kt_moreau_calls = {.rest = rest_never,
                                           .open = begin_anew,
-                                          .resolve = settle_steps,
+                                          .resolve = commit_steps,
                                           .follow = follow_nothing,
                                           .check = check_nothing,
                                           .keep = kt_simulation_keep,
-                                          .take_back = kt_simulation_take_change_back,
+                                          .undo = kt_simulation_undo_change,
                                           .renew = follow_nothing,
                                           .begin_record = kt_moreau_begin_record,
                                           .end_record = kt_moreau_end_record};

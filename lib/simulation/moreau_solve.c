@@ -288,7 +288,7 @@ static bool solve_once(kt_simulation *simulation) {
     return isfinite(result.residual);
 }
 
-static kt_status refuse_step(const kt_simulation *simulation, kt_error *error) {
+static kt_status reject_step(const kt_simulation *simulation, kt_error *error) {
     const kt_moreau *m = simulation->moreau;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
@@ -321,7 +321,7 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
     m->counts.closed = 0;
     for (int i = m->dry; i < m->count; i++)
         m->counts.closed += m->p[3 * i] > 0.0;
-    return found ? KT_OK : refuse_step(simulation, error);
+    return found ? KT_OK : reject_step(simulation, error);
 }
 
 /* ---- penetration ------------------------------------------------------------------------------------------------- */

@@ -297,14 +297,14 @@ static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at,
 
 /* Rejects matrices next to a singular position, where the path bends within a step. Newton's iterations stall with
  * matrices of the bend, however exact they are. With earlier matrices and a shorter step, they converge. */
-static kt_status refuse_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
+static kt_status reject_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
     kt_violation violation;
     if (!KT_HAS_LOOPS || s->groups == 0)
         return KT_OK;
     const kt_reduction_kernels *kernels = s->model->group_kernels;
     (void)(kernels->residuals(s->model, s->data, t, q, v, NULL, &violation) &&
            kernels->factor(s->model, s->data, KT_ROWS_ALL, false));
-    return kt_loops_refuse_near(s->model, s->data, error);
+    return kt_loops_reject_near(s->model, s->data, error);
 }
 
 /* Computes M, C, K and the matrices of auxiliary states, if any velocity is free or there are states. */
@@ -320,7 +320,7 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
     s->memory.factorizations += (uint64_t)s->groups;
     if (s->size.all_directions)
         return differentiate_all(s, &at, error);
-    status = refuse_near(s, t, at.q, at.v, error);
+    status = reject_near(s, t, at.q, at.v, error);
     if (status != KT_OK)
         return status;
     const kt_state_derivatives states = states_of(s);
@@ -550,7 +550,7 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     s->memory.factorizations += (uint64_t)s->groups;
     kt_simulation_use_states(s, y);
     if (KT_HAS_FORMULAS && s->size.x > 0 &&
-        kt_own_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv) != 0)
+        kt_auxiliary_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv) != 0)
         return 1;
     const double *a = dydt + s->size.nq;
     return kt_acceleration_time_derivative(model, s->data, &at, a, slope + s->size.nq, &error) == KT_OK ? 0 : 1;

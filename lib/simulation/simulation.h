@@ -9,14 +9,14 @@ size_t kt_event_find(const kt_simulation *simulation, const char *name);
 /* The handler of events (event.c). */
 extern const kt_event_watch kt_event_watch_all;
 
-/* The sizes that differ between the models of a family (model/switching.h). X(member) */
+/* The sizes that differ between the variants of a model (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
 
 /* Sets the values that follow from the integrated model, except its sizes: at the start, and after a change to another
- * model of the family. */
+ * variant. */
 void kt_simulation_follow_model(kt_simulation *simulation);
 
-/* Changes to another model of the family. The state, the data and the integrator's history do not belong to it yet. */
+/* Changes to another variant of the model. The state, the data and the integrator's history do not belong to it yet. */
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
 
 #if KT_HAS_EVENTS
@@ -31,7 +31,7 @@ KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error
 #if KT_HAS_EVENTS
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
 void kt_simulation_keep(kt_simulation *simulation);
-void kt_simulation_take_change_back(kt_simulation *simulation);
+void kt_simulation_undo_change(kt_simulation *simulation);
 #endif
 
 /* Kinetic energy, and potential energy including the energy that effects store, in the state y. */
@@ -155,7 +155,7 @@ bool kt_simulation_has_inner_stage(const kt_method *method);
 
 /* Undoes a step of a method without a stage at its end, if a function of time changes behind the last stage. Returns
  * whether it did. The end of the next step is then *t_limit. */
-bool kt_simulation_take_back_missed(kt_simulation *simulation, double *t_limit);
+bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit);
 
 /* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function there. */
 KT_CHECKED kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_error *error);
@@ -171,7 +171,7 @@ bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is
 /* Finds the gaps at the present time, before a step. */
 void kt_simulation_begin_gaps(kt_simulation *simulation);
 /* After a step: returns false if nothing was leapt over. Otherwise it undoes the step, and *t_limit is its new end. */
-bool kt_simulation_take_back(kt_simulation *simulation, double *t_limit);
+bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit);
 /* Rejects a record at t, with its state in y, if such an effect acts there and the ends of the step have not seen
  * it. */
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);

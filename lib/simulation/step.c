@@ -42,9 +42,9 @@ void kt_simulation_count(kt_simulation *simulation) {
         data->unconverged = 0;
 #endif
         if (KT_HAS_LOOPS && data->crossings.near > 0 && simulation->groups > 0) {
-            const double led_off = 0.5 * data->passage.acceleration * step * step;
+            const double drift = 0.5 * data->passage.acceleration * step * step;
             kt_crossings crossings = kt_data_crossings(data);
-            crossings.error = fmax(crossings.error, led_off);
+            crossings.error = fmax(crossings.error, drift);
             add_crossings(&simulation->memory.crossings, crossings);
         }
     }
@@ -127,10 +127,10 @@ void kt_simulation_begin_try(kt_simulation *simulation) {
 
 kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
                                    kt_error *error) {
-    *again = KT_HAS_GAP && ((simulation->watches_ends && kt_simulation_take_back_missed(simulation, t_limit)) ||
-                            (simulation->watches_gaps && kt_simulation_take_back(simulation, t_limit)));
+    *again = KT_HAS_GAP && ((simulation->watches_ends && kt_simulation_reject_missed(simulation, t_limit)) ||
+                            (simulation->watches_gaps && kt_simulation_reject_leap(simulation, t_limit)));
     return KT_HAS_EVENTS && !*again && simulation->watch != NULL
-               ? simulation->watch->take_back(simulation, repetition, t_limit, again, error)
+               ? simulation->watch->reject_step(simulation, repetition, t_limit, again, error)
                : KT_OK;
 }
 
@@ -307,7 +307,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
 }
 
 /* Resolves hard contacts that touch in a state that has been set. */
-static kt_status settle_contacts(kt_simulation *simulation, kt_error *error) {
+static kt_status commit_contacts(kt_simulation *simulation, kt_error *error) {
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
         return simulation->contact_calls->resolve(simulation, error);
@@ -328,7 +328,7 @@ static void begin_change(kt_simulation *simulation) {
 static kt_status end_change(kt_simulation *simulation, kt_status status) {
 #if KT_HAS_EVENTS
     if (status != KT_OK && simulation->contacts != NULL)
-        simulation->contact_calls->take_back(simulation);
+        simulation->contact_calls->undo(simulation);
 #endif
     (void)simulation;
     return status;
@@ -355,7 +355,7 @@ static kt_status set_state(kt_simulation *simulation, double t, const double *q,
     simulation->memory.factorizations = simulation->memory.balance_evaluations = simulation->memory.joined = 0;
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
-    return settle_contacts(simulation, error);
+    return commit_contacts(simulation, error);
 }
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
@@ -426,7 +426,7 @@ typedef struct instant_change {
 } instant_change;
 
 /* Undoes the first `count` parameters, the last one first, since each was valid with those before it. */
-static void take_back(kt_model *model, kt_parameter_change *changes, int count) {
+static void undo_parameters(kt_model *model, kt_parameter_change *changes, int count) {
     for (int i = count - 1; i >= 0; i--) {
         double values[KT_PARAMETER_MAX];
         if (kt_parameter_get(model, &changes[i].parameter, values, NULL) == KT_OK)
@@ -447,7 +447,7 @@ static kt_status exchange(const instant_change *change, kt_error *error) {
         if (status == KT_OK)
             memcpy(one->values, values, sizeof values);
         else
-            take_back(change->model, change->parameters, i);
+            undo_parameters(change->model, change->parameters, i);
     }
     return status;
 }
@@ -464,7 +464,8 @@ static kt_status move(kt_simulation *simulation, const instant_change *change, k
 #endif
     kt_status status = close_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
-        memcpy(kt_simulation_own_states_of(simulation, simulation->y), change->x, simulation->size.x * sizeof(double));
+        memcpy(kt_simulation_auxiliary_states_of(simulation, simulation->y), change->x,
+               simulation->size.x * sizeof(double));
     if (status == KT_OK && (balanced || simulation->watches_works))
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
     if (status != KT_OK)
@@ -474,7 +475,7 @@ static kt_status move(kt_simulation *simulation, const instant_change *change, k
         simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
     status =
         kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to, error);
-    return status == KT_OK ? settle_contacts(simulation, error) : status;
+    return status == KT_OK ? commit_contacts(simulation, error) : status;
 }
 
 static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
@@ -490,7 +491,7 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     if (status == KT_OK) {
         status = move(simulation, change, before, error);
         if (KT_HAS_EVENTS && status != KT_OK)
-            take_back(change->model, change->parameters, change->count);
+            undo_parameters(change->model, change->parameters, change->count);
     }
     return end_change(simulation, status);
 }
@@ -500,7 +501,7 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
     return KT_IS_MISSING(error, simulation) ? KT_ERROR_ARGUMENT : jump(simulation, &change, error);
 }
 
-static kt_status check_own_states(const kt_simulation *simulation, const double *x, kt_error *error) {
+static kt_status check_auxiliary_states(const kt_simulation *simulation, const double *x, kt_error *error) {
     for (size_t i = 0; i < simulation->size.x; i++)
         if (!isfinite(x[i])) {
             char where[KT_WHERE_SIZE];
@@ -515,7 +516,7 @@ kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *
     if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
         return KT_ERROR_ARGUMENT;
     const instant_change change = {.x = x};
-    const kt_status status = check_own_states(simulation, x, error);
+    const kt_status status = check_auxiliary_states(simulation, x, error);
     return status == KT_OK && simulation->size.x > 0 ? jump(simulation, &change, error) : status;
 }
 
@@ -525,7 +526,7 @@ static kt_status check_model(const kt_simulation *simulation, const kt_model *co
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
                             "formulation 'tree'");
-    const bool related = KT_HAS_SWITCHES && copy->family != NULL && copy->family == simulation->model->family;
+    const bool related = KT_HAS_SWITCHES && copy->variants != NULL && copy->variants == simulation->model->variants;
     if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
                             "the simulation runs on another model than this copy");
@@ -560,6 +561,6 @@ kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_pa
     const instant_change change = {.x = x, .model = model, .parameters = changes, .count = count};
     kt_status status = check_model(simulation, model, error);
     if (status == KT_OK && x != NULL)
-        status = check_own_states(simulation, x, error);
+        status = check_auxiliary_states(simulation, x, error);
     return status == KT_OK ? jump(simulation, &change, error) : status;
 }

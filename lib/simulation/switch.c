@@ -1,6 +1,6 @@
 /* Loops and effects that are switched on and off while a simulation runs.
  *
- * The simulation changes to another model of the family (model/switching.h). All arrays have room for each of them.
+ * The simulation changes to another model of the variants (model/switching.h). All arrays have room for each of them.
  * Loops that are switched on exert an impulse: velocities are projected in the mass metric,
  *
  *     v+ = v + M^-1 A' lambda,   A v+ = b'
@@ -26,7 +26,7 @@
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) {
     kt_simulation_sizes *size = &simulation->size;
     kt_integrator *integrator = simulation->integrator;
-    kt_data_adapt(model, simulation->data);
+    kt_data_rebind(model, simulation->data);
     simulation->model = simulation->user_model = model;
     if (simulation->contacts != NULL)
         simulation->contact_calls->follow(simulation);

@@ -52,7 +52,7 @@ void kt_simulation_keep(kt_simulation *simulation) {
 #undef KT_UNDO_KEEP
 }
 
-void kt_simulation_take_change_back(kt_simulation *simulation) {
+void kt_simulation_undo_change(kt_simulation *simulation) {
     const kt_simulation_sizes sizes = simulation->size, *size = &sizes;
     kt_data *data = simulation->data;
     const kt_model *model;

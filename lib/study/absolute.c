@@ -272,7 +272,7 @@ static bool acts_in_cross(const kt_model *tree, const kt_description *d, const k
 }
 
 /* Variables of formulas are those of the tree's joints and markers. */
-static kt_status refuse_effects(const kt_model *tree, const kt_description *d, kt_error *error) {
+static kt_status reject_effects(const kt_model *tree, const kt_description *d, kt_error *error) {
     char where[KT_WHERE_SIZE];
     for (int i = 0; i < d->effect_count; i++)
         if (acts_in_cross(tree, d, &d->effects[i])) {
@@ -290,7 +290,7 @@ static kt_status refuse_effects(const kt_model *tree, const kt_description *d, k
 }
 
 /* Formulas of couplings read the joints of the tree. */
-static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
+static kt_status reject_formulas(const kt_description *d, kt_error *error) {
     char where[KT_WHERE_SIZE];
     for (int i = 0; i < d->loop_count; i++)
         if (kt_loop_has_formula(&d->loops[i])) {
@@ -302,7 +302,7 @@ static kt_status refuse_formulas(const kt_description *d, kt_error *error) {
 }
 
 /* Rejects descriptions with elements that switch: the transformed model has no sets of switched elements. */
-static kt_status refuse_switches(const kt_description *d, kt_error *error) {
+static kt_status reject_switches(const kt_description *d, kt_error *error) {
     const char *name = NULL;
     for (int i = 0; i < d->loop_count; i++)
         name = d->loops[i].switching != KT_ALWAYS_ON ? d->loops[i].name : name;
@@ -316,13 +316,13 @@ static kt_status refuse_switches(const kt_description *d, kt_error *error) {
 
 static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
-    kt_status refused = refuse_effects(w->tree, w->from, error);
-    if (refused == KT_OK)
-        refused = refuse_formulas(w->from, error);
-    if (refused == KT_OK)
-        refused = refuse_switches(w->from, error);
-    if (refused != KT_OK)
-        return refused;
+    kt_status rejected = reject_effects(w->tree, w->from, error);
+    if (rejected == KT_OK)
+        rejected = reject_formulas(w->from, error);
+    if (rejected == KT_OK)
+        rejected = reject_switches(w->from, error);
+    if (rejected != KT_OK)
+        return rejected;
     kt_link_poses(w->tree, w->tree->q0, w->pose);
     kt_link_twists(w->tree, w->tree->v0, w->pose, w->twist);
     transform(w);
@@ -337,7 +337,7 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
 }
 
 /* Bodies without joints have no rotors. */
-static kt_status refuse_armature(const kt_model *tree, kt_error *error) {
+static kt_status reject_armature(const kt_model *tree, kt_error *error) {
     for (size_t i = 1; i < tree->n.link; i++) {
         char where[KT_WHERE_SIZE];
         if (!tree->link[i].has_armature)
@@ -377,14 +377,14 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "formulation",
             "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
-    kt_status status = kt_massless_refuse(model, "formulation", "absolute coordinates do not support this", error);
+    kt_status status = kt_massless_reject(model, "formulation", "absolute coordinates do not support this", error);
     if (status == KT_OK)
-        status = refuse_armature(model, error);
+        status = reject_armature(model, error);
     if (status == KT_OK)
-        status = kt_own_states_refuse(model, "formulation",
-                                      "absolute coordinates do not carry them; use formulation: tree", error);
+        status = kt_auxiliary_states_reject(model, "formulation",
+                                            "absolute coordinates do not carry them; use formulation: tree", error);
     if (status == KT_OK)
-        status = kt_masses_refuse(model, "formulation",
+        status = kt_masses_reject(model, "formulation",
                                   "absolute coordinates do not support this; use formulation: tree", error);
     if (status != KT_OK)
         return status;

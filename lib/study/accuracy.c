@@ -22,7 +22,7 @@ kt_variant kt_variant_default(const kt_run *run) {
 
 /* ---- checks of the request --------------------------------------------------------------------------------------- */
 
-static kt_status refuse(kt_error *error, const char *where, const char *message) {
+static kt_status reject(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
@@ -37,26 +37,26 @@ static bool is_length(const void *array, int count) { return count >= 0 && (coun
 
 static kt_status check_variant(const kt_variant *variant, kt_error *error) {
     if (kt_formulation_name(variant->formulation) == NULL)
-        return refuse(error, "variant.formulation", "there is no such formulation");
+        return reject(error, "variant.formulation", "there is no such formulation");
     if (kt_constraint_formulation_name(variant->constraint_formulation) == NULL)
-        return refuse(error, "variant.constraint_formulation", "there is no such constraint formulation");
+        return reject(error, "variant.constraint_formulation", "there is no such constraint formulation");
     if (!(isfinite(variant->gain) && variant->gain >= 0.0))
-        return refuse(error, "variant.gain", "must be above zero, or zero for 1");
+        return reject(error, "variant.gain", "must be above zero, or zero for 1");
     return KT_OK;
 }
 
 /* Lengths without their arrays, and numbers that are none. */
 static kt_status check_lists(const kt_accuracy_options *options, kt_error *error) {
     if (!is_length(options->methods, options->method_count))
-        return refuse(error, "methods", "method_count is not their number");
+        return reject(error, "methods", "method_count is not their number");
     if (!is_length(options->steps, options->step_count))
-        return refuse(error, "steps", "step_count is not their number");
+        return reject(error, "steps", "step_count is not their number");
     if (!is_length(options->tolerances, options->tolerance_count))
-        return refuse(error, "tolerances", "tolerance_count is not their number");
+        return reject(error, "tolerances", "tolerance_count is not their number");
     if (!is_length(options->variants, options->variant_count))
-        return refuse(error, "variants", "variant_count is not their number");
+        return reject(error, "variants", "variant_count is not their number");
     if (!(isfinite(options->duration) && options->duration >= 0.0))
-        return refuse(error, "duration", "must be above zero, or zero for that of the run");
+        return reject(error, "duration", "must be above zero, or zero for that of the run");
     kt_status status = options->own ? check_variant(options->own, error) : KT_OK;
     for (int i = 0; i < options->variant_count && status == KT_OK; i++)
         status = check_variant(&options->variants[i], error);
@@ -68,19 +68,19 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
     if (status != KT_OK)
         return status;
     if (!(isfinite(duration) && duration > 0.0))
-        return refuse(error, "duration", "must be above zero for an error to be measured");
+        return reject(error, "duration", "must be above zero for an error to be measured");
     if (options->records < 1 || !(options->budget > 0.0 && isfinite(options->budget)) ||
         !(options->amplification > 1.0 && isfinite(options->amplification)) || options->run_evaluations == 0)
-        return refuse(error, "accuracy", "records, budget and run_evaluations must be above 0, amplification above 1");
+        return reject(error, "accuracy", "records, budget and run_evaluations must be above 0, amplification above 1");
     if (!are_positive(options->steps, options->step_count))
-        return refuse(error, "steps", "must be 1 to 40 numbers above zero");
+        return reject(error, "steps", "must be 1 to 40 numbers above zero");
     if (!are_positive(options->tolerances, options->tolerance_count))
-        return refuse(error, "tolerances", "must be 1 to 40 numbers above zero");
+        return reject(error, "tolerances", "must be 1 to 40 numbers above zero");
     if ((options->methods != NULL && options->method_count < 1) ||
         (options->variants != NULL && options->variant_count < 1))
-        return refuse(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
+        return reject(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
     if (options->reference != NULL && options->reference->count < 2) /* its interval is checked with the duration */
-        return refuse(error, "reference", "it needs two records or more, an interval above zero apart");
+        return reject(error, "reference", "it needs two records or more, an interval above zero apart");
     return KT_OK;
 }
 
@@ -218,7 +218,7 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
     study->nq = (size_t)kt_model_nq(study->model);
     study->nv = (size_t)kt_model_nv(study->model);
     if (study->nv == 0)
-        return refuse(error, "accuracy", "nothing moves in this scene: it has no error");
+        return reject(error, "accuracy", "nothing moves in this scene: it has no error");
     return KT_OK;
 }
 
@@ -262,7 +262,7 @@ kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, con
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
-        return refuse(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
+        return reject(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
     kt_status status = kt_accuracy_compile(study, variant, &model, &absolute, error);
     if (status == KT_OK) {
         point->setting = setting;

@@ -70,7 +70,7 @@ static kt_status check(const kt_dae_options *o, kt_error *error) {
 }
 
 /* Hard contacts and friction that sticks have events, which the baselines do not follow. */
-static kt_status refuse_dae_contacts(const kt_model *model, kt_error *error) {
+static kt_status reject_dae_contacts(const kt_model *model, kt_error *error) {
     for (int i = 0; KT_HAS_SWITCHES && i < kt_loop_count(model); i++)
         if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, kt_loop_name(model, i),
@@ -113,7 +113,7 @@ kt_status kt_dae_create(const kt_model *model, const kt_dae_options *given, kt_d
     options = KT_OPTIONS(kt_dae_options, beta, &own, given, error);
     kt_status status = options ? check(options, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
-        status = refuse_dae_contacts(model, error);
+        status = reject_dae_contacts(model, error);
     if (status != KT_OK)
         return status;
     const size_t size = place(NULL, model, options->type, solved_stages(options->method));
@@ -150,7 +150,7 @@ static kt_status choose_rows(kt_dae *dae, double t, const double *q, const doubl
     if (status != KT_OK)
         return status;
     if (kt_constraint_formulation_statistics_get(dae->equations).dropped)
-        return kt_formulation_refuse(t, KT_ERROR_SINGULAR,
+        return kt_formulation_reject(t, KT_ERROR_SINGULAR,
                                      "the loops are at a singular position, where their equations determine no "
                                      "multipliers: start at another one",
                                      error);
@@ -183,7 +183,7 @@ static kt_status find_multipliers(kt_dae *dae, double t, const double *q, const 
     for (size_t r = 0; r < m; r++)
         dae->residual[n + r] = e->drift[dae->row[r]];
     if (!kt_lu_factor(dae->factor, size, dae->pivot))
-        return kt_formulation_refuse(t, KT_ERROR_SINGULAR, "the chosen equations of the loops are not independent",
+        return kt_formulation_reject(t, KT_ERROR_SINGULAR, "the chosen equations of the loops are not independent",
                                      error);
     kt_lu_solve(dae->factor, size, dae->pivot, dae->residual);
     memcpy(a, dae->residual, n * sizeof(double));
@@ -315,7 +315,7 @@ static kt_status make_matrix(kt_dae *dae, const kt_dae_stages *s, double h, kt_e
     memcpy(dae->factor, dae->matrix, all * all * sizeof(double));
     if (kt_lu_factor(dae->factor, all, dae->pivot))
         return KT_OK;
-    return kt_formulation_refuse(dae->t, KT_ERROR_SINGULAR,
+    return kt_formulation_reject(dae->t, KT_ERROR_SINGULAR,
                                  "Newton's matrix is singular: the equations of the loops that were chosen at the "
                                  "start are not independent here; the reduction chooses them anew at every evaluation",
                                  error);
@@ -360,7 +360,7 @@ static kt_status iterate(kt_dae *dae, const kt_dae_stages *s, double h, kt_error
         last = now;
     }
     return status != KT_OK ? status
-                           : kt_formulation_refuse(dae->t, KT_ERROR_STEP,
+                           : kt_formulation_reject(dae->t, KT_ERROR_STEP,
                                                    "Newton's iteration of the multipliers does not converge: take "
                                                    "shorter steps",
                                                    error);

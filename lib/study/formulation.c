@@ -74,7 +74,7 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
     const bool stable =
         o->type == KT_CONSTRAINT_FORMULATION_BAUMGARTE || o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED;
     const kt_dynamic_state at = {t, q, v, tau, external};
-    kt_status status = kt_open_contacts_refuse(formulation->model, data, &at, error);
+    kt_status status = kt_open_contacts_reject(formulation->model, data, &at, error);
     if (status != KT_OK)
         return status;
     status = projects ? fill_projected(formulation, data, t, q, v, tau, external, error)
@@ -91,7 +91,7 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
     for (int i = 0; i < formulation->n; i++)
         sum += formulation->x[i] - formulation->x[i];
     if (status == KT_OK && !(sum == 0.0))
-        status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the formulation's accelerations are not finite", error);
+        status = kt_formulation_reject(t, KT_ERROR_NOT_FINITE, "the formulation's accelerations are not finite", error);
     if (status != KT_OK)
         return status;
     kt_copy(a, formulation->x, (size_t)formulation->n * sizeof *a);

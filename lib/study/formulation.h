@@ -72,7 +72,7 @@ int kt_formulation_project_positions(const kt_instant *at, double *q, double *v,
                                      void *user);
 
 /* Reports an error with the time at which it occurred. */
-KT_CHECKED static inline kt_status kt_formulation_refuse(double t, kt_status status, const char *message,
+KT_CHECKED static inline kt_status kt_formulation_reject(double t, kt_status status, const char *message,
                                                          kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "t = %.9g s", t);

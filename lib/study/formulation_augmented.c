@@ -99,7 +99,7 @@ static double correction(const kt_constraint_formulation *formulation) {
 
 kt_status kt_formulation_augmented(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {
     if (factor_augmented(formulation) != 0)
-        return kt_formulation_refuse(
+        return kt_formulation_reject(
             t, KT_ERROR_SINGULAR,
             "M + A' s A is singular or not finite: give the bodies that move inertia, or less penalty", error);
     memset(formulation->multiplier, 0, (size_t)formulation->k * sizeof(double));

@@ -74,7 +74,7 @@ void kt_formulation_constrain(kt_constraint_formulation *formulation, int rank, 
 kt_status kt_formulation_gauss(kt_constraint_formulation *formulation, double t, double *a, kt_error *error) {
     const int n = formulation->n, k = formulation->k;
     if (n > 0 && kt_lapack_potrf(n, formulation->mass) != 0)
-        return kt_formulation_refuse(
+        return kt_formulation_reject(
             t, KT_ERROR_SINGULAR,
             "the mass matrix of the tree is singular: this formulation needs inertia along every joint, the "
             "reduction only along the degrees of freedom that loops leave",

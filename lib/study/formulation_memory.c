@@ -80,13 +80,13 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
         KT_OPTIONS(kt_constraint_formulation_options, uncapped, &own, options, error);
     if (o == NULL)
         return KT_ERROR_ARGUMENT;
-    kt_status status = kt_own_states_refuse(model, "kt_constraint_formulation_init",
-                                            "only the engine's own equations of motion support them", error);
+    kt_status status = kt_auxiliary_states_reject(model, "kt_constraint_formulation_init",
+                                                  "only the engine's own equations of motion support them", error);
     if (status == KT_OK)
-        status = kt_masses_refuse(model, "kt_constraint_formulation_init",
+        status = kt_masses_reject(model, "kt_constraint_formulation_init",
                                   "only the engine's own equations of motion support this", error);
     if (status == KT_OK)
-        status = kt_massless_refuse(model, "kt_constraint_formulation_init",
+        status = kt_massless_reject(model, "kt_constraint_formulation_init",
                                     "only the engine's own equations of motion support this", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);

@@ -90,7 +90,7 @@ kt_status kt_constraint_formulation_spectrum(kt_constraint_formulation *formulat
     s->owned = s;
     kt_status status = differentiate(s, formulation, data, t, q, v, error);
     if (status == KT_OK && !KT_EIGEN_SOLVE(s, n, s->jacobian, &norm))
-        status = kt_formulation_refuse(t, KT_ERROR_NOT_FINITE, "the eigenvalues of the formulation cannot be computed",
+        status = kt_formulation_reject(t, KT_ERROR_NOT_FINITE, "the eigenvalues of the formulation cannot be computed",
                                        error);
     if (status == KT_OK)
         sort(s, n, real, imaginary);

@@ -282,22 +282,22 @@ KT_TEST(roll_pitch_yaw_is_sequence_321_backwards) {
     kt_check_near("yaw, which takes over what is left", up.z, 0.4, 2.0 * EPS);
 }
 
-KT_TEST(unknown_sequences_are_refused) {
-    int refused = 0;
+KT_TEST(unknown_sequences_are_rejected) {
+    int rejected = 0;
     kt_error error;
     kt_mat3 m = kt_mat3_identity(), before = m;
     kt_vec3 angles = {1.0, 2.0, 3.0};
     for (int sequence = -400; sequence <= 1400; sequence++)
         if (kt_matrix_from_euler(sequence, kt_vec3_make(0.1, 0.2, 0.3), &m, &error) != KT_OK) {
-            refused++;
+            rejected++;
             if (kt_euler_map(sequence, angles, &m, &error) != KT_ERROR_ARGUMENT ||
                 kt_euler_map_inverse(sequence, angles, &m, &error) != KT_ERROR_ARGUMENT ||
                 kt_euler_from_matrix(sequence, m, &angles, NULL, &error) != KT_ERROR_ARGUMENT)
-                kt_check_true("all calls refuse it", false);
+                kt_check_true("all calls reject it", false);
         } else {
             m = before;
         }
-    kt_check_equal_int("all but twelve", refused, 1801 - 12);
+    kt_check_equal_int("all but twelve", rejected, 1801 - 12);
     kt_check_equal_bits("output", &m.x.x, &before.x.x, 9);
     kt_check_near("angles", angles.x + 10.0 * angles.y + 100.0 * angles.z, 321.0, 0.0);
     kt_check_equal_int("311", kt_matrix_from_euler(311, angles, &m, &error), KT_ERROR_ARGUMENT);

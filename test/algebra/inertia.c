@@ -153,7 +153,7 @@ KT_TEST(inertias_of_bodies_pass) {
         if (kt_inertia_check(turned(kt_reference_random(&random), m), &moments) != KT_INERTIA_VALID || moments.z < 0.0)
             failed++;
     }
-    kt_check_equal_int("refused", failed, 0);
+    kt_check_equal_int("rejected", failed, 0);
     kt_check_equal_int("no inertia", kt_inertia_check(kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), NULL),
                        KT_INERTIA_VALID);
 }

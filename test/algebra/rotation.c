@@ -16,7 +16,7 @@ static kt_mat3 evaluate(kt_rotation description) {
 
 /* Evaluates an invalid description. The status is the expected one, the output untouched, and the message contains
  * `part`. */
-static void refuse(const char *what, kt_rotation description, kt_status status, const char *part) {
+static void reject(const char *what, kt_rotation description, kt_status status, const char *part) {
     kt_mat3 r, before;
     memset(&r, 0x55, sizeof r);
     before = r;
@@ -118,40 +118,40 @@ KT_TEST(quaternion_norm_is_allowed_a_thousandth) {
     const kt_mat3 r = evaluate(kt_rotation_quaternion(0.6 * in, 0.0, 0.8 * in, 0.0));
     const kt_mat3 exact = kt_matrix_about(1, 2.0 * atan2(0.8, 0.6));
     kt_check_below("norm 1.000999", kt_reference_distance(r, exact), 4.0 * EPS);
-    refuse("norm 1.001001", kt_rotation_quaternion(0.6 * out, 0.0, 0.8 * out, 0.0), KT_ERROR_ARGUMENT,
+    reject("norm 1.001001", kt_rotation_quaternion(0.6 * out, 0.0, 0.8 * out, 0.0), KT_ERROR_ARGUMENT,
            "divide each number by the norm");
-    refuse("norm 0.998", kt_rotation_quaternion(0.998, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "norm 0.998");
-    refuse("norm 0", kt_rotation_quaternion(0.0, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "write [1, 0, 0, 0]");
-    refuse("norm 1e200", kt_rotation_quaternion(1e200, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "norm 1e+200");
+    reject("norm 0.998", kt_rotation_quaternion(0.998, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "norm 0.998");
+    reject("norm 0", kt_rotation_quaternion(0.0, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "write [1, 0, 0, 0]");
+    reject("norm 1e200", kt_rotation_quaternion(1e200, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "norm 1e+200");
 }
 
-KT_TEST(what_is_no_rotation_is_refused_with_the_way_to_mend_it) {
+KT_TEST(what_is_no_rotation_is_rejected_with_the_way_to_mend_it) {
     const kt_vec3 zero = {0.0, 0.0, 0.0};
-    refuse("zero axis", kt_rotation_axis_angle(zero, 1.0), KT_ERROR_ARGUMENT, "give one that is not zero");
-    refuse("sequence", kt_rotation_euler(311, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "none twice in a row");
+    reject("zero axis", kt_rotation_axis_angle(zero, 1.0), KT_ERROR_ARGUMENT, "give one that is not zero");
+    reject("sequence", kt_rotation_euler(311, 0.0, 0.0, 0.0), KT_ERROR_ARGUMENT, "none twice in a row");
     kt_mat3 m = kt_mat3_identity();
     m.y.y = 1.0 + 2e-6;
-    refuse("column too long", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "column 2 of the rotation matrix has length");
+    reject("column too long", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "column 2 of the rotation matrix has length");
     m.y.y = 1.0 + 0.9e-6;
     kt_check_below("just not too long", kt_reference_distance(evaluate(kt_rotation_matrix(m)), kt_mat3_identity()),
                    EPS);
     m = kt_mat3_identity();
     m.z.x = 3e-6;
-    refuse("columns askew", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "columns 1 and 3");
+    reject("columns askew", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "columns 1 and 3");
     m = kt_mat3_identity();
     m.x.x = -1.0;
-    refuse("mirror", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "it mirrors");
+    reject("mirror", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "it mirrors");
     m = kt_mat3_identity();
     m.x = kt_vec3_make(1e200, 1e200, 0.0);
     m.y = kt_vec3_make(1e200, -1e200, 0.0);
-    refuse("entries that overflow", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "has length inf");
+    reject("entries that overflow", kt_rotation_matrix(m), KT_ERROR_ARGUMENT, "has length inf");
     kt_rotation unknown;
     memset(&unknown, 0, sizeof unknown);
     static const int types[2] = {8, -1};
     memcpy(&unknown.type, &types[0], sizeof unknown.type);
-    refuse("type", unknown, KT_ERROR_ARGUMENT, "rotation type 8 does not exist");
+    reject("type", unknown, KT_ERROR_ARGUMENT, "rotation type 8 does not exist");
     memcpy(&unknown.type, &types[1], sizeof unknown.type);
-    refuse("type", unknown, KT_ERROR_ARGUMENT, "rotation type -1 does not exist");
+    reject("type", unknown, KT_ERROR_ARGUMENT, "rotation type -1 does not exist");
 }
 
 KT_TEST(every_number_of_a_description_must_be_finite) {
@@ -176,10 +176,10 @@ KT_TEST(every_number_of_a_description_must_be_finite) {
         }
     kt_check_equal_int("wrong answers", wrong, 0);
     kt_check_equal_int("cases", cases, 63);
-    refuse("message", kt_rotation_rpy(0.0, (double)NAN, 0.0), KT_ERROR_NOT_FINITE, "number 2 of the rotation 'rpy' is");
+    reject("message", kt_rotation_rpy(0.0, (double)NAN, 0.0), KT_ERROR_NOT_FINITE, "number 2 of the rotation 'rpy' is");
 }
 
-KT_TEST(missing_arguments_are_refused) {
+KT_TEST(missing_arguments_are_rejected) {
     kt_rotation none;
     memset(&none, 0, sizeof none);
     kt_mat3 r = kt_mat3_identity();

@@ -289,7 +289,7 @@ KT_TEST(axis_and_angle_return) {
                   axis.x == 0.0 && axis.y == 0.0 && axis.z == 1.0 && angle == 0.0);
 }
 
-KT_TEST(axis_of_zero_length_is_refused) {
+KT_TEST(axis_of_zero_length_is_rejected) {
     kt_error error;
     kt_mat3 r = kt_mat3_identity(), before = r;
     const kt_vec3 zero = {0.0, -0.0, 0.0}, infinite = {0.0, (double)INFINITY, 0.0}, z = {0.0, 0.0, 1.0};
@@ -352,7 +352,7 @@ KT_TEST(axis_of_no_rotation_has_no_rate) {
     }
 }
 
-KT_TEST(rates_of_what_is_not_finite_are_refused) {
+KT_TEST(rates_of_what_is_not_finite_are_rejected) {
     const kt_vec3 z = {0.0, 0.0, 1.0}, infinite = {0.0, (double)INFINITY, 0.0};
     const struct {
         kt_vec3 axis, omega;

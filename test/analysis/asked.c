@@ -27,7 +27,7 @@ static bool make_bar(linkage *l, double angle) {
 /* ---- what is laid out ---------------------------------------------------------------------------------------------
  */
 
-KT_TEST(indices_below_zero_and_memory_that_is_none_are_refused) {
+KT_TEST(indices_below_zero_and_memory_that_is_none_are_rejected) {
     static linkage l;
     const int below = -1;
     const kt_marker_index body = {-1, 0}, marker = {1, -1};
@@ -238,7 +238,7 @@ KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
 }
 
 /* A parallelogram stretched flat may go on as one or crossed; it is alone, and named alone. */
-KT_TEST(change_point_is_refused_by_the_loop_s_name) {
+KT_TEST(change_point_is_rejected_by_the_loop_s_name) {
     static linkage l;
     const four_bar f = {1.0, 2.0, 1.0, 2.0, {0.0, 0.0, 0.0}, 1.0, 1.0, KT_LOOP_REVOLUTE};
     kt_error e = {KT_OK, "", ""};
@@ -259,7 +259,7 @@ KT_TEST(change_point_is_refused_by_the_loop_s_name) {
 /* ---- modes ----------------------------------------------------------------------------------------------------------
  */
 
-KT_TEST(modes_of_a_strange_system_are_refused) {
+KT_TEST(modes_of_a_strange_system_are_rejected) {
     static linkage bar, bars;
     kt_error e = {KT_OK, "", ""};
     small s = {0}, other = {0};

@@ -277,7 +277,7 @@ KT_TEST(driven_loop_has_no_equilibrium) {
     loop->function = kt_function_sine(0.3, 1.0, 0.0, 0.0);
     if (linkage_build(&l, 0.0)) {
         kt_error error = {0};
-        kt_check_equal_int("is refused", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
+        kt_check_equal_int("is rejected", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
         kt_check_text("names the loop", error.where, "loop 'drive'");
     }
     linkage_free(&l);

@@ -11,7 +11,7 @@
 static const kt_vec3 none = {0.0, 0.0, 0.0}, down = {0.0, -1.0, 0.0};
 
 /* Folded level, all bars of the window lie on one line, and the couplers may turn either way. */
-KT_TEST(singular_position_is_refused_and_its_neighbours_are_not) {
+KT_TEST(singular_position_is_rejected_and_its_neighbours_are_not) {
     linkage l;
     linkage_windows(&l, 2, 1.0, 0.0, KT_LOOP_REVOLUTE);
     if (linkage_build(&l, 0.0)) {
@@ -24,7 +24,7 @@ KT_TEST(singular_position_is_refused_and_its_neighbours_are_not) {
             linkage flat;
             linkage_windows(&flat, 2, acos(0.0), 0.0, KT_LOOP_REVOLUTE);
             if (linkage_compile(&flat)) {
-                kt_check_equal_int("is refused",
+                kt_check_equal_int("is rejected",
                                    kt_linearization_evaluate(s.linearization, 0.0, flat.q, flat.v, NULL, &error),
                                    KT_ERROR_SINGULAR);
                 kt_check_contains("says what", error.message, "singular position");
@@ -52,7 +52,7 @@ KT_TEST(singular_position_is_refused_and_its_neighbours_are_not) {
     linkage_free(&l);
 }
 
-KT_TEST(wrong_options_and_memory_are_refused) {
+KT_TEST(wrong_options_and_memory_are_rejected) {
     linkage l;
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.3, 0.0);

@@ -256,7 +256,7 @@ KT_TEST(linearisation_at_an_instant_does_not_see_ground_resonance) {
     linkage_free(&l);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 KT_TEST(options_of_a_period_are_checked) {
     linkage l;

@@ -66,20 +66,20 @@ static void close_stand(stand *d) {
 
 /* The outcome of the calls with n = 1, 2, ... */
 typedef struct outcome {
-    int tried, refused, wordless, touched, wrong;
+    int tried, rejected, wordless, touched, wrong;
 } outcome;
 
 static void check(const char *what, const outcome *seen, double least) {
-    kt_note("%s: %d of %d refused", what, seen->refused, seen->tried);
+    kt_note("%s: %d of %d rejected", what, seen->rejected, seen->tried);
     kt_check_above("evaluations that failed", seen->tried, least);
-    kt_check_above("of these refused", seen->refused, 1.0);
-    kt_check_equal_int("refusals in other words", seen->wordless, 0);
-    kt_check_equal_int("refusals that touched what was known", seen->touched, 0);
+    kt_check_above("of these rejected", seen->rejected, 1.0);
+    kt_check_equal_int("rejections in other words", seen->wordless, 0);
+    kt_check_equal_int("rejections that touched what was known", seen->touched, 0);
     kt_check_equal_int("results that are wrong", seen->wrong, 0);
 }
 
-static void note_refusal(outcome *seen, kt_status status, const kt_error *e, bool same) {
-    seen->refused++;
+static void note_rejection(outcome *seen, kt_status status, const kt_error *e, bool same) {
+    seen->rejected++;
     seen->wordless += status != KT_ERROR_CALLBACK || e->code != status || strstr(e->where, "effect 'spring'") == NULL;
     seen->touched += !same;
 }
@@ -102,9 +102,9 @@ KT_TEST(linearisation_survives_each_failing_evaluation) {
             const kt_linear_system *s = kt_linearization_system(d.s.linearization);
             seen.tried++;
             if (status != KT_OK)
-                note_refusal(&seen, status, &e,
-                             memcmp(s->state, known, sizeof known) == 0 &&
-                                 memcmp(s->output, output, sizeof output) == 0);
+                note_rejection(&seen, status, &e,
+                               memcmp(s->state, known, sizeof known) == 0 &&
+                                   memcmp(s->output, output, sizeof output) == 0);
             for (int i = 0; i < 4 && status == KT_OK; i++)
                 seen.wrong += !(fabs(s->state[i] - known[i]) <= 4.0 * s->state_error[i] + 1e-9 * fabs(known[i]));
             d.c = (counted){0};
@@ -137,7 +137,7 @@ KT_TEST(equilibrium_survives_each_failing_evaluation) {
                 break;
             seen.tried++;
             if (status != KT_OK && status != KT_ERROR_STEP) /* or no step leads on */
-                note_refusal(&seen, status, &e, memcmp(q, d.l.q, sizeof q) == 0);
+                note_rejection(&seen, status, &e, memcmp(q, d.l.q, sizeof q) == 0);
             for (int i = 0; i < 3 && status == KT_OK; i++)
                 seen.wrong += !(fabs(q[i] - rest[i]) <= 1e-7);
         }
@@ -161,7 +161,7 @@ KT_TEST(spectrum_survives_each_failing_evaluation) {
         if (status == KT_OK)
             break;
         seen.tried++;
-        note_refusal(&seen, status, &e, kt_spectrum_count(spectrum) == count && kt_spectrum_samples(spectrum) == 1);
+        note_rejection(&seen, status, &e, kt_spectrum_count(spectrum) == count && kt_spectrum_samples(spectrum) == 1);
     }
     kt_check_equal_int("twice as many modes in the end", kt_spectrum_count(spectrum), 2 * count);
     check("spectrum", &seen, 3.0);

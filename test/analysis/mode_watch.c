@@ -122,7 +122,7 @@ KT_TEST(states_without_an_acceleration_are_passed_over) {
     train_free(&t);
 }
 
-KT_TEST(watch_refuses_memory_that_is_too_small) {
+KT_TEST(watch_rejects_memory_that_is_too_small) {
     train t;
     kt_error error = {0};
     if (train_open(&t, 2, 1.0, 100.0, 0.0)) {

@@ -28,7 +28,7 @@ claim("no_foot_slips", below("N outside of a pyramid", max(s[5] for s in solved.
 claim("the_gradient_vanishes", below("of the effort", max(s[6] for s in solved.values()), 1e-11))
 claim("no_multiplier_is_negative", [f"{name}: {s[7]}" for name, s in solved.items() if s[7] < 0.0])
 claim("friction_matters_in_two", [] if sum(s[1] > 0 for s in solved.values()) == 2 else ["it does in another number"])
-claim("too_much_is_refused", [] if "forward 9 m/s^2   no forces within friction" in ran.stdout else ["it is not"])
+claim("too_much_is_rejected", [] if "forward 9 m/s^2   no forces within friction" in ran.stdout else ["it is not"])
 again = [s[0] for name, s in solved.items() if name.endswith("still")]
 claim("a_foot_that_was_lifted_bears_as_before", [] if len(again) == 2 and again[0] == again[1] else [f"{again}"])
 finish()

@@ -22,10 +22,10 @@ def says(name, pattern):
     return found
 
 
-found = says("memory_a_byte_short_is_refused", r"^a byte short: +(\d+) bytes at a multiple of 64 are needed \(kt_model_size\); given: (\d+) bytes$")
+found = says("memory_a_byte_short_is_rejected", r"^a byte short: +(\d+) bytes at a multiple of 64 are needed \(kt_model_size\); given: (\d+) bytes$")
 if found:
-    claim("refusal_says_how_much_is_missing", [] if int(found[1]) - int(found[2]) == 1 else [found[0]])
-says("misaligned_memory_is_refused", r"^misaligned: .* given: \d+ bytes, misaligned$")
+    claim("rejection_says_how_much_is_missing", [] if int(found[1]) - int(found[2]) == 1 else [found[0]])
+says("misaligned_memory_is_rejected", r"^misaligned: .* given: \d+ bytes, misaligned$")
 found = says("all_lives_in_one_static_buffer",
              r"^one static buffer: model (\d+), simulation (\d+), checkpoint (\d+): (\d+) of (\d+) bytes")
 if found:

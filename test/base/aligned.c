@@ -30,7 +30,7 @@ KT_TEST(memory_of_every_size_is_aligned_and_can_be_written) {
     kt_check_equal_int("bytes that another block has overwritten", lost, 0);
 }
 
-KT_TEST(a_size_beyond_all_memory_is_refused) {
+KT_TEST(a_size_beyond_all_memory_is_rejected) {
     kt_check_true("no block", kt_aligned_allocate(SIZE_MAX) == NULL);
     kt_check_true("no block where only the margin overflows",
                   kt_aligned_allocate(SIZE_MAX - KT_ARENA_ALIGNMENT) == NULL);

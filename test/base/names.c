@@ -22,7 +22,7 @@ KT_TEST(table_finds_every_name_in_its_scope) {
         wrong += kt_names_add(&table, -1, names[i], i) != -1;
     for (int i = 0; i < MANY; i++) /* the same names again, elsewhere */
         wrong += kt_names_add(&table, i % 3, names[i], MANY - i) != -1;
-    kt_check_equal_int("names refused", wrong, 0);
+    kt_check_equal_int("names rejected", wrong, 0);
     for (int i = 0; i < MANY; i++) {
         char copy[16];
         memcpy(copy, names[i], sizeof copy);

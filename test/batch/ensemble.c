@@ -26,8 +26,9 @@ typedef struct outcome {
 
 /* Auxiliary states, of which the second follows from the motion. */
 enum { OWN = 2 };
-static const kt_state own_state[OWN] = {{.name = "lag", .initial = 0.5, .rate = "sin(t) - lag^2"},
-                                        {.name = "seen", .initial = -0.2, .rate = "lag*seen - t + marker.b0.tip.vx"}};
+static const kt_state auxiliary_state[OWN] = {
+    {.name = "lag", .initial = 0.5, .rate = "sin(t) - lag^2"},
+    {.name = "seen", .initial = -0.2, .rate = "lag*seen - t + marker.b0.tip.vx"}};
 
 typedef struct member {
     kt_model *model; /* of its own, or NULL */
@@ -262,7 +263,7 @@ static void draw(group *g, int n, kt_random *random) {
     plan.with_armature = n % 3 == 2 ? 0.5 : 0.0;
     kt_tree_describe(&g->tree, &plan, random);
     if (n % 6 < 2) {
-        g->tree.description.states = own_state;
+        g->tree.description.states = auxiliary_state;
         g->tree.description.state_count = OWN;
     }
     if (n % 4 == 3)
@@ -488,7 +489,7 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
     kt_error error;
     const kt_tree_plan plan = kt_tree_plan_default();
     kt_tree_describe(&tree, &plan, &random);
-    tree.description.states = own_state;
+    tree.description.states = auxiliary_state;
     tree.description.state_count = OWN;
     if (!kt_tree_compile(&tree, NULL))
         return;

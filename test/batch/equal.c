@@ -224,7 +224,7 @@ KT_TEST(lanes_are_the_memory_of_the_batch) {
 /* ---- arguments --------------------------------------------------------------------------------------------------- */
 
 /* A batch that was made for one thread. */
-static void refuse_jobs(kt_batch *batch) {
+static void reject_jobs(kt_batch *batch) {
     kt_error error;
     kt_batch_job job = {.task = KT_BATCH_FORWARD};
     size_t used = 0;
@@ -251,7 +251,7 @@ static void refuse_jobs(kt_batch *batch) {
     kt_check_equal_int("a step of NaN", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
 }
 
-KT_TEST(wrong_arguments_are_refused) {
+KT_TEST(wrong_arguments_are_rejected) {
     kt_random random = kt_random_of_test();
     kt_tree tree;
     kt_error error;
@@ -283,7 +283,7 @@ KT_TEST(wrong_arguments_are_refused) {
     kt_check_equal_int("a step of infinity", kt_batch_step(batch, (double)INFINITY, 1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("less than no steps", kt_batch_step(batch, 0.1, -1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);
-    refuse_jobs(batch);
+    reject_jobs(batch);
     kt_batch_free(batch);
     kt_tree_free(&tree);
 }

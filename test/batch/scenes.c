@@ -68,10 +68,10 @@ static void compare(const char *name, const kt_scene *scene, kt_random *random, 
     if (!kt_check_equal_int(name, kt_model_compile(&scene->description, &options, &model, &error), KT_OK) ||
         !kt_check_equal_int(name, kt_data_create(model, &data, &error), KT_OK))
         return;
-    if (kt_has_variable_mass(&scene->description)) { /* which a batch does not carry, and refuses */
+    if (kt_has_variable_mass(&scene->description)) { /* which a batch does not carry, and rejects */
         kt_batch *batch = NULL;
         const kt_batch_options one = kt_batch_options_default();
-        kt_check_true("variable masses are refused", kt_batch_create(model, &one, &batch, &error) != KT_OK);
+        kt_check_true("variable masses are rejected", kt_batch_create(model, &one, &batch, &error) != KT_OK);
         kt_batch_free(batch);
     } else if (kt_many_make(&many, model, kt_method_find("rk4"))) {
         draw_states(&many, data, 0.02, random);

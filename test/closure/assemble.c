@@ -67,7 +67,7 @@ static void hold_some(tangle *g, kt_random *random, const char **names, int coun
 
 typedef struct outcome {
     kt_worst closed, position, velocity;
-    int assembled, refused, wrongly, held, capped;
+    int assembled, rejected, wrongly, held, capped;
     int late; /* that ended farther than 1e-11 from the nearest state, where nothing brought them nearer */
     long touched;
 } outcome;
@@ -104,7 +104,7 @@ static void assemble_one(tangle *g, const tangle_plan *plan, kt_random *random, 
     memcpy(from_q, q, sizeof q);
     memcpy(from_v, v, sizeof v);
     if (kt_state_assemble(g->tree.model, g->tree.data, g->t, q, v, &e) != KT_OK) {
-        o->refused++;
+        o->rejected++;
         o->wrongly += rank_of(g, held) == kt_model_mobility(g->tree.model).rank;
         return;
     }
@@ -162,14 +162,14 @@ KT_TEST(assembly_finds_the_nearest_closed_state) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
     outcome o = run(&plan, &random, 60, 0, 0.1);
-    kt_check_equal_int("not assembled", o.refused, 0);
+    kt_check_equal_int("not assembled", o.rejected, 0);
     plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_PARTITION);
     o = run(&plan, &random, 30, 0, 0.1);
-    kt_check_equal_int("not assembled", o.refused, 0);
+    kt_check_equal_int("not assembled", o.rejected, 0);
     plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_SVD);
     plan.options.metric = KT_METRIC_MASS; /* of projections, not of assembly */
     o = run(&plan, &random, 30, 0, 0.1);
-    kt_check_equal_int("not assembled", o.refused, 0);
+    kt_check_equal_int("not assembled", o.rejected, 0);
 }
 
 KT_TEST(assembly_keeps_held_joints_to_the_bit) {
@@ -177,7 +177,7 @@ KT_TEST(assembly_keeps_held_joints_to_the_bit) {
     const tangle_plan plan = tangle_plan_default();
     const outcome o = run(&plan, &random, 120, 2, 1e-4);
     kt_check_above("assembled", o.assembled, 50.0);
-    kt_check_below("refused, and should not be (near a fold)", o.wrongly, 1.0);
+    kt_check_below("rejected, and should not be (near a fold)", o.wrongly, 1.0);
     kt_check_above("joints held", o.held, 60.0);
     kt_check_equal_int("touched", o.touched, 0);
 }
@@ -302,7 +302,7 @@ KT_TEST(loop_given_twice_is_accepted) {
 
 /* ---- where there is none ----------------------------------------------------------------------------------------- */
 
-static void refuse(linkage *l, const char *message) {
+static void reject(linkage *l, const char *message) {
     double q[LINKAGE_NQ], v[LINKAGE_NQ];
     kt_error e = {0};
     if (!linkage_compile(l))
@@ -323,7 +323,7 @@ KT_TEST(loop_out_of_reach_is_named_with_its_gap) {
     linkage_bar(&l, "a", NULL, none, bar, 0.4, 0.0);
     linkage_bar(&l, "b", "a", bar, bar, -0.3, 0.0);
     linkage_close(&l, "end", KT_LOOP_SPHERICAL, NULL, kt_vec3_make(2.5, 0.0, 0.0), "b", bar);
-    refuse(&l,
+    reject(&l,
            "the loops cannot be closed from the given positions (they are out of reach, contradict each other, or held "
            "joints prevent it); these stay open: 'end' by 0.5 m");
     linkage_free(&l);
@@ -383,7 +383,7 @@ static void tie(kt_description *d, char name[NAME], const kt_body *a, const kt_b
 /* From knots that are off by some centimetres the search creeps along a valley to the minimum. Searches that only
  * decide whether the loops close end there. All searches take 5,737 evaluations, with compilation. They would take
  * 20,020 if they all went on to the minimum. */
-KT_TEST(net_that_contradicts_itself_is_refused_soon) {
+KT_TEST(net_that_contradicts_itself_is_rejected_soon) {
     static kt_body knots[KNOTS];
     static kt_loop loops[2 * KNOTS];
     static char names[KNOTS][NAME], ties[2 * KNOTS][NAME];
@@ -453,7 +453,7 @@ KT_TEST(speed_that_loops_forbid_altogether_is_taken_away) {
     static linkage l;
     kt_random random = kt_random_of_test();
     kt_worst left = kt_worst_make("speed left");
-    int refused = 0;
+    int rejected = 0;
     for (int i = 0; i < 100; i++) {
         const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0),
                       bar = kt_vec3_make(kt_random_uniform(&random, 0.8, 2.0), 0, 0);
@@ -465,12 +465,12 @@ KT_TEST(speed_that_loops_forbid_altogether_is_taken_away) {
         linkage_close(&l, "top", KT_LOOP_SPHERICAL, "bar", bar, "brace", brace);
         if (!linkage_compile(&l))
             break;
-        refused += kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e) != KT_OK;
+        rejected += kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e) != KT_OK;
         for (int k = 0; k < 2; k++)
             kt_worst_near(&left, l.v[k], 0.0, 1e-30, "frame %d", i);
         linkage_free(&l);
     }
-    kt_check_equal_int("refused", refused, 0);
+    kt_check_equal_int("rejected", rejected, 0);
     kt_check_worst(&left);
     linkage_free(&l);
 }
@@ -520,7 +520,7 @@ KT_TEST(motions_that_contradict_in_velocity_are_named) {
         loop->joint = "a";
         loop->function = kt_function_polynomial(i ? fast : slow, 2);
     }
-    refuse(&l,
+    reject(&l,
            "the initial velocities contradict the loops; hold fewer joints, or make loops agree; apart are: 'fast' by "
            "0.25, 'slow' by 0.25 (m/s or rad/s)");
     linkage_free(&l);

@@ -208,7 +208,7 @@ KT_TEST(rounded_machines_close_and_move_as_exact_ones) {
 }
 
 /* The same linkage beyond the tolerance, and below it with none. */
-KT_TEST(what_is_more_than_rounding_is_refused) {
+KT_TEST(what_is_more_than_rounding_is_rejected) {
     for (int k = 0; k < MAKERS; k++)
         for (int i = 0; i < 2; i++) {
             machine m;
@@ -223,7 +223,7 @@ KT_TEST(what_is_more_than_rounding_is_refused) {
 
 /* Bars of 1, 1.5 and 1 m cannot reach over 3.5000001 m. The remaining gap is within the tolerance, but stretched bars
  * cannot move, so that no equation repeats another. */
-KT_TEST(linkage_out_of_reach_by_little_is_refused) {
+KT_TEST(linkage_out_of_reach_by_little_is_rejected) {
     machine m;
     kt_error error = {0};
     begin(&m, 3, 1);
@@ -237,7 +237,7 @@ KT_TEST(linkage_out_of_reach_by_little_is_refused) {
     m.loop[0].between[1].body = "c";
     m.loop[0].between[1].at.x = 1.0;
     m.description.hold_count = 0;
-    kt_check_equal_int("refused", start(&m, &error), KT_ERROR_CONSTRAINT);
+    kt_check_equal_int("rejected", start(&m, &error), KT_ERROR_CONSTRAINT);
     finish(&m);
 }
 

@@ -91,7 +91,7 @@ KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
     static tangle g;
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_planar();
-    int refused = 0, rested = 0;
+    int rejected = 0, rested = 0;
     plan.tree.planar = 2;
     plan.tree.from_world = 0.4;
     plan.nearby = 1.0;
@@ -102,16 +102,16 @@ KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
             kt_error e = {0};
             memcpy(q, g.q, sizeof q);
             memcpy(v, g.v, sizeof v);
-            refused += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
+            rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
             disturb(&g, &random, i % 2 ? 1e-4 : 1e-6, q, v);
-            refused += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
+            rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
             for (size_t k = 0; k < g.tree.model->n.group_v; k++)
                 slowest = fmin(slowest, fabs(v[g.tree.model->group_v[k]]));
             rested += slowest < 1e-14;
         }
         tangle_free(&g);
     }
-    kt_check_equal_int("refused", refused, 0);
+    kt_check_equal_int("rejected", rejected, 0);
     kt_check_above("with frames at rest", rested, 200.0);
 }
 

@@ -111,7 +111,7 @@ static bool swings(linkage *l, double size) {
     return linkage_compile(l) && fabs(swing(l, size) - with) <= 1e-14 * fabs(with);
 }
 
-static int refused(kt_random *r, const door *d, int count) {
+static int rejected(kt_random *r, const door *d, int count) {
     static linkage l;
     int failed = 0;
     for (int i = 0; i < count; i++) {
@@ -131,15 +131,15 @@ KT_TEST(a_second_hinge_in_the_same_place_is_redundant_at_every_size) {
     for (int k = 0; k < SIZES; k++) {
         door d = {.type = KT_LOOP_REVOLUTE, .size = sizes[k]};
         kt_note("%g m", sizes[k]);
-        kt_check_equal_int("at sums of tenths", refused(&r, &d, k == ONE ? 150 : 20), 0);
+        kt_check_equal_int("at sums of tenths", rejected(&r, &d, k == ONE ? 150 : 20), 0);
         d.oblique = true;
-        kt_check_equal_int("oblique", refused(&r, &d, k == ONE ? 150 : 20), 0);
+        kt_check_equal_int("oblique", rejected(&r, &d, k == ONE ? 150 : 20), 0);
         d.far = 1e6;
-        kt_check_equal_int("oblique and far away", refused(&r, &d, 20), 0);
+        kt_check_equal_int("oblique and far away", rejected(&r, &d, 20), 0);
         d.window = true;
-        kt_check_equal_int("with a window, far away", refused(&r, &d, 20), 0);
+        kt_check_equal_int("with a window, far away", rejected(&r, &d, 20), 0);
         d.far = 0.0;
-        kt_check_equal_int("with a window", refused(&r, &d, 20), 0);
+        kt_check_equal_int("with a window", rejected(&r, &d, 20), 0);
     }
 }
 
@@ -151,13 +151,13 @@ KT_TEST(pins_on_a_body_s_own_axis_are_redundant_at_every_size) {
             for (int aside = 0; aside < 2; aside++) {
                 const door d = {.type = types[type], .size = sizes[k], .aside = aside, .oblique = true};
                 kt_note("%s, %g m", kt_loop_type_name(types[type]), sizes[k]);
-                kt_check_equal_int("refused", refused(&r, &d, k == ONE ? 60 : 10), 0);
+                kt_check_equal_int("rejected", rejected(&r, &d, k == ONE ? 60 : 10), 0);
             }
 }
 
 /* A gap of 1e-9 of the lengths is a million times the effect of rounding. With a tolerance it may be an effect of
  * rounded data (disagreement.c). */
-KT_TEST(hinges_apart_by_more_than_rounding_are_refused_at_every_size) {
+KT_TEST(hinges_apart_by_more_than_rounding_are_rejected_at_every_size) {
     static const double parts[] = {1e-9, 1e-6, 1e-3, 0.1};
     static linkage l;
     kt_random r = kt_random_of_test();

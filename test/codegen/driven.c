@@ -166,7 +166,7 @@ KT_TEST(lengths_have_the_second_derivative_of_their_function) {
     driven_arm_free(&arm);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 KT_TEST(a_projection_of_rates_is_rejected) {
     driven_arm arm;

@@ -1,4 +1,5 @@
-/* Files of generated C: refusals, joints without inertia, sines, fixed numbers, equal bits of compilers, operations. */
+/* Files of generated C: rejections, joints without inertia, sines, fixed numbers, equal bits of compilers,
+ * operations. */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 
@@ -76,10 +77,10 @@ static kt_status generate_text(const kt_model *model, const char *name, unsigned
     return status;
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-static void check_refused(const char *what, const kt_model *model, const char *name, unsigned functions,
-                          kt_status status, const char *message) {
+static void check_rejected(const char *what, const kt_model *model, const char *name, unsigned functions,
+                           kt_status status, const char *message) {
     char *source = NULL, *header = NULL;
     kt_error error = {0};
     kt_check_equal_int(what, generate_text(model, name, functions, false, &source, &header, &error), status);
@@ -100,18 +101,18 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     small_tree t;
     if (!small_tree_make(&t, 3))
         return;
-    check_refused("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
-    check_refused("a name with a digit", t.model, "7arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
-    check_refused("no function", t.model, "arm", 0, KT_ERROR_ARGUMENT, "functions");
-    check_refused("an unknown function", t.model, "arm", 1u << 30, KT_ERROR_ARGUMENT, "functions");
+    check_rejected("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
+    check_rejected("a name with a digit", t.model, "7arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
+    check_rejected("no function", t.model, "arm", 0, KT_ERROR_ARGUMENT, "functions");
+    check_rejected("an unknown function", t.model, "arm", 1u << 30, KT_ERROR_ARGUMENT, "functions");
     kt_model_free(t.model);
 
     small_tree_describe(&t, 3);
     t.body[2].marker_count = 0;
     if (small_tree_compile(&t))
-        check_refused("no state", t.model, "arm", KT_CODEGEN_STATES, KT_ERROR_MODEL, "no auxiliary states");
+        check_rejected("no state", t.model, "arm", KT_CODEGEN_STATES, KT_ERROR_MODEL, "no auxiliary states");
     if (t.model != NULL)
-        check_refused("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
+        check_rejected("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
     kt_model_free(t.model);
 
     small_tree_describe(&t, 3);
@@ -122,15 +123,15 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     t.description.effects = &effect;
     t.description.effect_count = 1;
     if (small_tree_compile(&t)) {
-        check_refused("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "a function in C");
-        check_refused("a step needs it", t.model, "arm", KT_CODEGEN_RK4, KT_ERROR_MODEL, "steps need it");
+        check_rejected("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "a function in C");
+        check_rejected("a step needs it", t.model, "arm", KT_CODEGEN_RK4, KT_ERROR_MODEL, "steps need it");
     }
     kt_model_free(t.model);
 
     small_tree_describe(&t, 1);
     t.body[0].joint.type = KT_JOINT_FIXED;
     if (small_tree_compile(&t))
-        check_refused("no joint moves", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "no joint can move");
+        check_rejected("no joint moves", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "no joint can move");
     kt_model_free(t.model);
 }
 

@@ -1,4 +1,4 @@
-/* Generated C of a four-bar: many steps, singular positions, and refusals of loops. */
+/* Generated C of a four-bar: many steps, singular positions, and rejections of loops. */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 
@@ -199,9 +199,9 @@ KT_TEST(a_singular_position_returns_the_loop) {
     }
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-static void check_loop_refused(four_bar *f, unsigned functions, const char *where, const char *message) {
+static void check_loop_rejected(four_bar *f, unsigned functions, const char *where, const char *message) {
     char *text[2] = {NULL, NULL};
     size_t length[2];
     kt_error error = {0};
@@ -228,22 +228,22 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
     const double length[3] = {0.3, 0.9, 0.7};
     four_bar f;
     four_bar_describe(&f, length, 1.0, 0.0);
-    check_loop_refused(&f, KT_CODEGEN_RK4_DERIVATIVES, "pin", "kt_step_derivatives");
+    check_loop_rejected(&f, KT_CODEGEN_RK4_DERIVATIVES, "pin", "kt_step_derivatives");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.switching = KT_SWITCHED_OFF;
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "switched on and off");
+    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "switched on and off");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_SCREW;
     f.loop.pitch = 0.01;
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "wheels, skates, screws");
+    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "wheels, skates, screws");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_DISTANCE;
     f.loop.slack = true;
     f.loop.function = kt_function_constant(5.0);
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "on one side only");
+    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "on one side only");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_DISTANCE;
@@ -253,11 +253,11 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
         rows[2 * i + 1] = 0.5 + 0.001 * i;
     }
     f.loop.function = kt_function_table(rows, 2 * 101, KT_INTERPOLATION_LINEAR);
-    check_loop_refused(&f, KT_CODEGEN_FORWARD, "pin", "has more than 100 rows");
+    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "has more than 100 rows");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.description.loop_count = 0;
-    check_loop_refused(&f, KT_CODEGEN_PROJECT, "loops", "no loop has an equation");
+    check_loop_rejected(&f, KT_CODEGEN_PROJECT, "loops", "no loop has an equation");
 }
 
 /* Of two equal pins one is left out, as in the library. */

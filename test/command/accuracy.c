@@ -181,7 +181,7 @@ KT_TEST(accuracy_takes_a_run_as_its_reference) {
 }
 
 /* Parts that are left out of a motion are reported, and a scene without methods to compare is rejected. */
-KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_refused) {
+KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_rejected) {
     char text[600];
     snprintf(text, sizeof text,
              "%sevents: [{name: half, when: t - 1, then: record}, {name: third, when: t - 1.5, then: record}]\n",

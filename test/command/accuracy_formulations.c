@@ -88,7 +88,7 @@ KT_TEST(comparison_needs_loops) {
 }
 
 /* Orders of Radau IIA in tree and absolute coordinates, from the last lines of their tables. Further options are
- * refused. */
+ * rejected. */
 KT_TEST(baselines_print_orders_in_tree_and_absolute_coordinates) {
     const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/four-bar.yaml --baselines --duration 0.25 "
                                 "--steps 0.00625,0.003125");

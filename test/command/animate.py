@@ -126,8 +126,8 @@ with tempfile.TemporaryDirectory() as folder:
     grown = [] if root is None else [[float(x) for x in a.get("values").split(";")] for a in root.iter(SVG + "animate") if a.get("attributeName") == "stroke-dashoffset"]
     claim("a_path_grows_with_the_motion", [] if grown and all(v[0] == 1 and v[-1] == 0 and v == sorted(v, reverse=True) for v in grown) else [str(grown)[:200]])
     for words, told in ((["--at", "1"], "leave out --at and --strobe"), (["--out", "a.png"], "ends in .svg"), ):
-        refused = subprocess.run([KINETREE, "draw", "cut.yaml", "--animate", *words], cwd=folder, capture_output=True, text=True)
-        claim(f"refused_with_{words[0][2:]}", [] if refused.returncode == 1 and told in refused.stderr else [refused.stderr])
+        rejected = subprocess.run([KINETREE, "draw", "cut.yaml", "--animate", *words], cwd=folder, capture_output=True, text=True)
+        claim(f"rejected_with_{words[0][2:]}", [] if rejected.returncode == 1 and told in rejected.stderr else [rejected.stderr])
     slow = subprocess.run([KINETREE, "draw", "cut.yaml", "--speed", "2"], cwd=folder, capture_output=True, text=True)
     claim("a_speed_needs_an_animation", [] if slow.returncode == 1 and "give --animate" in slow.stderr else [slow.stderr])
 finish()

@@ -125,7 +125,7 @@ static void break_off(void) {
     kill_at("chain.yaml", "", 100000);
 }
 
-KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
+KT_TEST(checkpoint_that_does_not_fit_is_rejected_in_words) {
     break_off();
     const char resume[] = "--out part.csv --summary part.json --resume";
     kt_expect(0, NULL, "cp part.csv.partial before.csv; cp part.state good");
@@ -174,7 +174,7 @@ KT_TEST(checkpoint_that_does_not_fit_is_refused_in_words) {
 
 /* A killed run, whose records another run writes over: neither is touched. Then the first run itself goes on. The
  * other run has another gravity, so that its first record differs already: the checkpoint may be from there. */
-KT_TEST(records_of_another_run_are_refused) {
+KT_TEST(records_of_another_run_are_rejected) {
     const char words[] = "another run has written over them";
     break_off();
     kt_expect(0, NULL, "cp part.csv.partial a.csv; cp part.state good");
@@ -212,7 +212,7 @@ static pid_t start_long_run(void) {
     return child;
 }
 
-KT_TEST(second_run_with_one_checkpoint_is_refused_at_its_start) {
+KT_TEST(second_run_with_one_checkpoint_is_rejected_at_its_start) {
     const char words[] = "checkpoint long.state cannot be written: another run writes its checkpoints there";
     const pid_t child = start_long_run();
     int how = 0;

@@ -196,7 +196,7 @@ KT_TEST(ground_of_a_contact_is_not_covered_by_the_plane_of_a_joint) {
     kt_check_true("a square, then the ground", square != NULL && ground != NULL && square < ground);
 }
 
-KT_TEST(views_are_read_and_refused) {
+KT_TEST(views_are_read_and_rejected) {
     kt_write_file("pair.yaml", pair);
     static const char *const views[][2] = {{"x", "seen along x"},
                                            {"iso", "isometric"},

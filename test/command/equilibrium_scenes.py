@@ -4,7 +4,7 @@
 
     equilibrium_scenes.py [--seeds FIRST:END] [--jobs N] KINETREE
 
-An answer is right if the scene that it writes, whose velocities are zero, has no acceleration, as `evaluate` says; a refusal
+An answer is right if the scene that it writes, whose velocities are zero, has no acceleration, as `evaluate` says; a rejection
 ends with status 4 and names what still accelerates. For each scene both are asked, the nearest equilibrium and where it settles.
 Positions with a residual acceleration are told with their seed. How many have an answer at all is told, and must not become less.
 """
@@ -146,8 +146,8 @@ def main():
         answers = [result[way] for result in results]
         wrong = [answer for answer in answers if answer not in ("rest", "none")]
         share = answers.count("rest") / len(answers)
-        note(f"{words}: {answers.count('rest')} at rest, {answers.count('none')} refused, {len(wrong)} wrong, of {len(answers)}")
-        claim(f"{words}_positions_are_at_rest_or_refused", wrong)
+        note(f"{words}: {answers.count('rest')} at rest, {answers.count('none')} rejected, {len(wrong)} wrong, of {len(answers)}")
+        claim(f"{words}_positions_are_at_rest_or_rejected", wrong)
         claim(f"{words}_positions_are_found", [] if share >= fewest else [f"share {share:.3g}, lower bound {fewest}"])
     finish()
 

@@ -1,4 +1,4 @@
-"""export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, refusals, exit statuses."""
+"""export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, rejections, exit statuses."""
 import pathlib
 import sys
 import tempfile

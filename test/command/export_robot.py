@@ -1,4 +1,4 @@
-"""export_robot COMMAND SOURCE-ROOT: the command line of `kinetree export --mjcf` and `--urdf`: files, refusals, exit statuses."""
+"""export_robot COMMAND SOURCE-ROOT: the command line of `kinetree export --mjcf` and `--urdf`: files, rejections, exit statuses."""
 import pathlib
 import subprocess
 import sys

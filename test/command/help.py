@@ -45,11 +45,11 @@ def main():
     claim("man_page_of_run_has_the_groups", [] if man == [title for title, _ in expected] else [str(man)])
 
     scene = kinetree("make", "pendulum").stdout
-    refusal = subprocess.run([COMMAND, "run", "-", "--record", "nothing"], input=scene, capture_output=True, text=True).stderr
-    recorded = re.sub(r"(;.*)?\s*$", "", refusal.partition("there are ")[2], flags=re.S).split(", ")
+    rejection = subprocess.run([COMMAND, "run", "-", "--record", "nothing"], input=scene, capture_output=True, text=True).stderr
+    recorded = re.sub(r"(;.*)?\s*$", "", rejection.partition("there are ")[2], flags=re.S).split(", ")
     shown = re.sub(r"\s+", " ", re.search(r"--record A,B (.*?)\n  --", run, flags=re.S)[1])
     note(f"--record: {len(recorded)} quantities")
-    claim("quantities_to_record_are_known", [] if len(recorded) > 12 else [refusal])
+    claim("quantities_to_record_are_known", [] if len(recorded) > 12 else [rejection])
     claim("help_of_run_lists_each_quantity", [word for word in recorded if f" {word}," not in shown])
     finish()
 

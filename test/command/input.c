@@ -1,4 +1,4 @@
-/* Inputs that are no scene. The command refuses them with a message and exit status 2, at once and in little memory.
+/* Inputs that are no scene. The command rejects them with a message and exit status 2, at once and in little memory.
  * The library's own limits are tested in test/scene/limit.c.
  */
 #include "sanitized.h"
@@ -18,7 +18,7 @@
 /* The last of a thousand lines. */
 #define LAST_WORDS " 2>words; code=$?; tail -n 1 words >&2; exit $code"
 
-KT_TEST(what_is_no_file_is_refused_by_every_command) {
+KT_TEST(what_is_no_file_is_rejected_by_every_command) {
     static const char *const commands[] = {"run", "check", "info", "evaluate", "modes", "stability", "equilibrium"};
     kt_shell("mkdir folder; mkfifo pipe; : >empty.yaml");
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
@@ -34,7 +34,7 @@ KT_TEST(what_is_no_file_is_refused_by_every_command) {
     kt_expect(1, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
 }
 
-KT_TEST(file_of_100_megabytes_is_refused) {
+KT_TEST(file_of_100_megabytes_is_rejected) {
     kt_shell("truncate -s 100M large.yaml");
     kt_expect(2, "large.yaml: the file has 100 MB; a scene has at most 64", BOUNDED "$K check large.yaml");
     kt_expect(2, "a scene has at most 67108864", BOUNDED "$K check - <large.yaml");
@@ -42,7 +42,7 @@ KT_TEST(file_of_100_megabytes_is_refused) {
 }
 
 /* The largest allowed file, of the kind that is most work to read; under sanitizers a tenth. */
-KT_TEST(large_text_is_refused_in_bounded_memory) {
+KT_TEST(large_text_is_rejected_in_bounded_memory) {
     const int lines = KT_ADDRESS_SANITIZER ? 100000 : 1000000;
     char more[64];
     kt_shell("(echo 'kinetree: 1'; echo 'bodies:'; yes '  - {name: a, mass: -1}' | head -n %d) >many.yaml", lines);

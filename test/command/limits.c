@@ -12,7 +12,7 @@ KT_TEST(commands_end_under_a_limit_of_addresses) {
     kt_expect(0, NULL, "ulimit -v 400000; timeout 600 $K run %s/n-four-bar-40.yaml --duration 0.01 --quiet", KT_SCENES);
 }
 
-KT_TEST(scene_that_needs_openblas_is_refused_under_a_limit_that_is_too_small) {
+KT_TEST(scene_that_needs_openblas_is_rejected_under_a_limit_that_is_too_small) {
     kt_expect(2, "raise its limit", LITTLE "$K run %s/four-bar.yaml --reduction svd --quiet --out wide.csv", KT_SCENES);
     kt_check_true("no records are begun", kt_read_file("wide.csv") == NULL);
     kt_expect(2, "raise its limit", LITTLE "$K modes %s/pendulum.yaml", KT_SCENES);

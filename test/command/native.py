@@ -152,7 +152,7 @@ def check_resumed(folder):
     claim("runs_continue_with_the_same_choice", [] if without.returncode == 1 and "had --native; give it here, too" in without.stderr else [without.stderr])
 
 
-def check_refusals(folder):
+def check_rejections(folder):
     scene = pathlib.Path(folder, "rod.yaml")
     scene.write_text(PLAIN)
     geared = pathlib.Path(folder, "geared.yaml")
@@ -184,7 +184,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         problems = [f"{name}: {problem}" for name in COMPARED for problem in compare(folder, name)]
         claim("records_of_bundled_scenes_are_those_of_the_library", problems)
-    for check in (check_cache, check_resumed, check_refusals):
+    for check in (check_cache, check_resumed, check_rejections):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
     finish()

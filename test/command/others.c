@@ -234,7 +234,7 @@ KT_TEST(integrators_are_all_listed) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-KT_TEST(pictures_are_drawn_or_refused_in_words) {
+KT_TEST(pictures_are_drawn_or_rejected_in_words) {
     kt_expect(0, NULL, "$K make tree --joint mixed --links 9 >t.yaml");
 #ifdef KT_HAS_CAIRO
     kt_expect(0, NULL,

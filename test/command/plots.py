@@ -113,7 +113,7 @@ simulate: {duration: 0.2}
     claim("plot_by_draws_a_curve_for_each_value", missing)
     run(path, "sweep", "sweep.yaml", "--vary", "L=0.5:2:2", "--vary", "k=1:50:201", "--out", "s.csv", "--quiet")
     ran = run(path, "plot", "s.csv", "--columns", "position.arm.end", "--by", "k", "--out", "many.svg")
-    claim("more_values_than_colours_are_refused", [] if ran.returncode == 1 and "'k' has 201 values" in ran.stderr and "--map L,k" in ran.stderr
+    claim("more_values_than_colours_are_rejected", [] if ran.returncode == 1 and "'k' has 201 values" in ran.stderr and "--map L,k" in ran.stderr
           and not (path / "many.svg").exists() else [ran.stderr])
 
     # Several results: a panel for each column, a colour for each result.
@@ -153,7 +153,7 @@ simulate: {duration: 0.2}
     ran = run(path, "plot", "comma.csv", "--columns", "d", "--out", "q.svg")
     claim("names_in_quotes_may_have_commas", [] if ran.returncode == 1 and "a,b" in ran.stderr and '"' not in ran.stderr else [ran.stderr])
     sizes = [run(path, "plot", "arm.csv", "--size", text, "--out", "q.svg") for text in ("12", "1200", "1200x800x", "1200x", "axb", "200x200", "99999x800")]
-    claim("wrong_sizes_are_refused", [s.stderr for s in sizes if s.returncode != 1 or "--size takes WIDTHxHEIGHT" not in s.stderr])
+    claim("wrong_sizes_are_rejected", [s.stderr for s in sizes if s.returncode != 1 or "--size takes WIDTHxHEIGHT" not in s.stderr])
     for words in (["plot", "arm.csv", "--out", "p.pdf"], ["draw", "arm.yaml", "--out", "p.pdf"], ["run", "arm.yaml", "--out", "a.csv", "--plot", "p.pdf"]):
         run(path, *words)
         made = (path / "p.pdf").read_bytes() if (path / "p.pdf").exists() else b""
@@ -187,7 +187,7 @@ with tempfile.TemporaryDirectory() as folder:
         checked = run(path, "check", "wrong.yaml")
         if checked.returncode == 0 or told not in checked.stderr + checked.stdout:
             wrong.append(f"{columns}: {checked.stderr}{checked.stdout}")
-    claim("wrong_units_are_refused", wrong)
+    claim("wrong_units_are_rejected", wrong)
 
 
 def mean_square(times, values):

@@ -382,7 +382,7 @@ KT_TEST(balance_is_recorded_and_summed_up) {
 }
 
 /* The spectral radius at infinity is an option of two-step alone, and the summary has it. */
-KT_TEST(rho_is_told_and_refused_where_it_is_not_read) {
+KT_TEST(rho_is_told_and_rejected_where_it_is_not_read) {
     kt_ran ran = kt_shell("$K run " KT_SCENES "/pendulum.yaml --integrator two-step --rho 0.25 --step 0.01 "
                           "--duration 0.1 --out /dev/null --quiet --summary -");
     kt_check_equal_int("exit code", ran.code, 0);

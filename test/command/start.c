@@ -346,7 +346,7 @@ KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {
 }
 
 /* A stop that is hard has no inside to start in: `check` ends as `run` does, with the same words. */
-KT_TEST(check_refuses_a_start_beyond_a_hard_stop_as_a_run_does) {
+KT_TEST(check_rejects_a_start_beyond_a_hard_stop_as_a_run_does) {
     static const char slide[] =
         "kinetree: 1\nbodies: [{name: slide, joint: {type: prismatic, position: %s}, mass: 1}]\n"
         "effects: [{type: joint_limit, joint: slide, upper: 0.2, restitution: 0.5}]\n";

@@ -58,7 +58,7 @@ def samples():
 
 
 def fused():
-    """Lines of another kind of build are refused in words, and those of a build with fused lanes name it."""
+    """Lines of another kind of build are rejected in words, and those of a build with fused lanes name it."""
     text = run("fall.yaml", "--vary", "g=1:2:30", "--quiet", "--out", "-").stdout
     header, line = text.splitlines()[:2]
     same("lines name fused lanes, in builds that have them alone", (",lanes,why" in header, ",fused," in line), (is_fused(), is_fused()))
@@ -97,7 +97,7 @@ def equal_bytes():
     pathlib.Path("x.csv").unlink()
     pathlib.Path("x.csv.partial").write_bytes(whole[:len(whole) // 3])
     told = run("fall.yaml", *sweep, "--set", "simulate.duration=1", "--resume", "--out", "x.csv", code=1).stderr
-    same("another scene is refused", "of another scene or sweep" in told, True)
+    same("another scene is rejected", "of another scene or sweep" in told, True)
 
 
 PENDULUM = """kinetree: 1
@@ -283,7 +283,7 @@ def as_alone():
     for line in rows(pathlib.Path("b.csv").read_text()):
         alone("formula.yaml", "h", line["h"], line)
     pathlib.Path("from.yaml").write_text(BOUNCE + "initial: {from: a.csv}\n")
-    same("a state from a file is refused", "initial.from" in run("from.yaml", "--vary", "g=1,2", code=2).stderr, True)
+    same("a state from a file is rejected", "initial.from" in run("from.yaml", "--vary", "g=1,2", code=2).stderr, True)
 
 
 def rank_of(process):

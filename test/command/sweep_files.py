@@ -54,7 +54,7 @@ def kept():
         file.write(b"\0" * 20)
     run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--resume", "--out", "i.csv", "--keep", "i.h5")
     same("killed and resumed: lines and records", (pathlib.Path("i.csv").read_bytes() == long, pathlib.Path("i.h5").read_bytes() == records), (True, True))
-    same("other endings are refused", "FILE.h5" in run("bounce.yaml", "--vary", "g=1,2", "--keep", "h.csv", code=1).stderr, True)
+    same("other endings are rejected", "FILE.h5" in run("bounce.yaml", "--vary", "g=1,2", "--keep", "h.csv", code=1).stderr, True)
     if shutil.which("h5dump") is None:
         print("skipped: h5dump is not on this machine")
         return
@@ -120,7 +120,7 @@ def motions():
         return
     same("three results: a curve each, and colours of their own", curves("v1.csv", "v2.csv", "v3.csv", "--columns", "position.stone")[:2], (3, 3))
     told = subprocess.run([command, "plot", "v1.csv", "cases.csv", "--out", "p.svg"], capture_output=True, text=True, check=False)
-    same("other columns are refused", ("other columns" in told.stderr, told.returncode), (True, 2))
+    same("other columns are rejected", ("other columns" in told.stderr, told.returncode), (True, 2))
     if not pathlib.Path("h.h5").exists():
         return
     same("the runs of an HDF5 file that have records", curves("h.h5", "--columns", "position.stone")[0], 3)

@@ -114,7 +114,7 @@ with tempfile.TemporaryDirectory() as folder:
         drawn[name].append(json.loads((path / f"{name}-again.json").read_text())["marks"])
     unmarked = subprocess.run([KINETREE, "plot", "out.csv", "--marks", "stool.json", "--x", "position.load"], cwd=path, capture_output=True, text=True)
     markless = subprocess.run([KINETREE, "plot", "out.csv", "--marks", "clutch.yaml"], cwd=path, capture_output=True, text=True)
-    refused = subprocess.run([KINETREE, "run", "clutch.yaml", "--formulation", "absolute", "--out", "-"], cwd=path, capture_output=True, text=True)
+    rejected = subprocess.run([KINETREE, "run", "clutch.yaml", "--formulation", "absolute", "--out", "-"], cwd=path, capture_output=True, text=True)
 plates = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in plates]
 rows = [{key.split(" [")[0]: float(value) for key, value in row.items()} for row in rows]
 pairs = [(a, b) for a, b in zip(rows, rows[1:]) if a["time"] == b["time"]]
@@ -152,7 +152,7 @@ claim("the_summary_lists_events_and_transitions", [] if [(round(m["time"], 9), m
       and [m["name"] for m in drawn["plates"][3]] == ["close", "plates.stick", "open"] else [str(drawn["clutch"][3]), str(drawn["plates"][3])])
 claim("a_plot_of_finished_records_has_the_marks_of_the_run", [f"{name}: {run} {plot} {bare}" for name, (run, plot, bare, marks) in drawn.items()
       if len(plot) != len(marks) or run[:len(plot)] != plot or bare != []])
-claim("marks_are_refused_where_they_cannot_be_drawn", [] if unmarked.returncode == 1 and "with the time as x" in unmarked.stderr and markless.returncode == 2
+claim("marks_are_rejected_where_they_cannot_be_drawn", [] if unmarked.returncode == 1 and "with the time as x" in unmarked.stderr and markless.returncode == 2
       and "it is no summary" in markless.stderr else [unmarked.stderr, markless.stderr])
-claim("the_absolute_formulation_refuses", [] if refused.returncode != 0 and "formulation: tree" in refused.stderr else [refused.stderr])
+claim("the_absolute_formulation_rejects", [] if rejected.returncode != 0 and "formulation: tree" in rejected.stderr else [rejected.stderr])
 finish()

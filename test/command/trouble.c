@@ -50,7 +50,7 @@ KT_TEST(write_errors_are_said_and_end_in_four) {
 }
 
 /* Not after hours of work. */
-KT_TEST(results_that_have_no_place_are_refused_before_the_run) {
+KT_TEST(results_that_have_no_place_are_rejected_before_the_run) {
     static const struct {
         const char *file, *why;
     } wrong[] = {{"none/o.svg", "none/o.svg cannot be written: No such file or directory"},
@@ -125,9 +125,9 @@ KT_TEST(killed_run_leaves_whole_lines) {
     (void)prctl(PR_SET_CHILD_SUBREAPER, 0L);
 }
 
-/* Two runs that would write the same records: the second is refused and changes nothing of the first. Both used to
+/* Two runs that would write the same records: the second is rejected and changes nothing of the first. Both used to
  * write into one file, and the run that ended later renamed the file of the other. */
-KT_TEST(run_of_records_that_another_run_is_writing_is_refused) {
+KT_TEST(run_of_records_that_another_run_is_writing_is_rejected) {
     kt_expect(4, "two.csv.partial cannot be written: another run is writing it; --out FILE writes elsewhere",
               "rm -f two.csv*; $K make pendulum --links 2 >p.yaml; "
               "$K run p.yaml --quiet --out two.csv --duration 1e9 --integrator rk4 --step 1e-3 --interval 0.1 & "

@@ -200,7 +200,7 @@ KT_TEST(faults_that_compiling_finds_are_told_at_once) {
 }
 
 /* Joints and loops share the names of columns. */
-KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_refused) {
+KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_rejected) {
     kt_write_file("twice.yaml", "kinetree: 1\nbodies:\n"
                                 "  - {name: a, joint: {type: revolute}, mass: 1, com: [1, 0, 0]}\n"
                                 "loops:\n  - {name: a, type: motion, joint: a, position: 1}\n");

@@ -140,17 +140,17 @@ def random_scene(seed):
 
 
 def check_random(page, folder):
-    """Scenes that the description refuses (a loop that cannot be closed at all, bodies without inertia) have no page and do not count."""
-    faults, pages, refused = [], 0, {}
+    """Scenes that the description rejects (a loop that cannot be closed at all, bodies without inertia) have no page and do not count."""
+    faults, pages, rejected = [], 0, {}
     for seed in range(int(os.environ.get("KT_VIEW_SEEDS", 24))):
         found = trouble(page, folder, f"random-{seed}.json", random_scene(seed), "--duration", "0.02", "--interval", "0.01", "--integrator", "rk4", "--step", "0.01")
         if found and "no page" in found[0]:
-            refused[seed] = found[0][-150:]
+            rejected[seed] = found[0][-150:]
         else:
             pages += 1
             faults += found
-    note(f"random scenes: {pages} pages; refused: {refused}")
-    claim("random_scenes_have_pages", faults + ([] if pages >= 2 * len(refused) else [f"{pages} pages of {pages + len(refused)} scenes"]))
+    note(f"random scenes: {pages} pages; rejected: {rejected}")
+    claim("random_scenes_have_pages", faults + ([] if pages >= 2 * len(rejected) else [f"{pages} pages of {pages + len(rejected)} scenes"]))
 
 
 # ---- robots ------------------------------------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ static kt_status compile(const scene *s, kt_error *error) {
 }
 
 /* For any demand of the loop, the two bodies have no relative motion left that it could prevent or allow. */
-KT_TEST(a_loop_within_one_rigid_part_is_refused) {
+KT_TEST(a_loop_within_one_rigid_part_is_rejected) {
     static const char *const ends[][2] = {{"arm", "plate"}, {"plate", "arm"}, {"world", "shelf"}, {"shelf", NULL}};
     static const kt_loop_type types[] = {KT_LOOP_SPHERICAL, KT_LOOP_WELD, KT_LOOP_INPLANE, KT_LOOP_UNIVERSAL};
     for (int i = 0; i < 4; i++)
@@ -66,7 +66,7 @@ KT_TEST(a_loop_within_one_rigid_part_is_refused) {
 }
 
 /* A distance without a length has that of the given positions, of which zero is none. */
-KT_TEST(distance_of_ends_that_coincide_is_refused) {
+KT_TEST(distance_of_ends_that_coincide_is_rejected) {
     static const double apart[] = {0.0, 0.1 + 0.2 - 0.3, 1e-6};
     for (int i = 0; i < 3; i++) {
         scene s;

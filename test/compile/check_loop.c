@@ -7,46 +7,46 @@
 
 static const double nan_value = (double)NAN;
 
-#define REFUSES_LOOP(loop, change, sub, field, where, message)                                                         \
-    MECHANISM_REFUSES(kt_loop *l = &m.loops[loop]; (void)l, change, KT_ITEM_LOOP, loop, sub, field, where, message)
+#define REJECTS_LOOP(loop, change, sub, field, where, message)                                                         \
+    MECHANISM_REJECTS(kt_loop *l = &m.loops[loop]; (void)l, change, KT_ITEM_LOOP, loop, sub, field, where, message)
 #define PASSES_LOOP(what, loop, change) MECHANISM_PASSES(kt_loop *l = &m.loops[loop]; (void)l, change, what)
-#define REFUSES_EFFECT(effect, change, sub, field, where, message)                                                     \
-    MECHANISM_REFUSES(kt_effect *e = &m.effects[effect];                                                               \
+#define REJECTS_EFFECT(effect, change, sub, field, where, message)                                                     \
+    MECHANISM_REJECTS(kt_effect *e = &m.effects[effect];                                                               \
                       (void)e, change, KT_ITEM_EFFECT, effect, sub, field, where, message)
 
 KT_TEST(names_and_types_of_loops_are_checked) {
-    REFUSES_LOOP(ROD, l->name = NULL, -1, "name", "loops[1]", "name is missing; give it one");
-    REFUSES_LOOP(ROD, l->name = "a b", -1, "name", "loop 'a b'",
+    REJECTS_LOOP(ROD, l->name = NULL, -1, "name", "loops[1]", "name is missing; give it one");
+    REJECTS_LOOP(ROD, l->name = "a b", -1, "name", "loop 'a b'",
                  "name 'a b' is not valid; begin with a letter or _, go on with letters, digits, _ and -");
-    REFUSES_LOOP(ROD, l->name = "close", -1, "name", "loop 'close'",
+    REJECTS_LOOP(ROD, l->name = "close", -1, "name", "loop 'close'",
                  "name 'close' is that of loops[0] already; choose another");
-    REFUSES_LOOP(ROD, l->type = (kt_loop_type)97, -1, "type", "loop 'rod'",
+    REJECTS_LOOP(ROD, l->type = (kt_loop_type)97, -1, "type", "loop 'rod'",
                  "type is 97, and there is no loop of that number; take one of kt_loop_type");
     PASSES_LOOP("name of a body", ROD, l->name = "crank");
 }
 
 KT_TEST(ends_of_loops_exist) {
-    REFUSES_LOOP(CLOSE, l->between[1].body = "roker", 1, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[1].body = "roker", 1, "between", "loop 'close'",
                  "body 'roker' does not exist; did you mean 'rocker'?");
-    REFUSES_LOOP(CLOSE, l->between[0].body = "piston", 0, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[0].body = "piston", 0, "between", "loop 'close'",
                  "body 'piston' does not exist; name a body of the scene, or 'world'");
-    REFUSES_LOOP(CLOSE, l->between[0].body = "wrld", 0, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[0].body = "wrld", 0, "between", "loop 'close'",
                  "body 'wrld' does not exist; did you mean 'world'?");
-    REFUSES_LOOP(CLOSE, l->between[1].marker = "edn", 1, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[1].marker = "edn", 1, "between", "loop 'close'",
                  "body 'rocker' has no marker 'edn'; did you mean 'end'?");
-    REFUSES_LOOP(CLOSE, l->between[1].marker = "start", 1, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[1].marker = "start", 1, "between", "loop 'close'",
                  "body 'rocker' has no marker 'start'; add it, or give the point by `at`");
-    REFUSES_LOOP(CLOSE, l->between[0].marker = "tip", 0, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[0].marker = "tip", 0, "between", "loop 'close'",
                  "body 'coupler' has no marker 'tip'; add it, or give the point by `at`");
-    REFUSES_LOOP(ROD, l->between[0].marker = "tip", 0, "between", "loop 'rod'",
+    REJECTS_LOOP(ROD, l->between[0].marker = "tip", 0, "between", "loop 'rod'",
                  "the world has no markers, and no 'tip'; give the point by `at`");
-    REFUSES_LOOP(CLOSE, (l->between[0] = l->between[1], l->between[0].marker = NULL), -1, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, (l->between[0] = l->between[1], l->between[0].marker = NULL), -1, "between", "loop 'close'",
                  "both ends are on 'rocker'; it takes two bodies");
-    REFUSES_LOOP(ROD, l->between[1].body = "world", -1, "between", "loop 'rod'",
+    REJECTS_LOOP(ROD, l->between[1].body = "world", -1, "between", "loop 'rod'",
                  "both ends are on the world; it takes two bodies");
-    REFUSES_LOOP(CLOSE, l->between[0].at.y = nan_value, 0, "between", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->between[0].at.y = nan_value, 0, "between", "loop 'close'",
                  "between[0].at[1] is nan; give a finite number");
-    REFUSES_LOOP(ROD, l->between[1].at.z = 1e200, 1, "between", "loop 'rod'",
+    REJECTS_LOOP(ROD, l->between[1].at.z = 1e200, 1, "between", "loop 'rod'",
                  "between[1].at[2] is 1e+200, and the equations would overflow; magnitudes end at 1e+50");
     PASSES_LOOP("at, next to a marker", CLOSE, l->between[1].at.x = nan_value);
 }
@@ -59,7 +59,7 @@ KT_TEST(rotations_of_ends_are_checked) {
     for (int end = 0; end < 2; end++) {
         char message[KT_MESSAGE_SIZE + 40];
         snprintf(message, sizeof message, "between[%d].rotation: %s", end, error.message);
-        REFUSES_LOOP(CLOSE, l->between[end].rotation = wrong, end, "between", "loop 'close'", message);
+        REJECTS_LOOP(CLOSE, l->between[end].rotation = wrong, end, "between", "loop 'close'", message);
     }
 }
 
@@ -120,56 +120,56 @@ KT_TEST(each_loop_type_reads_what_the_format_says) {
 }
 
 KT_TEST(numbers_of_loops_are_checked) {
-    REFUSES_LOOP(CLOSE, l->axis = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis", "loop 'close'",
+    REJECTS_LOOP(CLOSE, l->axis = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis", "loop 'close'",
                  "axis is zero; give it a direction, such as [0, 0, 1]");
-    REFUSES_LOOP(CARDAN, l->axis2 = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis2", "loop 'cardan'",
+    REJECTS_LOOP(CARDAN, l->axis2 = kt_vec3_make(0.0, 0.0, 0.0), -1, "axis2", "loop 'cardan'",
                  "axis2 is zero; give it a direction, such as [0, 0, 1]");
-    REFUSES_LOOP(CLOSE, (l->type = KT_LOOP_SCREW, l->pitch = nan_value), -1, "pitch", "loop 'close'",
+    REJECTS_LOOP(CLOSE, (l->type = KT_LOOP_SCREW, l->pitch = nan_value), -1, "pitch", "loop 'close'",
                  "pitch is nan; give a finite number");
-    REFUSES_LOOP(WHEEL, l->radius = -1.0, -1, "radius", "loop 'wheel'", "radius is -1; it must be greater than 0");
-    REFUSES_LOOP(GEAR, l->offset = nan_value, -1, "offset", "loop 'gear'", "offset is nan; give a finite number");
+    REJECTS_LOOP(WHEEL, l->radius = -1.0, -1, "radius", "loop 'wheel'", "radius is -1; it must be greater than 0");
+    REJECTS_LOOP(GEAR, l->offset = nan_value, -1, "offset", "loop 'gear'", "offset is nan; give a finite number");
 }
 
 KT_TEST(joints_of_motions_have_one_coordinate) {
-    REFUSES_LOOP(DRIVE, l->joint = NULL, -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = NULL, -1, "joint", "loop 'drive'",
                  "joint is missing; name the body that it carries");
-    REFUSES_LOOP(DRIVE, l->joint = "world", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "world", -1, "joint", "loop 'drive'",
                  "the world has no joint; name a body of the scene");
-    REFUSES_LOOP(DRIVE, l->joint = "crnak", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "crnak", -1, "joint", "loop 'drive'",
                  "joint 'crnak' does not exist; did you mean 'crank'?");
-    REFUSES_LOOP(DRIVE, l->joint = "piston", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "piston", -1, "joint", "loop 'drive'",
                  "joint 'piston' does not exist; name a body of the scene");
-    REFUSES_LOOP(DRIVE, l->joint = "ball", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "ball", -1, "joint", "loop 'drive'",
                  "joint 'ball' is spherical; name a joint of one coordinate: revolute, prismatic or screw");
-    REFUSES_LOOP(DRIVE, l->joint = "base", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "base", -1, "joint", "loop 'drive'",
                  "joint 'base' is fixed; name a joint of one coordinate: revolute, prismatic or screw");
-    REFUSES_LOOP(DRIVE, l->joint = "wrld", -1, "joint", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->joint = "wrld", -1, "joint", "loop 'drive'",
                  "joint 'wrld' does not exist; name a body of the scene");
-    REFUSES_LOOP(DRIVE,
+    REJECTS_LOOP(DRIVE,
                  (l->joint = "crank", m.bodies[CRANK].joint.type = KT_JOINT_PLANAR, m.terms[0].joint = "screw",
                   m.effects[ENGINE].joint = "screw"),
                  -1, "joint", "loop 'drive'",
                  "joint 'crank' is planar; name a joint of one coordinate: revolute, prismatic or screw");
     PASSES_LOOP("screw", DRIVE, l->joint = "screw");
     PASSES_LOOP("revolute", DRIVE, l->joint = "rocker");
-    REFUSES_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
+    REJECTS_LOOP(DRIVE, l->function.type = KT_FUNCTION_NONE, -1, "position", "loop 'drive'",
                  "position is missing; give a number or a function of time");
 }
 
 KT_TEST(couplings_are_checked) {
     const char *missing = "coefficients are missing; give each joint its own";
-    REFUSES_LOOP(GEAR, l->term_count = 0, -1, "coefficients", "loop 'gear'", missing);
-    REFUSES_LOOP(GEAR, l->term_count = -3, -1, "coefficients", "loop 'gear'", missing);
-    REFUSES_LOOP(GEAR, l->terms = NULL, -1, "coefficients", "loop 'gear'", missing);
-    REFUSES_LOOP(GEAR, m.terms[1].joint = "crank", 1, "coefficients", "loop 'gear'",
+    REJECTS_LOOP(GEAR, l->term_count = 0, -1, "coefficients", "loop 'gear'", missing);
+    REJECTS_LOOP(GEAR, l->term_count = -3, -1, "coefficients", "loop 'gear'", missing);
+    REJECTS_LOOP(GEAR, l->terms = NULL, -1, "coefficients", "loop 'gear'", missing);
+    REJECTS_LOOP(GEAR, m.terms[1].joint = "crank", 1, "coefficients", "loop 'gear'",
                  "joint 'crank' is given twice; add up its coefficients");
-    REFUSES_LOOP(GEAR, m.terms[1].joint = "bird", 1, "coefficients", "loop 'gear'",
+    REJECTS_LOOP(GEAR, m.terms[1].joint = "bird", 1, "coefficients", "loop 'gear'",
                  "joint 'bird' is free; name a joint of one coordinate: revolute, prismatic or screw");
-    REFUSES_LOOP(GEAR, m.terms[0].coefficient = nan_value, 0, "coefficients", "loop 'gear'",
+    REJECTS_LOOP(GEAR, m.terms[0].coefficient = nan_value, 0, "coefficients", "loop 'gear'",
                  "coefficients of 'crank' is nan; give a finite number");
     const char *zero = "coefficients are all zero, or next to it; give one that is not";
-    REFUSES_LOOP(GEAR, m.terms[0].coefficient = m.terms[1].coefficient = 0.0, -1, "coefficients", "loop 'gear'", zero);
-    REFUSES_LOOP(GEAR, (m.terms[0].coefficient = 0.0, m.terms[1].coefficient = 9e-51), -1, "coefficients",
+    REJECTS_LOOP(GEAR, m.terms[0].coefficient = m.terms[1].coefficient = 0.0, -1, "coefficients", "loop 'gear'", zero);
+    REJECTS_LOOP(GEAR, (m.terms[0].coefficient = 0.0, m.terms[1].coefficient = 9e-51), -1, "coefficients",
                  "loop 'gear'", zero);
     PASSES_LOOP("one zero among others", GEAR, (m.terms[0].coefficient = 0.0));
     PASSES_LOOP("one term: a locked joint", GEAR, l->term_count = 1);
@@ -182,40 +182,40 @@ KT_TEST(couplings_are_checked) {
 }
 
 KT_TEST(effects_are_checked) {
-    REFUSES_EFFECT(OIL, e->name = "", -1, "name", "effects[1]", "name is missing; give it one");
-    REFUSES_EFFECT(ENGINE, e->name = "oil", -1, "name", "effect 'oil'",
+    REJECTS_EFFECT(OIL, e->name = "", -1, "name", "effects[1]", "name is missing; give it one");
+    REJECTS_EFFECT(ENGINE, e->name = "oil", -1, "name", "effect 'oil'",
                    "name 'oil' is that of effects[1] already; choose another");
-    REFUSES_EFFECT(OIL, e->type = (kt_effect_type)99, -1, "type", "effect 'oil'",
+    REJECTS_EFFECT(OIL, e->type = (kt_effect_type)99, -1, "type", "effect 'oil'",
                    "type is 99, and there is no effect of that number; take one of kt_effect_type");
-    REFUSES_EFFECT(COIL, e->between[1].marker = "hele", 1, "between", "effects[0]",
+    REJECTS_EFFECT(COIL, e->between[1].marker = "hele", 1, "between", "effects[0]",
                    "body 'crank' has no marker 'hele'; did you mean 'heel'?");
-    REFUSES_EFFECT(COIL, e->between[1] = e->between[0], -1, "between", "effects[0]",
+    REJECTS_EFFECT(COIL, e->between[1] = e->between[0], -1, "between", "effects[0]",
                    "both ends are on 'bird'; it takes two bodies");
-    REFUSES_EFFECT(COIL, e->stiffness = -1.0, -1, "stiffness", "effects[0]", "stiffness is -1; it cannot be negative");
-    REFUSES_EFFECT(COIL, e->damping = -2.0, -1, "damping", "effects[0]", "damping is -2; it cannot be negative");
-    REFUSES_EFFECT(COIL, e->length = nan_value, -1, "length", "effects[0]", "length is nan; give a finite number");
-    REFUSES_EFFECT(COIL, e->length = -0.5, -1, "length", "effects[0]", "length is -0.5; it cannot be negative");
-    REFUSES_EFFECT(OIL, e->damping = 1e300, -1, "damping", "effect 'oil'",
+    REJECTS_EFFECT(COIL, e->stiffness = -1.0, -1, "stiffness", "effects[0]", "stiffness is -1; it cannot be negative");
+    REJECTS_EFFECT(COIL, e->damping = -2.0, -1, "damping", "effects[0]", "damping is -2; it cannot be negative");
+    REJECTS_EFFECT(COIL, e->length = nan_value, -1, "length", "effects[0]", "length is nan; give a finite number");
+    REJECTS_EFFECT(COIL, e->length = -0.5, -1, "length", "effects[0]", "length is -0.5; it cannot be negative");
+    REJECTS_EFFECT(OIL, e->damping = 1e300, -1, "damping", "effect 'oil'",
                    "damping is 1e+300, and the equations would overflow; magnitudes end at 1e+50");
-    REFUSES_EFFECT(OIL, e->joint = "gimbal", -1, "joint", "effect 'oil'",
+    REJECTS_EFFECT(OIL, e->joint = "gimbal", -1, "joint", "effect 'oil'",
                    "joint 'gimbal' is universal; name a joint of one coordinate: revolute, prismatic or screw");
-    REFUSES_EFFECT(ENGINE, e->joint = NULL, -1, "joint", "effect 'engine'",
+    REJECTS_EFFECT(ENGINE, e->joint = NULL, -1, "joint", "effect 'engine'",
                    "joint is missing; name the body that it carries");
-    REFUSES_EFFECT(ENGINE, e->torque.type = KT_FUNCTION_NONE, -1, "torque", "effect 'engine'",
+    REJECTS_EFFECT(ENGINE, e->torque.type = KT_FUNCTION_NONE, -1, "torque", "effect 'engine'",
                    "torque is missing; give a number or a function of time");
-    REFUSES_EFFECT(ENGINE, e->torque.value = nan_value, -1, "torque", "effect 'engine'",
+    REJECTS_EFFECT(ENGINE, e->torque.value = nan_value, -1, "torque", "effect 'engine'",
                    "torque is nan; give a finite number");
-    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0, e->lower = nan_value), -1, "lower",
+    REJECTS_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0, e->lower = nan_value), -1, "lower",
                    "effect 'oil'", "lower is nan; give a finite number");
-    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0), -1, "lower", "effect 'oil'",
+    REJECTS_EFFECT(OIL, (e->type = KT_EFFECT_JOINT_LIMIT, e->stiffness = 1.0), -1, "lower", "effect 'oil'",
                    "there is neither lower nor upper; give at least one of them");
-    REFUSES_EFFECT(OIL, (e->type = KT_EFFECT_TORQUE, e->value[0] = e->value[1] = kt_function_constant(1.0)), -1,
+    REJECTS_EFFECT(OIL, (e->type = KT_EFFECT_TORQUE, e->value[0] = e->value[1] = kt_function_constant(1.0)), -1,
                    "value", "effect 'oil'", "value has a component missing; give three numbers or functions of time");
-    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_BUSHING, e->dampings[3] = -1.0), -1, "damping", "effects[0]",
+    REJECTS_EFFECT(COIL, (e->type = KT_EFFECT_BUSHING, e->dampings[3] = -1.0), -1, "damping", "effects[0]",
                    "damping[3] is -1; it cannot be negative");
-    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_ATTRACTION, e->strength = nan_value), -1, "strength", "effects[0]",
+    REJECTS_EFFECT(COIL, (e->type = KT_EFFECT_ATTRACTION, e->strength = nan_value), -1, "strength", "effects[0]",
                    "strength is nan; give a finite number");
-    REFUSES_EFFECT(COIL, (e->type = KT_EFFECT_CONTACT, e->exponent = 0.9), -1, "exponent", "effects[0]",
+    REJECTS_EFFECT(COIL, (e->type = KT_EFFECT_CONTACT, e->exponent = 0.9), -1, "exponent", "effects[0]",
                    "exponent is 0.9; it must be 1 or more: below, contact would begin with an infinite stiffness");
     mechanism m;
     mechanism_fill(&m);

@@ -92,23 +92,23 @@ KT_TEST(held_joints_exist_once) {
 
 KT_TEST(lists_and_counts_agree) {
     mechanism m;
-#define REFUSES(change, field, message)                                                                                \
+#define REJECTS(change, field, message)                                                                                \
     mechanism_fill(&m);                                                                                                \
     m.description.change;                                                                                              \
     mechanism_fails(&m, KT_ITEM_SCENE, 0, -1, field, "scene", message)
-    REFUSES(body_count = -1, "bodies", "bodies: the count is -1; it cannot be negative");
-    REFUSES(bodies = NULL, "bodies", "bodies: the list is NULL, and its count 9");
-    REFUSES(body_count = INT_MAX, "bodies", "bodies: the count is 2147483647; 100000000 is the most");
-    REFUSES(loop_count = -2, "loops", "loops: the count is -2; it cannot be negative");
-    REFUSES(loops = NULL, "loops", "loops: the list is NULL, and its count 6");
-    REFUSES(effect_count = -2, "effects", "effects: the count is -2; it cannot be negative");
-    REFUSES(effects = NULL, "effects", "effects: the list is NULL, and its count 3");
-    REFUSES(hold_count = -2, "hold", "hold: the count is -2; it cannot be negative");
-    REFUSES(hold = NULL, "hold", "hold: the list is NULL, and its count 2");
-    REFUSES(gravity.z = nan_value, "gravity", "gravity[2] is nan; give a finite number");
-    REFUSES(gravity.x = 1e200, "gravity",
+    REJECTS(body_count = -1, "bodies", "bodies: the count is -1; it cannot be negative");
+    REJECTS(bodies = NULL, "bodies", "bodies: the list is NULL, and its count 9");
+    REJECTS(body_count = INT_MAX, "bodies", "bodies: the count is 2147483647; 100000000 is the most");
+    REJECTS(loop_count = -2, "loops", "loops: the count is -2; it cannot be negative");
+    REJECTS(loops = NULL, "loops", "loops: the list is NULL, and its count 6");
+    REJECTS(effect_count = -2, "effects", "effects: the count is -2; it cannot be negative");
+    REJECTS(effects = NULL, "effects", "effects: the list is NULL, and its count 3");
+    REJECTS(hold_count = -2, "hold", "hold: the count is -2; it cannot be negative");
+    REJECTS(hold = NULL, "hold", "hold: the list is NULL, and its count 2");
+    REJECTS(gravity.z = nan_value, "gravity", "gravity[2] is nan; give a finite number");
+    REJECTS(gravity.x = 1e200, "gravity",
             "gravity[0] is 1e+200, and the equations would overflow; magnitudes end at 1e+50");
-#undef REFUSES
+#undef REJECTS
     mechanism_fill(&m);
     m.bodies[0].marker_count = m.bodies[2].marker_count = 60000000;
     mechanism_fails(&m, KT_ITEM_SCENE, 0, -1, "bodies", "scene",

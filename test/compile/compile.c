@@ -75,7 +75,7 @@ static void load_rod(kt_body *body, kt_vec3 along) {
     body->com_of_shape = body->inertia_of_shape = true;
 }
 
-static void refused(kt_tree *tree, const char *what, const char *name) {
+static void rejected(kt_tree *tree, const char *what, const char *name) {
     kt_error error;
     kt_model *model = NULL;
     char where[40];
@@ -92,7 +92,7 @@ static void refused(kt_tree *tree, const char *what, const char *name) {
     kt_check_true("no model", model == NULL);
 }
 
-KT_TEST(a_freedom_without_inertia_is_refused_in_words) {
+KT_TEST(a_freedom_without_inertia_is_rejected_in_words) {
     kt_tree tree = {.count = 0};
     kt_error error;
     kt_model *model = NULL;
@@ -107,43 +107,43 @@ KT_TEST(a_freedom_without_inertia_is_refused_in_words) {
     kt_check_true("no model", model == NULL);
 }
 
-KT_TEST(every_joint_type_is_refused_where_it_carries_no_mass) {
+KT_TEST(every_joint_type_is_rejected_where_it_carries_no_mass) {
     for (int type = KT_JOINT_REVOLUTE; type < KT_JOINT_TYPE_COUNT; type++) {
         kt_tree tree = {.count = 0};
         add(&tree, "a", (kt_joint_type)type, ez)->joint.pitch = 0.1;
-        refused(&tree, kt_joint_type_name((kt_joint_type)type), "a");
+        rejected(&tree, kt_joint_type_name((kt_joint_type)type), "a");
     }
 }
 
-KT_TEST(a_slender_rod_that_turns_about_itself_is_refused) {
+KT_TEST(a_slender_rod_that_turns_about_itself_is_rejected) {
     const kt_vec3 axes[4] = {ex, ey, oblique, kt_vec3_make(1.0, 1e-9, 3.0)};
     for (int i = 0; i < 4; i++) {
         kt_tree tree = {.count = 0};
         load_rod(add(&tree, "rod", KT_JOINT_REVOLUTE, axes[i]), axes[i]);
-        refused(&tree, "about its axis", "rod");
+        rejected(&tree, "about its axis", "rod");
         tree.body[0].joint.type = KT_JOINT_SPHERICAL;
-        refused(&tree, "on a ball", "rod");
+        rejected(&tree, "on a ball", "rod");
         tree.body[0].joint.type = KT_JOINT_FREE;
-        refused(&tree, "free", "rod");
+        rejected(&tree, "free", "rod");
         tree.body[0].joint.type = KT_JOINT_CYLINDRICAL;
-        refused(&tree, "sliding along it, too", "rod");
+        rejected(&tree, "sliding along it, too", "rod");
         tree.body[0].joint.type = KT_JOINT_REVOLUTE;
         tree.body[0].joint.rotation = kt_rotation_rpy(0.3, 1.5707963267948966, -1.0);
-        refused(&tree, "in a turned frame", "rod");
+        rejected(&tree, "in a turned frame", "rod");
     }
 }
 
-KT_TEST(a_point_at_the_joint_it_turns_on_is_refused) {
+KT_TEST(a_point_at_the_joint_it_turns_on_is_rejected) {
     kt_tree tree = {.count = 0};
     load(add(&tree, "point", KT_JOINT_REVOLUTE, ey), 1.0, kt_vec3_make(0.0, 3.0, 0.0), 0.0);
-    refused(&tree, "on the axis", "point");
+    rejected(&tree, "on the axis", "point");
     tree.body[0].joint.type = KT_JOINT_SPHERICAL;
     tree.body[0].com = oblique;
-    refused(&tree, "on a ball, in line with it", "point");
+    rejected(&tree, "on a ball, in line with it", "point");
 }
 
 /* The second of two such bodies takes all the inertia that the first would have. */
-KT_TEST(massless_bodies_that_move_as_their_child_moves_are_refused) {
+KT_TEST(massless_bodies_that_move_as_their_child_moves_are_rejected) {
     static const kt_joint_type types[3] = {KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW};
     static const double masses[3] = {1.0, 3.0, 49.0};
     const kt_vec3 axes[3] = {ez, oblique, kt_vec3_make(-0.3, 0.0, 7.0)};
@@ -157,7 +157,7 @@ KT_TEST(massless_bodies_that_move_as_their_child_moves_are_refused) {
                 load(second, masses[m], kt_vec3_make(0.4, 0.7, 0.1), 0.3);
                 if (m == 2) /* the same axis, farther along it */
                     second->joint.at = axes[a];
-                refused(&tree, kt_joint_type_name(types[t]), "first");
+                rejected(&tree, kt_joint_type_name(types[t]), "first");
             }
 }
 
@@ -171,7 +171,7 @@ KT_TEST(rounding_is_not_taken_for_inertia) {
         (void)add(&tree, "x", KT_JOINT_PRISMATIC, triad.x);
         load(add(&tree, "y", KT_JOINT_PRISMATIC, triad.y), n == 2 ? 49.0 : 0.7, kt_vec3_make(0.0, 0.0, 0.0), 0.0);
         tree.body[1].joint.position[0] = 3.0;
-        refused(&tree, "turntable", "turntable");
+        rejected(&tree, "turntable", "turntable");
     }
     for (int n = 0; n < 2; n++) { /* gimbals of four rings */
         kt_tree tree = {.count = 0};
@@ -181,7 +181,7 @@ KT_TEST(rounding_is_not_taken_for_inertia) {
             (void)add(&tree, names[i], KT_JOINT_REVOLUTE, axes[i]);
         load(&tree.body[3], 7.0, kt_vec3_make(0.3, n ? 5.0 : 0.0, 0.0), 0.1);
         tree.body[0].joint.rotation = kt_rotation_vector(kt_vec3_make(0.4, -0.2, 1.0));
-        refused(&tree, "four rings", "a");
+        rejected(&tree, "four rings", "a");
     }
 }
 
@@ -245,7 +245,7 @@ KT_TEST(small_inertias_are_inertias) {
 
 /* ---- options and failures ------------------------------------------------------------------------------------ */
 
-KT_TEST(a_level_that_there_is_not_is_refused) {
+KT_TEST(a_level_that_there_is_not_is_rejected) {
     kt_tree tree = {.count = 0};
     kt_error error;
     kt_model *model = NULL;
@@ -262,7 +262,7 @@ KT_TEST(a_level_that_there_is_not_is_refused) {
     kt_model_free(model);
 }
 
-KT_TEST(options_that_are_none_are_refused) {
+KT_TEST(options_that_are_none_are_rejected) {
     kt_tree tree = {.count = 0};
     kt_error error;
     kt_model *model = NULL;
@@ -282,7 +282,7 @@ KT_TEST(options_that_are_none_are_refused) {
     kt_check_text("message", error.message, "'model' is NULL; it must be given");
 }
 
-KT_TEST(a_wrong_description_is_refused_before_anything_is_made) {
+KT_TEST(a_wrong_description_is_rejected_before_anything_is_made) {
     kt_tree tree = {.count = 0};
     kt_error error;
     kt_model *model = NULL;

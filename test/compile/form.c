@@ -97,7 +97,7 @@ KT_TEST(form_that_is_excluded_is_not_chosen_and_accelerations_stay) {
     }
 }
 
-KT_TEST(bits_beyond_the_forms_are_refused) {
+KT_TEST(bits_beyond_the_forms_are_rejected) {
     static linkage l;
     kt_model *model = NULL;
     kt_error error = {0};

@@ -264,7 +264,7 @@ KT_TEST(rod_in_flight_is_caught_where_its_end_is) {
     }
 }
 
-KT_TEST(places_that_do_not_exist_are_refused) {
+KT_TEST(places_that_do_not_exist_are_rejected) {
     kt_random random = kt_random_of_test();
     kt_error error = {0};
     chain c;

@@ -48,7 +48,7 @@ fault_list mechanism_faults(const kt_description *description);
         change;                                                                                                        \
         check;                                                                                                         \
     } while (0)
-#define MECHANISM_REFUSES(item, change, kind, index, sub, field, where, message)                                       \
+#define MECHANISM_REJECTS(item, change, kind, index, sub, field, where, message)                                       \
     MECHANISM_CHANGED(item, change, mechanism_fails(&m, kind, index, sub, field, where, message))
 #define MECHANISM_PASSES(item, change, what) MECHANISM_CHANGED(item, change, mechanism_passes(what, &m))
 

@@ -227,7 +227,7 @@ KT_TEST(names_that_do_not_exist_are_answered_with_the_nearest) {
     kt_model_free(model);
 }
 
-KT_TEST(numbers_that_cannot_be_are_refused_and_nothing_changes) {
+KT_TEST(numbers_that_cannot_be_are_rejected_and_nothing_changes) {
     static const struct {
         const char *name;
         double values[6];
@@ -384,7 +384,7 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
 }
 
 /* Each name of a parameter of the large model, in a small one and in a copy of it: none reads or writes there. */
-KT_TEST(parameters_of_another_model_are_refused) {
+KT_TEST(parameters_of_another_model_are_rejected) {
     static const char *const names[] = {"hand.mass",          "arm.com",
                                         "hand.armature",      "slide.hold",
                                         "effect coil.length", "effect mount.stiffness",

@@ -252,7 +252,7 @@ KT_TEST(given_com_and_inertia_stay) {
     kt_check_equal_int("status without a shape", kt_body_inertia(&body, &com, &inertia, NULL), KT_OK);
 }
 
-KT_TEST(shape_without_mass_properties_is_refused) {
+KT_TEST(shape_without_mass_properties_is_rejected) {
     kt_body body = solid_of(KT_SHAPE_NONE);
     kt_vec3 com = {7.0, 7.0, 7.0};
     kt_sym3 inertia = {7.0, 7.0, 7.0, 7.0, 7.0, 7.0};

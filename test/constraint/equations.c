@@ -201,7 +201,7 @@ KT_TEST(void_rows_are_zero) {
     linkage_free(&l);
 }
 
-KT_TEST(equations_refuse_what_is_not_finite_and_touch_nothing) {
+KT_TEST(equations_reject_what_is_not_finite_and_touch_nothing) {
     static linkage l;
     double jacobian[15], residual[5], before[15], nan = (double)NAN;
     kt_error e = {0};

@@ -413,7 +413,7 @@ KT_TEST(two_motors_move_a_leg_through_its_four_bar_as_asked) {
     }
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 /* Nothing drives the second of two pendulums; nothing but one motor the five-bar. */
 KT_TEST(a_freedom_that_nothing_drives_is_named) {
@@ -476,7 +476,7 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
     linkage_free(&l);
 }
 
-KT_TEST(accelerations_that_open_a_loop_are_refused) {
+KT_TEST(accelerations_that_open_a_loop_are_rejected) {
     linkage l;
     parallel p;
     motion m = {.q = {0.0}};

@@ -89,7 +89,7 @@ KT_TEST(a_slider_that_drives_a_crank_near_its_dead_point_is_told_its_conditionin
     }
 }
 
-KT_TEST(at_a_dead_point_up_to_rounding_forces_are_refused) {
+KT_TEST(at_a_dead_point_up_to_rounding_forces_are_rejected) {
     static const double angles[] = {1e-12, 1e-14, 0.0};
     for (int n = 0; n < 6; n++) {
         linkage l;

@@ -43,7 +43,7 @@ KT_TEST(coriolis_matrix_times_velocities_is_the_bias_force_without_gravity) {
     kt_check_worst(&error);
 }
 
-KT_TEST(coriolis_matrix_refuses_what_is_not_finite_and_too_little_memory) {
+KT_TEST(coriolis_matrix_rejects_what_is_not_finite_and_too_little_memory) {
     kt_random random = kt_random_of_test();
     static double c[ALONG_MOST];
     kt_tree tree;

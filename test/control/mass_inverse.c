@@ -178,7 +178,7 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
 }
 
 /* Two prismatic joints in line, the second of which carries no mass; a planar arm's frame; no terms; too many rows. */
-KT_TEST(what_has_no_inverse_is_refused_with_the_joint_or_row) {
+KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
     kt_description d = kt_description_default();
     kt_model *model = NULL;

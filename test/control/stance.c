@@ -201,9 +201,9 @@ KT_TEST(a_body_on_two_points_tips_and_is_told_so) {
         const size_t size = kt_actuation_work_size(model);
         void *work = aligned_alloc(KT_ALIGNMENT, (size + 63) / 64 * 64);
         kt_model_initial(model, q, v);
-        kt_check_true("refused", kt_actuation_evaluate(model, r.data, work, size, 0.0, q, NULL, NULL, NULL,
-                                                       (kt_coordinate_list){index, MOTORS}, NULL, forces, NULL,
-                                                       &e) == KT_ERROR_SINGULAR);
+        kt_check_true("rejected", kt_actuation_evaluate(model, r.data, work, size, 0.0, q, NULL, NULL, NULL,
+                                                        (kt_coordinate_list){index, MOTORS}, NULL, forces, NULL,
+                                                        &e) == KT_ERROR_SINGULAR);
         kt_note("%s: %s", e.where, e.message);
         free(work);
     }

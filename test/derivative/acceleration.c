@@ -538,9 +538,9 @@ KT_TEST(matrices_of_closed_mechanisms_are_those_of_their_derivatives_along_the_l
     kt_check_above("redundant ones", redundant, 2);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-KT_TEST(what_cannot_be_derived_is_refused_and_nothing_is_written) {
+KT_TEST(what_cannot_be_derived_is_rejected_and_nothing_is_written) {
     kt_random random = kt_random_of_test();
     static tangle g;
     static double out[4 * MOST], before[4 * MOST];

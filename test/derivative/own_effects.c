@@ -168,7 +168,7 @@ KT_TEST(derivatives_that_cannot_be_given_name_their_effect) {
     }
 }
 
-KT_TEST(derivatives_of_the_other_kind_are_refused) {
+KT_TEST(derivatives_of_the_other_kind_are_rejected) {
     for (int on_body = 0; on_body < 2; on_body++) {
         friction f = {.coulomb = 2.0, .smoothing = 1.0};
         kt_effect effect = own_effect(&f, on_body, true);
@@ -181,7 +181,7 @@ KT_TEST(derivatives_of_the_other_kind_are_refused) {
         linkage_bar(&l, "bar", NULL, none, down, 0.3, 0.0);
         l.description.effects = &effect;
         l.description.effect_count = 1;
-        kt_check_equal_int("refused", kt_model_compile(&l.description, NULL, &model, &e), KT_ERROR_MODEL);
+        kt_check_equal_int("rejected", kt_model_compile(&l.description, NULL, &model, &e), KT_ERROR_MODEL);
         kt_check_contains("message", e.message,
                           on_body ? "it belongs to joint_force, and wrench is given"
                                   : "it belongs to wrench, and joint_force is given");

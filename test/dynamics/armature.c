@@ -154,7 +154,7 @@ KT_TEST(pendulum_with_a_rotor_has_inertia_m_l2_plus_a) {
     }
 }
 
-KT_TEST(armature_that_cannot_be_is_refused) {
+KT_TEST(armature_that_cannot_be_is_rejected) {
     static const double wrong[] = {-1.0, (double)NAN, (double)INFINITY, 1e-60};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         kt_body body = pendulum_body();

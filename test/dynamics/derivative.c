@@ -225,7 +225,7 @@ KT_TEST(derivatives_of_a_double_pendulum_are_those_on_paper) {
     kt_tree_free(&tree);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 static kt_status call(const kt_tree *t, const kt_tree_state *s, bool forward, void *work, size_t size, double *out,
                       kt_error *e) {
@@ -235,7 +235,7 @@ static kt_status call(const kt_tree *t, const kt_tree_state *s, bool forward, vo
                                                      out + MOST, e);
 }
 
-KT_TEST(what_is_not_finite_or_too_small_is_refused_and_nothing_is_written) {
+KT_TEST(what_is_not_finite_or_too_small_is_rejected_and_nothing_is_written) {
     kt_random random = kt_random_of_test();
     static double out[3 * MOST], before[3 * MOST];
     kt_tree tree;
@@ -293,7 +293,7 @@ static bool grow_whip(kt_tree *tree, kt_isa isa, double unit) {
 }
 
 /* The motions and forces are still finite, but their derivatives overflow. */
-KT_TEST(derivatives_that_overflow_alone_are_refused_and_nothing_is_written) {
+KT_TEST(derivatives_that_overflow_alone_are_rejected_and_nothing_is_written) {
     double out[3 * 4], before[3 * 4], tau[2], a[2];
     const double q[2] = {0.3, 0.1}, rest[2] = {2e307, 5e307}, fast[2] = {1e153, 1e153};
     for (int i = 0; i < 3 * 4; i++)

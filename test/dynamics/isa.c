@@ -215,10 +215,10 @@ KT_TEST(no_call_after_set_up_allocates) {
     const bool normal = kt_position_normalize(tree.model, q);
     const int found = kt_body_find(tree.model, "b3");
     s.tau[0] = (double)NAN;
-    const kt_status refused = kt_dynamics_forward(tree.model, tree.data, s.q, s.v, s.tau, s.external, s.a, &error);
+    const kt_status rejected = kt_dynamics_forward(tree.model, tree.data, s.q, s.v, s.tau, s.external, s.a, &error);
     const long allocations = kt_interpose_stop();
     kt_check_true("computes", fine && normal && found > 0);
-    kt_check_equal_int("an error among them", refused, KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("an error among them", rejected, KT_ERROR_NOT_FINITE);
     kt_check_equal_int("allocations", allocations, 0);
     kt_tree_free(&tree);
 }

@@ -1,4 +1,4 @@
-/* The inputs that the dynamics refuse, and the messages. Refused calls leave everything untouched. The smallest
+/* The inputs that the dynamics reject, and the messages. Rejected calls leave everything untouched. The smallest
  * mechanisms are here, too. */
 #include "tree.h"
 
@@ -68,8 +68,8 @@ static kt_status try_call(const kt_tree *tree, call which, const inputs *in, kt_
     return status;
 }
 
-static void refused(const kt_tree *tree, call which, const inputs *in, kt_status code, const char *where,
-                    const char *message) {
+static void rejected(const kt_tree *tree, call which, const inputs *in, kt_status code, const char *where,
+                     const char *message) {
     kt_error error;
     kt_check_equal_int("status", try_call(tree, which, in, &error), code);
     kt_check_equal_int("code in the error", error.code, code);
@@ -77,7 +77,7 @@ static void refused(const kt_tree *tree, call which, const inputs *in, kt_status
     kt_check_contains("message", error.message, message);
 }
 
-KT_TEST(numbers_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
+KT_TEST(numbers_that_are_not_finite_are_rejected_by_the_name_of_their_joint) {
     kt_tree tree;
     const double bad[2] = {not_a_number, -(double)INFINITY};
     if (!grow_pendulum(&tree))
@@ -86,25 +86,25 @@ KT_TEST(numbers_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
         for (call c = FORWARD; c < CALLS; c++) {
             inputs in = fine;
             in.q[0] = bad[i];
-            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", i ? "position is -inf" : "position is nan");
+            rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", i ? "position is -inf" : "position is nan");
             in = fine;
             in.q[3] = bad[i];
-            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
-                    i ? "position[2] is -inf" : "position[2] is nan");
+            rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
+                     i ? "position[2] is -inf" : "position[2] is nan");
             if (c == MASS)
                 continue;
             in = fine;
             in.v[2] = bad[i];
-            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
-                    i ? "velocity[1] is -inf" : "velocity[1] is nan");
+            rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'rod'",
+                     i ? "velocity[1] is -inf" : "velocity[1] is nan");
             in = fine;
             in.x[0] = bad[i];
-            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", c == FORWARD ? "force is" : "acceleration is");
+            rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", c == FORWARD ? "force is" : "acceleration is");
             if (c == KINEMATICS)
                 continue;
             in = fine;
             in.external[2].force.y = bad[i];
-            refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "body 'rod'", "external wrench");
+            rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "body 'rod'", "external wrench");
         }
     kt_tree_free(&tree);
 }
@@ -131,7 +131,7 @@ static bool grow_rods(kt_tree *tree, kt_plan plan) {
 }
 
 /* Components that a joint does not feel, or that are across a plane, leave no trace in the numbers. */
-KT_TEST(wrenches_that_are_not_finite_are_refused_wherever_they_point) {
+KT_TEST(wrenches_that_are_not_finite_are_rejected_wherever_they_point) {
     static const char *const where[] = {"", "body 'post'", "body 'upper'", "body 'lower'"};
     const kt_plan plans[] = {KT_PLAN_AUTO, KT_PLAN_SPATIAL};
     for (int i = 0; i < 16 * 6; i++) {
@@ -159,7 +159,7 @@ KT_TEST(wrenches_that_are_not_finite_are_refused_wherever_they_point) {
     }
 }
 
-KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
+KT_TEST(a_quaternion_of_zeros_is_rejected_and_one_of_any_other_norm_is_not) {
     kt_tree tree;
     if (!grow_pendulum(&tree))
         return;
@@ -167,7 +167,7 @@ KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
         inputs in = fine;
         kt_error error;
         in.q[1] = 0.0;
-        refused(&tree, c, &in, KT_ERROR_ARGUMENT, "joint 'rod'", "quaternion is zero");
+        rejected(&tree, c, &in, KT_ERROR_ARGUMENT, "joint 'rod'", "quaternion is zero");
         in.q[2] = 5e-324;
         kt_check_equal_int("the smallest", try_call(&tree, c, &in, &error), KT_OK);
         in.q[2] = 1e300;
@@ -181,22 +181,22 @@ KT_TEST(a_quaternion_of_zeros_is_refused_and_one_of_any_other_norm_is_not) {
     kt_tree_free(&tree);
 }
 
-KT_TEST(results_that_overflow_are_refused) {
+KT_TEST(results_that_overflow_are_rejected) {
     kt_tree tree;
     if (!grow_pendulum(&tree))
         return;
     inputs in = fine;
     in.v[0] = 1e200; /* its square is infinite */
-    refused(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
-    refused(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
-    refused(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'rod'", "huge");
+    rejected(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    rejected(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    rejected(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'rod'", "huge");
     kt_tree_free(&tree);
     tree.body[1].joint.type = KT_JOINT_PRISMATIC;
     if (!kt_tree_compile(&tree, NULL))
         return;
     in = fine;
     in.q[1] = 1e200; /* and so is the inertia */
-    refused(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+    rejected(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
     kt_tree_free(&tree);
 }
 
@@ -236,7 +236,7 @@ static bool grow_gimbals(kt_tree *tree) {
 }
 
 /* The inertia about z is `J_z cos^2` of the second angle, so that a_z grows as `1 / cos^2`. */
-KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
+KT_TEST(singular_positions_are_rejected_and_those_beside_them_are_not) {
     kt_tree tree;
     kt_error error;
     double a[3] = {1.0, 2.0, 3.0};
@@ -258,9 +258,9 @@ KT_TEST(singular_positions_are_refused_and_those_beside_them_are_not) {
 }
 
 /* The inertia that remains is rounding of either sign, for all angles of the other rings and every mounting. */
-KT_TEST(gimbal_lock_is_refused_at_every_angle) {
+KT_TEST(gimbal_lock_is_rejected_at_every_angle) {
     kt_random random = kt_random_of_test();
-    kt_worst refusals = kt_worst_make("status");
+    kt_worst rejections = kt_worst_make("status");
     for (int n = 0; n < 300; n++) {
         kt_tree tree;
         kt_error error;
@@ -275,10 +275,10 @@ KT_TEST(gimbal_lock_is_refused_at_every_angle) {
             return;
         const double q[3] = {kt_random_uniform(&random, -3.0, 3.0), acos(0.0), kt_random_uniform(&random, -3.0, 3.0)};
         const kt_status status = kt_dynamics_forward(tree.model, tree.data, q, NULL, NULL, NULL, a, &error);
-        kt_worst_near(&refusals, status, KT_ERROR_SINGULAR, 0.0, "%d: at %g and %g", n, q[0], q[2]);
+        kt_worst_near(&rejections, status, KT_ERROR_SINGULAR, 0.0, "%d: at %g and %g", n, q[0], q[2]);
         kt_tree_free(&tree);
     }
-    kt_check_worst(&refusals);
+    kt_check_worst(&rejections);
 }
 
 /* ---- the smallest mechanisms

@@ -181,7 +181,7 @@ KT_TEST(factors_have_equal_bits_on_every_instruction_set) {
     }
 }
 
-KT_TEST(matrix_that_is_not_positive_definite_is_refused_by_its_joint) {
+KT_TEST(matrix_that_is_not_positive_definite_is_rejected_by_its_joint) {
     kt_random random = kt_random_of_test();
     static factored f;
     double x[KT_TREE_NV] = {0.0};
@@ -201,7 +201,7 @@ KT_TEST(matrix_that_is_not_positive_definite_is_refused_by_its_joint) {
     release(&f);
 }
 
-KT_TEST(column_that_is_not_finite_is_refused_and_leaves_all_alone) {
+KT_TEST(column_that_is_not_finite_is_rejected_and_leaves_all_alone) {
     kt_random random = kt_random_of_test();
     int same = 0;
     for (int n = 0; n < TREES; n++) {

@@ -1,5 +1,5 @@
-/* The inputs that the planar recursions refuse, alone and next to spatial ones, with the messages of the others.
- * Refused calls leave everything untouched. */
+/* The inputs that the planar recursions reject, alone and next to spatial ones, with the messages of the others.
+ * Rejected calls leave everything untouched. */
 #include "tree.h"
 
 #include <float.h>
@@ -40,8 +40,8 @@ typedef struct inputs {
 
 typedef enum call { FORWARD, INVERSE, MASS, KINEMATICS, CALLS } call;
 
-static void refused(const kt_tree *tree, call which, const inputs *in, kt_status code, const char *where,
-                    const char *message) {
+static void rejected(const kt_tree *tree, call which, const inputs *in, kt_status code, const char *where,
+                     const char *message) {
     const kt_model *m = tree->model;
     double out[25], before[25];
     kt_error error = {KT_OK, "", ""};
@@ -79,7 +79,7 @@ static inputs fine(bool mixed) {
 }
 
 /* The square of 1e200 is infinite; 1e200 m away so are inertia and place. */
-KT_TEST(motions_in_planes_that_overflow_are_refused) {
+KT_TEST(motions_in_planes_that_overflow_are_rejected) {
     for (int mixed = 0; mixed <= 1; mixed++) {
         kt_tree tree;
         const int q = mixed ? 4 : 0, v = mixed ? 3 : 0;
@@ -87,26 +87,26 @@ KT_TEST(motions_in_planes_that_overflow_are_refused) {
             return;
         inputs in = fine(mixed);
         in.v[v] = 1e200;
-        refused(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
-        refused(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "look for a position, velocity");
-        refused(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'slider'", "its motion overflows");
+        rejected(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
+        rejected(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "look for a position, velocity");
+        rejected(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'slider'", "its motion overflows");
         in = fine(mixed);
         in.q[q + 1] = 1e200;
-        refused(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "the inertia that it carries overflows");
+        rejected(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "the inertia that it carries overflows");
         kt_tree_free(&tree);
     }
 }
 
 /* The spatial part's fault, next to a plane where all is well. */
-KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_refused) {
+KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_rejected) {
     kt_tree tree;
     if (!grow(&tree, true, 1.0))
         return;
     inputs in = fine(true);
     in.v[1] = 1e200;
     in.v[2] = 1e200;
-    refused(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
-    refused(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
+    rejected(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
+    rejected(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
     kt_tree_free(&tree);
     tree.body[0].joint.type = KT_JOINT_CYLINDRICAL; /* and its mass far from the axis */
     tree.body[0].com = kt_vec3_make(1.0, 0.0, 0.0);
@@ -116,34 +116,34 @@ KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_refused) {
     inputs far = fine(true);
     far.q[1] = 1e200;
     far.v[0] = far.v[1] = 1e200;
-    refused(&tree, KINEMATICS, &far, KT_ERROR_NOT_FINITE, "joint 'ball'", "its motion overflows");
+    rejected(&tree, KINEMATICS, &far, KT_ERROR_NOT_FINITE, "joint 'ball'", "its motion overflows");
     kt_tree_free(&tree);
 }
 
 /* All coordinates are plain numbers here. They are checked together first, and then one by one. */
-KT_TEST(numbers_in_planes_that_are_not_finite_are_refused_by_the_name_of_their_joint) {
+KT_TEST(numbers_in_planes_that_are_not_finite_are_rejected_by_the_name_of_their_joint) {
     kt_tree tree;
     if (!grow(&tree, false, 1.0))
         return;
     for (call c = FORWARD; c < CALLS; c++) {
         inputs in = fine(false);
         in.q[1] = (double)NAN;
-        refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'slider'", "its position is");
+        rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'slider'", "its position is");
         if (c == MASS)
             continue;
         in = fine(false);
         in.v[0] = (double)INFINITY;
-        refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "its velocity is inf");
+        rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "its velocity is inf");
         in = fine(false);
         in.x[1] = (double)INFINITY;
-        refused(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'slider'",
-                c == FORWARD ? "its force is inf" : "its acceleration is inf");
+        rejected(&tree, c, &in, KT_ERROR_NOT_FINITE, "joint 'slider'",
+                 c == FORWARD ? "its force is inf" : "its acceleration is inf");
     }
     kt_tree_free(&tree);
 }
 
 /* A massless arm turns a point mass m at the distance r: `m r^2 a = tau - 2 m r r' w`, and nothing at r = 0. */
-KT_TEST(a_singular_position_in_a_plane_is_refused_and_those_beside_it_are_not) {
+KT_TEST(a_singular_position_in_a_plane_is_rejected_and_those_beside_it_are_not) {
     for (int mixed = 0; mixed <= 1; mixed++) {
         kt_tree tree;
         const int q = mixed ? 4 : 0, v = mixed ? 3 : 0;
@@ -153,8 +153,8 @@ KT_TEST(a_singular_position_in_a_plane_is_refused_and_those_beside_it_are_not) {
             return;
         inputs in = fine(mixed);
         in.q[q + 1] = 0.0;
-        refused(&tree, FORWARD, &in, KT_ERROR_SINGULAR, "joint 'arm'",
-                "no positive inertia along one of its degrees of freedom");
+        rejected(&tree, FORWARD, &in, KT_ERROR_SINGULAR, "joint 'arm'",
+                 "no positive inertia along one of its degrees of freedom");
         kt_worst worst = kt_worst_make("acceleration");
         for (int k = 0; k >= -6; k--) {
             const double r = pow(10.0, k), m = 2.0, *rate = in.v + v, *tau = in.x + v;

@@ -165,7 +165,7 @@ KT_TEST(memory_is_the_callers_and_nothing_allocates) {
     const kt_status faulty = kt_expression_parse("1 + lenght", &symbols, memory, sizeof memory, &formula, NULL, &error);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
     kt_check_equal_int("read", status, KT_OK);
-    kt_check_equal_int("refused", faulty, KT_ERROR_SCENE);
+    kt_check_equal_int("rejected", faulty, KT_ERROR_SCENE);
     kt_check_near("value", value, 1.0 + 2.0 * sin(38.0 * acos(-1.0)) - 361.0, 1e-12);
     kt_check_equal_int("one byte less", kt_expression_parse(text, &symbols, exact, size - 1, &formula, NULL, &error),
                        KT_ERROR_MEMORY);

@@ -38,7 +38,7 @@ def in_process(work, *arguments):
 
 
 def damage_states(fmu, exchange):
-    """Restores states with damaged bytes and of other sizes. Returns how many were refused, and how many accepted."""
+    """Restores states with damaged bytes and of other sizes. Returns how many were rejected, and how many accepted."""
     numbers, counts = random.Random(1), [0, 0]
     instance = Instance(fmu, exchange)
     if not exchange:
@@ -67,9 +67,9 @@ def check_damage(fmu):
     problems = []
     for exchange in (False, True):
         result = in_process(damage_states, fmu, exchange)
-        note(f"{'model exchange' if exchange else 'co-simulation'}: damaged states refused and accepted: {result}")
+        note(f"{'model exchange' if exchange else 'co-simulation'}: damaged states rejected and accepted: {result}")
         problems += [] if isinstance(result, list) and result[0] >= DAMAGED / 2 and result[1] == 0 else [str(result)]
-    claim("damaged_states_are_refused", problems)
+    claim("damaged_states_are_rejected", problems)
 
 
 def roll_back(fmu):

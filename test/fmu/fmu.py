@@ -288,7 +288,7 @@ def check_times(folder):
     claim("jumps_of_functions_of_time_are_announced", [] if found == [0.5, 1.25] else [str(found), errors])
 
 
-def check_refusals(folder):
+def check_rejections(folder):
     body = "kinetree: 1\nbodies: [{name: b, joint: {type: prismatic, axis: x}%s}]\n"
     (folder / "plain.yaml").write_text(body % ", mass: 1")
     run(COMMAND, "run", folder / "plain.yaml", "--duration", 1, "--out", os.devnull, "--summary", folder / "other.json")
@@ -413,7 +413,7 @@ def main():
         check_steps(folder)
         check_complaints(folder)
         check_uses(folder)
-        check_refusals(folder)
+        check_rejections(folder)
         check_scenes(folder)
         check_settings(folder)
         check_binary(folder)

@@ -82,9 +82,9 @@ def check_located(fmu):
     note(f"velocities before and behind the first bounce are off by {bounce}, bound 1e-8; the state changed")
     claim("event_mode_lies_between_the_states_before_and_behind_an_event",
           [] if bounce and max(bounce[0][:2]) <= 1e-8 and bounce[0][2] else [str(seen)])
-    refused = instance.status("EnterContinuousTimeMode")
-    note(f"continuous-time mode in co-simulation: status {refused}, expected 3")
-    claim("continuous_time_mode_is_refused_in_cosimulation", [] if refused == 3 else [str(refused)])
+    rejected = instance.status("EnterContinuousTimeMode")
+    note(f"continuous-time mode in co-simulation: status {rejected}, expected 3")
+    claim("continuous_time_mode_is_rejected_in_cosimulation", [] if rejected == 3 else [str(rejected)])
 
 
 def check_abilities(fmu):
@@ -146,12 +146,12 @@ def check_rest(folder):
 
 def check_updates(fmu):
     """Intermediate updates: each step of 1 ms, variables that are read there, and a return that is requested."""
-    seen, refused, request, state = [], [], {}, ctypes.c_void_p()
+    seen, rejected, request, state = [], [], {}, ctypes.c_void_p()
 
     def update(environment, time, set_requested, get_allowed, finished, may_return, returns, at):
         seen.append((time, *instance.get("time", "position.turn", "position.drop"), set_requested, get_allowed, finished,
                      may_return))
-        refused.append(instance.try_set(bounce=0.5) == 3 and instance.status("GetFMUState", ctypes.byref(state)) == 3
+        rejected.append(instance.try_set(bounce=0.5) == 3 and instance.status("GetFMUState", ctypes.byref(state)) == 3
                        and instance.status("Reset") == 3)
         if request and time >= request["when"]:
             returns[0], at[0] = True, request["at"]
@@ -167,8 +167,8 @@ def check_updates(fmu):
     claim("intermediate_updates_read_variables_at_each_step",
           [] if len(seen) == 100 and max(steps, fall, turn) <= 1e-12 and flags == {(True, False, True, True, True)}
           else [str(seen)])
-    note(f"settings, states and resets were refused in {sum(refused)} of {len(refused)} updates")
-    claim("intermediate_updates_change_nothing", [] if refused and all(refused) else [str(refused)])
+    note(f"settings, states and resets were rejected in {sum(rejected)} of {len(rejected)} updates")
+    claim("intermediate_updates_change_nothing", [] if rejected and all(rejected) else [str(rejected)])
     ends = []
     for when, at in ((0.15, 0.1625), (0.18, 0.0), (0.0, 0.19025), (0.0, math.nan)):
         request.update(when=when, at=at)
@@ -190,7 +190,7 @@ def check_updates(fmu):
 
 
 def check_kept(fmu):
-    """Events that have not taken effect are in the state; an instance without event mode refuses it."""
+    """Events that have not taken effect are in the state; an instance without event mode rejects it."""
     one = begin(Instance(fmu, event_mode=True, early=True))
     early, _ = play(one, 0.4)
     flags = one.step(COMMUNICATION + 0.05)

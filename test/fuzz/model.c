@@ -1,4 +1,4 @@
-/* The check of descriptions and the compiler of models. The description is at least readable memory. Either both refuse
+/* The check of descriptions and the compiler of models. The description is at least readable memory. Either both reject
  * it with the same message, or the model is whole. A right description can be written as a scene, and read again.
  */
 #include "fuzz.h"
@@ -69,7 +69,7 @@ static void check_data(const kt_model *model) {
     void *memory = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     kt_fuzz_must(memory != NULL, "there is memory");
     kt_fuzz_must(kt_data_init(model, memory, size - 1, &data, NULL) == KT_ERROR_MEMORY && data == NULL,
-                 "too little memory is refused");
+                 "too little memory is rejected");
     kt_fuzz_must(kt_data_init(model, memory, size, &data, NULL) == KT_OK, "memory of the size told will do");
     free(memory);
 }

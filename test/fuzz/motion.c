@@ -149,7 +149,7 @@ static bool check_acceleration(scene *s) {
         kt_power_evaluate(s->model, s->data, s->t, s->q, s->v, s->tau, s->external, again, &power, NULL);
     for (int i = 0; i < s->nv; i++) {
         kt_fuzz_must(status == KT_OK ? isfinite(s->a[i]) : s->a[i] == -1.5, "accelerations are finite, or untouched");
-        kt_fuzz_must(with_power == KT_OK || again[i] == -1.5, "refused, they are untouched");
+        kt_fuzz_must(with_power == KT_OK || again[i] == -1.5, "rejected, they are untouched");
         kt_fuzz_must(with_power != KT_OK || status != KT_OK || memcmp(&again[i], &s->a[i], sizeof *again) == 0,
                      "the same with powers");
     }

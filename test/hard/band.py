@@ -13,7 +13,7 @@ its path bends next to it, within some sqrt(d), and a method that looks across t
      is the caller's choice, to the 1e-3 of the energy from which on the watch of energies must speak
   t  say in a warning of the summary what is not sure: with adaptive steps that positions closer than rounding decide the way, and that only at
      distances up to ROUNDING (where two loops fold at once ROUNDING_FOLDED); with fixed steps that steps are too long
-  r  refuse a linkage that is rigid if its lengths are off by d
+  r  reject a linkage that is rigid if its lengths are off by d
   d  move a linkage that is rigid if its lengths are off by d in the sense of least squares, and say by how much its loops disagree
      (`initial.tolerance`): what they miss the positions of their motion by does work
   e  with fixed steps, end with an error on the way
@@ -344,7 +344,7 @@ FAMILIES = {
     )
 }  # fmt: skip
 ONE_SIDED = {"change_point_driven", "parallelogram_driven", "slider_crank_lengths", "toggle", "rope"}
-RIGID = {"bennett", "bennett_flat", "bricard"}  # off by d they cannot move: to be refused, or at rest, is right
+RIGID = {"bennett", "bennett_flat", "bricard"}  # off by d they cannot move: to be rejected, or at rest, is right
 
 RUNS = {
     "auto": [],

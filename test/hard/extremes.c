@@ -3,7 +3,7 @@
  * A Runge-Kutta method of order 2 or more finds free fall, `y = -g t^2 / 2`, but for rounding. Over n steps the sum
  * rounds by at most n eps of its end. A body that turns about a principal axis turns evenly. A pendulum's motion does
  * not depend on its mass, nor on its length if gravity grows with it. For all numbers that a double has, the result
- * must be this motion or a refusal.
+ * must be this motion or a rejection.
  */
 #include "hard.h"
 
@@ -63,7 +63,7 @@ static void run_massless(kt_hard *h) {
     if (!start(h))
         return;
     const kt_status status = kt_simulation_acceleration(h->simulation, a, &error);
-    kt_hard_claim(h, 0, status == KT_ERROR_SINGULAR, "it is refused");
+    kt_hard_claim(h, 0, status == KT_ERROR_SINGULAR, "it is rejected");
     kt_hard_claim(h, 0, strstr(error.where, "'body'") != NULL, "the joint is named");
     kt_hard_say(h, "%s: %s", error.where, error.message);
 }
@@ -103,7 +103,7 @@ static void run_one(kt_hard *h) {
 /* ---- 14 ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct tally {
-    int right, refused, wrong;
+    int right, rejected, wrong;
 } tally;
 
 /* A pendulum, and a spring on it; `apply` puts a value into it. */
@@ -174,7 +174,7 @@ static void put(kt_hard *h, place where, double x) {
         h->description.gravity.y *= x;
 }
 
-/* Ten steps; the state, or false where it is refused at any point. */
+/* Ten steps; the state, or false where it is rejected at any point. */
 static bool swing(kt_hard *h, double *state) {
     kt_model_options options = kt_model_options_default();
     kt_run run = kt_run_default();
@@ -210,7 +210,7 @@ static void try_value(kt_hard *h, place where, double x, const double *known, ta
     kt_hard_close(h);
     if (!fine)
         kt_hard_say(h, "%g in place %d is wrong", x, (int)where);
-    *(fine ? done ? &t->right : &t->refused : &t->wrong) += 1;
+    *(fine ? done ? &t->right : &t->rejected : &t->wrong) += 1;
 }
 
 static void run_values(kt_hard *h) {
@@ -231,7 +231,7 @@ static void run_values(kt_hard *h) {
     }
     h->observed[0] = t.wrong + not_numbers.wrong;
     h->observed[1] = not_numbers.right;
-    kt_hard_say(h, "of %d: %d run, %d refused", t.right + t.refused + t.wrong, t.right, t.refused);
+    kt_hard_say(h, "of %d: %d run, %d rejected", t.right + t.rejected + t.wrong, t.right, t.rejected);
 }
 
 const kt_hard_case kt_hard_extremes[] = {

@@ -39,6 +39,6 @@ KT_TEST(stiff_mechanisms_are_announced_and_got_through) { hold(9); }
 KT_TEST(fast_motions_do_not_spoil_slow_ones) { hold(10); }
 KT_TEST(assembly_closes_or_tells_the_gap) { hold(11); }
 KT_TEST(contradictions_name_loops_and_time_and_keep_the_records) { hold(12); }
-KT_TEST(next_to_nothing_is_exact_or_refused) { hold(13); }
-KT_TEST(extreme_values_are_right_or_refused) { hold(14); }
+KT_TEST(next_to_nothing_is_exact_or_rejected) { hold(13); }
+KT_TEST(extreme_values_are_right_or_rejected) { hold(14); }
 KT_TEST(torques_that_are_no_numbers_are_caught_at_their_step) { hold(15); }

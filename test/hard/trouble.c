@@ -26,7 +26,7 @@ static const kt_hard_motion four_bar = {.scene = "four-bar", .integrator = "rk4"
 /* The crank points away from the rocker's pivot, which is then 1.3 m from its tip. The coupler lies 30.8 degrees to one
  * side or to the other of the line between them. This follows from the cosine theorem with `0.9, 0.7 and 1.3 m`.
  * Coupler and rocker start off by up to 30 degrees, almost halfway to the other branch. Either branch is valid. A
- * refusal must report the gap. */
+ * rejection must report the gap. */
 static void assemble_from(kt_hard *h, kt_data *data, double coupler, double rocker, int *branch) {
     const double pi = acos(-1.0), off = pi / 6.0;
     double q[3], v[3], held[2];
@@ -81,7 +81,7 @@ static void run_far_pivots(kt_hard *h) {
     memcpy(before, q, sizeof q);
     memcpy(before + 3, v, sizeof v);
     const kt_status status = kt_state_assemble(h->model, data, 0.0, q, v, &error);
-    kt_hard_claim(h, 1, status == KT_ERROR_CONSTRAINT, "it is refused");
+    kt_hard_claim(h, 1, status == KT_ERROR_CONSTRAINT, "it is rejected");
     kt_hard_claim(h, 1, strstr(error.message, "'close'") != NULL || strstr(error.where, "'close'") != NULL,
                   "the loop is named");
     kt_hard_claim(h, 1, memcmp(q, before, sizeof q) == 0 && memcmp(v, before + 3, sizeof v) == 0, "the state stays");
@@ -120,7 +120,7 @@ static void run_contradiction(kt_hard *h) {
     if (kt_hard_compile(h, &motion)) {
         const kt_run run = kt_hard_settings(h, &motion);
         const kt_status status = kt_simulation_create(h->model, &run, NULL, &h->simulation, &error);
-        kt_hard_claim(h, 0, status == KT_ERROR_CONSTRAINT, "it is refused");
+        kt_hard_claim(h, 0, status == KT_ERROR_CONSTRAINT, "it is rejected");
         kt_hard_claim(h, 0, strstr(error.message, "'one'") && strstr(error.message, "'other'"), "both loops are named");
         kt_hard_say(h, "%s", error.message);
     }

@@ -161,7 +161,7 @@ static bool all_finite(const double *x, size_t n) {
 }
 
 /* Later results of the same objects: a short run of the simulation, which is undone, and the accelerations. The states
- * of the batch and of the integrator are results, too. A refused call changes none of these. */
+ * of the batch and of the integrator are results, too. A rejected call changes none of these. */
 static void find_later(fixture *f, double *out) {
     const size_t nq = (size_t)kt_model_nq(f->model), nv = (size_t)kt_model_nv(f->model);
     double *at = out;

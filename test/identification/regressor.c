@@ -294,7 +294,7 @@ KT_TEST(base_parameters_of_two_links_have_their_known_names) {
     free_arm(&x);
 }
 
-KT_TEST(wrong_input_is_refused_and_leaves_outputs) {
+KT_TEST(wrong_input_is_rejected_and_leaves_outputs) {
     static const kt_vec3 axis[] = {Z_AXIS}, at[] = {{0.0, 0.0, 0.0}};
     arm x;
     kt_error e = {0};

@@ -191,7 +191,7 @@ def main():
                 claim(f"cmake_finds_{target.replace('-', '_')}", build_with_cmake(folder, prefix, target, libdir))
                 if "static" in target and not no_whole:
                     claim(f"cmake_links_{target.replace('-', '_')}_wholly", build_with_cmake(folder, prefix, target, libdir, True))
-            claim("cmake_refuses_what_is_not_there",
+            claim("cmake_rejects_what_is_not_there",
                   [] if build_with_cmake(folder, prefix, "moon", libdir) else ["it found kinetree::moon"])
             claim("cmake_finds_the_versions_that_it_satisfies", versions_by_cmake(folder, prefix))
         elif pc:

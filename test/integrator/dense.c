@@ -215,7 +215,7 @@ KT_TEST(what_was_forgotten_is_evaluated_once) {
     }
 }
 
-KT_TEST(times_outside_of_the_last_step_are_refused) {
+KT_TEST(times_outside_of_the_last_step_are_rejected) {
     kt_error error;
     kt_integrator *it = begin_adaptive("dopri5", 1e-6);
     double y[4] = {1.0, 2.0, 3.0, 4.0};

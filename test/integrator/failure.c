@@ -91,10 +91,10 @@ KT_TEST(a_rejected_try_leaves_no_trace) {
     trap hole = {.p = &problem_kepler, .beyond = 0.02, .poison = true};
     for (int i = 0; i < ADAPTIVE; i++) {
         check_no_trace("error too large", adaptive[i], none, 0.6);
-        check_no_trace("right-hand side refuses", adaptive[i], fence, 0.05);
+        check_no_trace("right-hand side rejects", adaptive[i], fence, 0.05);
         check_no_trace("right-hand side is not finite", adaptive[i], hole, 0.05);
         fence.project = hole.project = true;
-        check_no_trace("projection refuses", adaptive[i], fence, 0.05);
+        check_no_trace("projection rejects", adaptive[i], fence, 0.05);
         check_no_trace("projection is not finite", adaptive[i], hole, 0.05);
         fence.project = hole.project = false;
     }
@@ -200,7 +200,7 @@ static kt_status outcome(const char *method, double step, trap f, kt_error *erro
     return status;
 }
 
-KT_TEST(callbacks_go_on_refuse_or_stop) {
+KT_TEST(callbacks_go_on_reject_or_stop) {
     kt_error error;
     for (int project = 0; project <= 1; project++) {
         trap f = {.p = &problem_kepler, .beyond = HUGE_VAL, .project = project};
@@ -460,7 +460,7 @@ KT_TEST(steps_can_be_limited_in_number_and_from_below) {
     integrator_free(it);
 }
 
-KT_TEST(calls_out_of_order_are_refused) {
+KT_TEST(calls_out_of_order_are_rejected) {
     kt_error error;
     double y[4] = {1.0, 2.0, 3.0, 4.0};
     const kt_integrator_options options = fixed_step(0.1);

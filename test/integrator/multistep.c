@@ -56,7 +56,7 @@ KT_TEST(polynomials_up_to_the_order_are_integrated_exactly) {
     }
 }
 
-KT_TEST(wrong_weights_are_refused_with_words) {
+KT_TEST(wrong_weights_are_rejected_with_words) {
     kt_error error;
     double slopes[KT_METHOD_STEPS_MAX + 1], predictor[KT_METHOD_STEPS_MAX];
     for (int part = 0; part < 2; part++) {

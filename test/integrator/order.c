@@ -97,7 +97,7 @@ static double largest_entry(const copy *m) {
     return largest;
 }
 
-/* The smallest change of one value, doubled from 1e-16 on, at which the table is refused. */
+/* The smallest change of one value, doubled from 1e-16 on, at which the table is rejected. */
 static double change_that_is_seen(copy *m, double *value) {
     const double kept = *value;
     double change = 1e-16;
@@ -111,7 +111,7 @@ static double change_that_is_seen(copy *m, double *value) {
 
 /* Every coefficient of every table enters some condition. Rounding of the largest coefficients bounds the changes that
  * can be seen. Changes of 2 to 50 eps of the largest were detected. */
-KT_TEST(a_change_of_any_coefficient_is_refused) {
+KT_TEST(a_change_of_any_coefficient_is_rejected) {
     static copy spoilt;
     for (int i = 0; i < kt_method_count(); i++) {
         copy_method(&spoilt, kt_method_at(i));
@@ -213,7 +213,7 @@ KT_TEST(a_callers_table_is_accepted_if_its_conditions_hold) {
     kt_check_equal_int("claimed as order 2", kt_method_check(&m, &error), KT_OK);
 }
 
-KT_TEST(a_refusal_names_the_condition_that_fails) {
+KT_TEST(a_rejection_names_the_condition_that_fails) {
     kt_error error;
     kt_method m = ssp_method();
     const double wrong_b[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 2.0};
@@ -244,35 +244,35 @@ KT_TEST(a_refusal_names_the_condition_that_fails) {
     kt_check_contains("dense", error.message, "dense output: the condition of order 8");
 }
 
-KT_TEST(a_malformed_table_is_refused_without_reading_beyond_it) {
+KT_TEST(a_malformed_table_is_rejected_without_reading_beyond_it) {
     kt_error error;
     const double not_finite[] = {1.0, (double)NAN, 0.25}, zeros[] = {0.0, 0.0, 0.0};
     kt_check_equal_int("none", kt_method_check(NULL, &error), KT_ERROR_ARGUMENT);
-#define KT_REFUSED(what, change)                                                                                       \
+#define KT_REJECTD(what, change)                                                                                       \
     do {                                                                                                               \
         kt_method m = ssp_method();                                                                                    \
         change;                                                                                                        \
         kt_check_equal_int(what, kt_method_check(&m, &error), KT_ERROR_ARGUMENT);                                      \
         kt_check_true("says why", error.message[0] != '\0');                                                           \
     } while (0)
-    KT_REFUSED("no stage", m.stages = 0);
-    KT_REFUSED("too many stages", m.stages = KT_METHOD_STAGES_MAX);
-    KT_REFUSED("negative stages of the dense output", m.dense_stages = -1);
-    KT_REFUSED("order 0", m.order = 0);
-    KT_REFUSED("order 13", m.order = 13);
-    KT_REFUSED("no a", m.a = NULL);
-    KT_REFUSED("no b", m.b = NULL);
-    KT_REFUSED("no c", m.c = NULL);
-    KT_REFUSED("not finite", m.a = not_finite);
+    KT_REJECTD("no stage", m.stages = 0);
+    KT_REJECTD("too many stages", m.stages = KT_METHOD_STAGES_MAX);
+    KT_REJECTD("negative stages of the dense output", m.dense_stages = -1);
+    KT_REJECTD("order 0", m.order = 0);
+    KT_REJECTD("order 13", m.order = 13);
+    KT_REJECTD("no a", m.a = NULL);
+    KT_REJECTD("no b", m.b = NULL);
+    KT_REJECTD("no c", m.c = NULL);
+    KT_REJECTD("not finite", m.a = not_finite);
     kt_check_contains("words", error.message, "a coefficient is not finite");
-    KT_REFUSED("embedded order without e", m.embedded_order = 2);
-    KT_REFUSED("e without embedded order", m.e = zeros);
-    KT_REFUSED("e of zeros", (m.e = zeros, m.embedded_order = 2));
-    KT_REFUSED("dense terms without d", m.dense_terms = 1);
-    KT_REFUSED("too many dense terms", (m.dense_terms = 9, m.dense_d = ssp_a));
-    KT_REFUSED("dense stages without a", m.dense_stages = 1);
-    KT_REFUSED("fsal that is not", m.fsal = true);
-#undef KT_REFUSED
+    KT_REJECTD("embedded order without e", m.embedded_order = 2);
+    KT_REJECTD("e without embedded order", m.e = zeros);
+    KT_REJECTD("e of zeros", (m.e = zeros, m.embedded_order = 2));
+    KT_REJECTD("dense terms without d", m.dense_terms = 1);
+    KT_REJECTD("too many dense terms", (m.dense_terms = 9, m.dense_d = ssp_a));
+    KT_REJECTD("dense stages without a", m.dense_stages = 1);
+    KT_REJECTD("fsal that is not", m.fsal = true);
+#undef KT_REJECTD
 }
 
 /* ---- a caller's table -------------------------------------------------------------------------------------------- */
@@ -324,7 +324,7 @@ KT_TEST(a_callers_table_is_checked_and_used) {
 
     m.order = 5;
     void *memory = malloc(kt_integrator_size(&m, 4));
-    kt_check_equal_int("refused", kt_integrator_init(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
+    kt_check_equal_int("rejected", kt_integrator_init(memory, kt_integrator_size(&m, 4), &m, 4, &options, &it, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_text("where", error.where, "fehlberg");
     kt_check_contains("words", error.message, "b: the condition of order 5");

@@ -104,10 +104,10 @@ KT_TEST(nothing_is_allocated) {
         status = kt_integrator_step(it, 100.0, &error);
     if (status == KT_OK)
         status = kt_integrator_interpolate(it, kt_integrator_time(it) - 1e-3, value, &error);
-    const kt_status refused = kt_integrator_interpolate(it, -1.0, value, &error);
+    const kt_status rejected = kt_integrator_interpolate(it, -1.0, value, &error);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
     kt_check_equal_int("status", status, KT_OK);
-    kt_check_equal_int("a refusal", refused, KT_ERROR_ARGUMENT);
+    kt_check_equal_int("a rejection", rejected, KT_ERROR_ARGUMENT);
     free(memory);
 }
 
@@ -140,7 +140,7 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
     }
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 static kt_status place_status(const char *method, size_t n, const kt_integrator_options *options, size_t missing,
                               kt_error *error) {
@@ -154,33 +154,33 @@ static kt_status place_status(const char *method, size_t n, const kt_integrator_
     return status;
 }
 
-KT_TEST(wrong_options_are_refused_with_words) {
+KT_TEST(wrong_options_are_rejected_with_words) {
     kt_error error;
     static const double zero[2] = {1.0, 0.0}, negative[2] = {1.0, -1.0};
-#define KT_REFUSED(part, change)                                                                                       \
+#define KT_REJECTD(part, change)                                                                                       \
     do {                                                                                                               \
         kt_integrator_options o = kt_integrator_options_default();                                                     \
         change;                                                                                                        \
         kt_check_equal_int(#change, place_status("dopri5", 2, &o, 0, &error), KT_ERROR_ARGUMENT);                      \
         kt_check_contains("words", error.message, part);                                                               \
     } while (0)
-    KT_REFUSED("step must be", o.step = -0.1);
-    KT_REFUSED("step must be", o.step = (double)NAN);
-    KT_REFUSED("tolerances must be", o.relative_tolerance = -1.0);
-    KT_REFUSED("tolerances must be", o.absolute_tolerance = HUGE_VAL);
-    KT_REFUSED("one of the tolerances", o.absolute_tolerance = o.relative_tolerance = 0.0);
-    KT_REFUSED("absolute_tolerances[1] is -1", o.absolute_tolerances = negative);
-    KT_REFUSED("absolute_tolerances[1] is 0", (o.absolute_tolerances = zero, o.relative_tolerance = 0.0));
-    KT_REFUSED("initial_step, min_step and max_step", o.initial_step = -1.0);
-    KT_REFUSED("initial_step, min_step and max_step", o.min_step = (double)NAN);
-    KT_REFUSED("initial_step, min_step and max_step", o.max_step = HUGE_VAL);
-    KT_REFUSED("max_step must not be below", (o.max_step = 0.1, o.min_step = 0.2));
-    KT_REFUSED("safety", o.safety = 1.0);
-    KT_REFUSED("alpha", o.alpha = 0.0);
-    KT_REFUSED("beta", o.beta = 1.0);
-    KT_REFUSED("factor_min", o.factor_min = 1.0);
-    KT_REFUSED("factor_max", o.factor_max = 1.0);
-#undef KT_REFUSED
+    KT_REJECTD("step must be", o.step = -0.1);
+    KT_REJECTD("step must be", o.step = (double)NAN);
+    KT_REJECTD("tolerances must be", o.relative_tolerance = -1.0);
+    KT_REJECTD("tolerances must be", o.absolute_tolerance = HUGE_VAL);
+    KT_REJECTD("one of the tolerances", o.absolute_tolerance = o.relative_tolerance = 0.0);
+    KT_REJECTD("absolute_tolerances[1] is -1", o.absolute_tolerances = negative);
+    KT_REJECTD("absolute_tolerances[1] is 0", (o.absolute_tolerances = zero, o.relative_tolerance = 0.0));
+    KT_REJECTD("initial_step, min_step and max_step", o.initial_step = -1.0);
+    KT_REJECTD("initial_step, min_step and max_step", o.min_step = (double)NAN);
+    KT_REJECTD("initial_step, min_step and max_step", o.max_step = HUGE_VAL);
+    KT_REJECTD("max_step must not be below", (o.max_step = 0.1, o.min_step = 0.2));
+    KT_REJECTD("safety", o.safety = 1.0);
+    KT_REJECTD("alpha", o.alpha = 0.0);
+    KT_REJECTD("beta", o.beta = 1.0);
+    KT_REJECTD("factor_min", o.factor_min = 1.0);
+    KT_REJECTD("factor_max", o.factor_max = 1.0);
+#undef KT_REJECTD
     kt_integrator_options o = kt_integrator_options_default();
     kt_check_equal_int("no estimate", place_status("rk4", 2, &o, 0, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "method 'rk4' has no error estimate: give a step");
@@ -192,7 +192,7 @@ KT_TEST(wrong_options_are_refused_with_words) {
     kt_check_equal_int("absolute alone", place_status("dopri5", 2, &o, 0, &error), KT_OK);
 }
 
-KT_TEST(a_start_that_is_refused_changes_nothing) {
+KT_TEST(a_start_that_is_rejected_changes_nothing) {
     kt_error error;
     const kt_integrator_options options = fixed_step(0.1);
     kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
@@ -292,7 +292,7 @@ KT_TEST(a_restored_integrator_goes_on_with_the_same_bits) {
     }
 }
 
-KT_TEST(a_damaged_checkpoint_is_refused) {
+KT_TEST(a_damaged_checkpoint_is_rejected) {
     kt_error error;
     const kt_integrator_options options = tolerance(1e-5, 1e-5);
     kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);

@@ -37,7 +37,7 @@ int forced(double t, const double *y, double *dydt, void *user);
 /* Silent if the status is KT_OK, as it is thousands of times; otherwise prints the message and fails the test. */
 bool is_ok(const char *what, kt_status status, const kt_error *error);
 
-/* An integrator in allocated memory, NULL where it was refused; integrator_free releases it. */
+/* An integrator in allocated memory, NULL where it was rejected; integrator_free releases it. */
 kt_integrator *integrator_make(const kt_method *method, size_t n, const kt_integrator_options *options);
 void integrator_free(kt_integrator *integrator);
 

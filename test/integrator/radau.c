@@ -366,7 +366,7 @@ KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
     }
 }
 
-KT_TEST(half_a_solver_is_refused) {
+KT_TEST(half_a_solver_is_rejected) {
     kt_error error;
     const kt_newton half = {own_jacobian, NULL, own_solve, NULL, NULL};
     kt_integrator_options options = tolerance(1e-6, 1e-6);

@@ -82,12 +82,12 @@ KT_TEST(the_transformed_table_is_that_of_the_method) {
     kt_check_worst(&worst);
 }
 
-KT_TEST(any_change_of_gamma_is_refused) {
+KT_TEST(any_change_of_gamma_is_rejected) {
     kt_error error;
     double gamma[S * S];
     kt_method m = *rodas();
     m.gamma = gamma;
-    kt_worst worst = kt_worst_make("refused");
+    kt_worst worst = kt_worst_make("rejected");
     for (int i = 0; i < S * S; i++) {
         memcpy(gamma, rodas()->gamma, sizeof gamma);
         gamma[i] += 1e-12;

@@ -74,7 +74,7 @@ KT_TEST(slope_is_evaluated_once_and_moves_no_bit) {
     kt_check_equal_int("slopes that are not those of the state", wrong, 0);
 }
 
-static int refuse(double t, const double *y, double *dydt, void *user) {
+static int reject(double t, const double *y, double *dydt, void *user) {
     (void)t, (void)y;
     dydt[0] = 1.0;
     return *(int *)user;
@@ -85,11 +85,11 @@ KT_TEST(slope_that_cannot_be_had_leaves_the_integrator_as_it_was) {
     const double start = 0.0, *slope = NULL;
     int answer = -3;
     kt_error error;
-    const kt_integrator_callbacks callbacks = {refuse, NULL, &answer};
+    const kt_integrator_callbacks callbacks = {reject, NULL, &answer};
     kt_integrator *it = integrator_make(kt_method_find("rk4"), 1, &options);
     kt_check_equal_int("not started", kt_integrator_derivative(it, &slope, &error), KT_ERROR_ARGUMENT);
     (void)is_ok("start", kt_integrator_start(it, 0.0, &start, &callbacks, &error), &error);
-    kt_check_equal_int("refused", kt_integrator_derivative(it, &slope, &error), KT_ERROR_CALLBACK);
+    kt_check_equal_int("rejected", kt_integrator_derivative(it, &slope, &error), KT_ERROR_CALLBACK);
     kt_check_contains("code", error.message, "-3");
     kt_check_true("untouched", slope == NULL);
     answer = 0;

@@ -284,7 +284,7 @@ KT_TEST(stages_follow_a_problem_that_becomes_stiff) {
 
 /* ---- what it cannot ---------------------------------------------------------------------------------------------- */
 
-KT_TEST(a_fixed_step_beyond_all_stages_is_refused_in_words) {
+KT_TEST(a_fixed_step_beyond_all_stages_is_rejected_in_words) {
     kt_error error;
     double rate = 1e6, before[DECAYS];
     const kt_integrator_options options = fixed_step(0.1);
@@ -326,7 +326,7 @@ KT_TEST(a_callers_table_cannot_be_stabilised) {
 }
 
 /* The least step exceeds the step that the stages allow: there is no way between. */
-KT_TEST(a_least_step_beyond_all_stages_is_refused_in_words) {
+KT_TEST(a_least_step_beyond_all_stages_is_rejected_in_words) {
     kt_error error;
     double rate = 1e7;
     kt_integrator_options options = tolerance(1e-2, 1e-2);

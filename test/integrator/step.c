@@ -124,7 +124,7 @@ KT_TEST(an_autonomous_motion_does_not_depend_on_when_it_begins) {
     }
 }
 
-KT_TEST(a_fixed_step_below_the_rounding_of_time_is_refused) {
+KT_TEST(a_fixed_step_below_the_rounding_of_time_is_rejected) {
     kt_error error;
     const kt_integrator_options options = fixed_step(1e-15);
     kt_integrator *it = oscillator_begin("rk4", 1.0, &options);
@@ -345,7 +345,7 @@ KT_TEST(quadratures_leave_the_other_equations_to_the_bit) {
     }
 }
 
-KT_TEST(quadratures_alone_are_refused) {
+KT_TEST(quadratures_alone_are_rejected) {
     kt_error error;
     kt_integrator_options options = tolerance(1e-6, 1e-6);
     options.quadratures = 2;

@@ -279,7 +279,7 @@ KT_TEST(positions_that_have_no_direction_are_left_as_they_are) {
         for (int i = 1; i <= 4; i++) /* the last quaternion: the last four numbers */
             q[tree.nq - i] = bad[n];
         memcpy(before, q, sizeof q);
-        kt_check_true("is refused", !kt_position_normalize(tree.model, q));
+        kt_check_true("is rejected", !kt_position_normalize(tree.model, q));
         kt_check_equal_bits("q", q, before, (size_t)tree.nq);
         kt_tree_free(&tree);
     }

@@ -172,7 +172,7 @@ KT_TEST(cone_solver_solves_random_impacts) {
     free(memory);
 }
 
-KT_TEST(cone_solver_refuses_what_is_not_finite) {
+KT_TEST(cone_solver_rejects_what_is_not_finite) {
     void *memory = NULL;
     kt_cone *cone = make_cone(1, &memory);
     const double mu = 0.5, W[9] = {1.0, 0.0, 0.0, 0.0, (double)NAN, 0.0, 0.0, 0.0, 1.0}, b[3] = {-1.0, 1.0, 0.0};
@@ -301,7 +301,7 @@ KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
         }
         pose_contacts(p, false, r.c);
         for (int i = 0; i < p->n; i++)
-            r.c->item[i].refused = 1U << KT_COULOMB_OPEN;
+            r.c->item[i].rejected = 1U << KT_COULOMB_OPEN;
         if (!enumeration_solve(r.c, r.scratch, r.all, &steps))
             continue;
         exist++;

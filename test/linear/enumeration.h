@@ -15,9 +15,9 @@ static inline void enumeration_guess(const kt_coulomb *c, double turned, kt_coul
                                      kt_coulomb_solution *to) {
     kt_coulomb_copy(c, to, stuck);
     for (int i = 0; i < c->n; i++)
-        stuck->mode[i] = !kt_coulomb_slips(c, to, i)       ? to->mode[i]
-                         : kt_coulomb_presses(to->mode[i]) ? KT_COULOMB_STICK
-                                                           : KT_COULOMB_LEAST_STICK;
+        stuck->mode[i] = !kt_coulomb_slips(c, to, i)         ? to->mode[i]
+                         : kt_coulomb_is_active(to->mode[i]) ? KT_COULOMB_STICK
+                                                             : KT_COULOMB_LEAST_STICK;
     kt_coulomb_linear(c, stuck);
     for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
@@ -51,7 +51,7 @@ static inline bool enumeration_next(const kt_coulomb_item *item, int behind, kt_
                              [KT_COULOMB_SLIPS] = closed | open,
                              [KT_COULOMB_CONE] = moves | (item->least > 0.0 ? moves >> KT_COULOMB_STICK : open),
                              [KT_COULOMB_DRY] = moves};
-    const unsigned left = sets[item->type] & ~item->refused;
+    const unsigned left = sets[item->type] & ~item->rejected;
     for (int next = behind + 1; next < (int)KT_COULOMB_MODES; next++)
         if (left >> next & 1U) {
             *mode = (kt_coulomb_mode)next;

@@ -1,5 +1,5 @@
 /* Loops from C against the library's own: a distance that changes with time, and a knife edge. Both are written once
- * more as callbacks that give everything, rows alone, or residuals alone. Some callbacks refuse. */
+ * more as callbacks that give everything, rows alone, or residuals alone. Some callbacks reject. */
 #include "check.h"
 
 #include "kinetree/kinetree.h"
@@ -57,7 +57,7 @@ static int keep_normal(void *user, double t, const kt_loop_motion *m, kt_loop_eq
     return 0;
 }
 
-static int refuse(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
+static int reject(void *user, double t, const kt_loop_motion *m, kt_loop_equation *row) {
     (void)m;
     row->residual = m->position.x;
     row->force = kt_vec3_make(1.0, 0.0, 0.0);
@@ -412,9 +412,9 @@ KT_TEST(bead_on_a_parabola_that_a_formula_gives_moves_as_its_reduced_equation_sa
     release(&m);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-KT_TEST(refusals_name_the_loop_and_its_code) {
+KT_TEST(rejections_name_the_loop_and_its_code) {
     static const struct {
         int code;
         kt_status status;
@@ -428,7 +428,7 @@ KT_TEST(refusals_name_the_loop_and_its_code) {
         kt_error e = {0};
         describe(&m, false);
         m.loop[0].type = KT_LOOP_CUSTOM;
-        m.loop[0].equations = refuse;
+        m.loop[0].equations = reject;
         m.loop[0].equation_count = 1;
         m.loop[0].user = &code;
         m.loop[0].given = KT_LOOP_GIVES_ROWS;

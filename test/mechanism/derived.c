@@ -12,7 +12,7 @@
 
 static const kt_vec3 none = {0.0, 0.0, 0.0}, down = {0.0, -1.0, 0.0};
 
-/* An effect of the caller's on a joint, or on a body: refuses beyond `reach`, and may be heard of power that is none.
+/* An effect of the caller's on a joint, or on a body: rejects beyond `reach`, and may be heard of power that is none.
  */
 typedef struct owner {
     double reach, force, dissipated, supplied;
@@ -106,7 +106,7 @@ KT_TEST(springs_dampers_and_drag_have_their_derivatives) {
     linkage_free(&l);
 }
 
-static void refuse_derivatives(const linkage *l, kt_status expected, const char *where, const char *message) {
+static void reject_derivatives(const linkage *l, kt_status expected, const char *where, const char *message) {
     derivatives d = {{77.0}, {77.0}, {77.0}};
     kt_error e = {KT_OK, "", ""};
     kt_check_equal_int("derivatives", derive(l, &d, true, NULL, &e), expected);
@@ -115,7 +115,7 @@ static void refuse_derivatives(const linkage *l, kt_status expected, const char 
     kt_check_true("nothing is written", d.q[0] == 77.0 && d.v[0] == 77.0 && d.tau[0] == 77.0);
 }
 
-KT_TEST(derivatives_that_cannot_be_had_are_refused) {
+KT_TEST(derivatives_that_cannot_be_had_are_rejected) {
     static linkage l;
     owner o = {.reach = 0.0, .code = 2};
     kt_effect effect = own_effect(&o, false);
@@ -128,21 +128,21 @@ KT_TEST(derivatives_that_cannot_be_had_are_refused) {
         kt_acceleration_derivatives(l.model, l.data, NULL, 1 << 20, 0.0, l.q, l.v, NULL, NULL, out, out, out, &e),
         KT_ERROR_MEMORY);
     kt_check_contains("message", e.message, "kt_acceleration_work_size");
-    refuse_derivatives(&l, KT_ERROR_EFFECT, "effects[0] (custom) on joint 'bar'",
+    reject_derivatives(&l, KT_ERROR_EFFECT, "effects[0] (custom) on joint 'bar'",
                        "its callback cannot compute its force here (code 2)"); /* at a neighbouring state */
     linkage_free(&l);
 
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
     if (!linkage_compile(&l))
         return;
-    refuse_derivatives(&l, KT_ERROR_SINGULAR, "derivatives", "the loops are at a singular position, or next to one");
+    reject_derivatives(&l, KT_ERROR_SINGULAR, "derivatives", "the loops are at a singular position, or next to one");
     linkage_free(&l);
 }
 
 /* ---- powers ---------------------------------------------------------------------------------------------------------
  */
 
-static void refuse_power(const linkage *l, const kt_wrench *external, kt_status expected, const char *where,
+static void reject_power(const linkage *l, const kt_wrench *external, kt_status expected, const char *where,
                          const char *message) {
     double a[LINKAGE_BODIES] = {77.0};
     kt_power power = {77.0, 77.0};
@@ -166,22 +166,22 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
         if (!make_bar(&l, effects, 2))
             return;
         wrong.dissipated = HUGE_VAL;
-        refuse_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
+        reject_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
         wrong.dissipated = 0.0;
         wrong.supplied = (double)NAN;
-        refuse_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
+        reject_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
         wrong.supplied = 0.0;
         wrong.force = -HUGE_VAL;
-        refuse_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
+        reject_power(&l, NULL, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
         wrong.force = 0.0;
         wrong.reach = -1.0;
         wrong.code = 5;
-        refuse_power(&l, NULL, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code 5)");
+        reject_power(&l, NULL, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code 5)");
         wrong.code = -5;
-        refuse_power(&l, NULL, KT_ERROR_CALLBACK, where, "its callback stopped (code -5)");
+        reject_power(&l, NULL, KT_ERROR_CALLBACK, where, "its callback stopped (code -5)");
         wrong.code = 0;
         kt_wrench external[2] = {{none, none}, {none, {0.0, HUGE_VAL, 0.0}}};
-        refuse_power(&l, external, KT_ERROR_NOT_FINITE, "'bar'", "the external wrench on it is not finite");
+        reject_power(&l, external, KT_ERROR_NOT_FINITE, "'bar'", "the external wrench on it is not finite");
         linkage_free(&l);
     }
 }
@@ -198,7 +198,7 @@ KT_TEST(state_that_is_not_finite_is_told_before_its_effects) {
     if (!make_bar(&l, &spring, 1))
         return;
     l.q[0] = (double)NAN;
-    refuse_power(&l, NULL, KT_ERROR_NOT_FINITE, "'bar'", "position");
+    reject_power(&l, NULL, KT_ERROR_NOT_FINITE, "'bar'", "position");
     linkage_free(&l);
 }
 
@@ -269,7 +269,7 @@ KT_TEST(group_beside_a_singular_one_moves_as_it_does_alone) {
 }
 
 /* Massless bars have no acceleration anywhere, at a singular position either. */
-KT_TEST(massless_mechanism_at_a_singular_position_is_refused) {
+KT_TEST(massless_mechanism_at_a_singular_position_is_rejected) {
     static linkage l;
     linkage_windows(&l, 2, acos(0.0), 3.0, KT_LOOP_REVOLUTE);
     for (int i = 0; i < l.description.body_count; i++) {

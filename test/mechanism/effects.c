@@ -292,8 +292,8 @@ KT_TEST(callback_that_cannot_tell_is_retried_with_smaller_steps) {
     run_into(&s, "dopri5", 0.0, KT_ERROR_EFFECT, "effect 'mine' (custom) on joint 'b'", "smaller steps did not help");
 }
 
-/* Refuses every other call that is far from the last one. */
-static int refuse_jumps(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+/* Rejects every other call that is far from the last one. */
+static int reject_jumps(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
     own *o = user;
     (void)q, (void)balance;
     *force = -0.1 * v;
@@ -311,10 +311,10 @@ KT_TEST(recoverable_callback_makes_the_step_smaller_and_goes_on) {
     kt_simulation *simulation = NULL;
     run.relative = run.absolute = 1e-3;
     stage_describe(&s);
-    add_turn(&s, "b", &o)->joint_force = refuse_jumps;
+    add_turn(&s, "b", &o)->joint_force = reject_jumps;
     if (stage_build(&s) && fine("simulation", kt_simulation_create(s.model, &run, NULL, &simulation, &error), &error) &&
         fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error)) {
-        kt_check_above("refused", o.calls, 1);
+        kt_check_above("rejected", o.calls, 1);
         kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1);
     }
     kt_simulation_free(simulation);
@@ -375,7 +375,7 @@ KT_TEST(wrench_that_is_not_finite_is_named) {
 }
 
 /* Kinematics of one position and the velocities of another would make a force that no state has. */
-KT_TEST(load_of_an_effect_is_refused_from_kinematics_of_another_state) {
+KT_TEST(load_of_an_effect_is_rejected_from_kinematics_of_another_state) {
     static stage s;
     kt_error error = {0};
     kt_effect_load load = {.joint_force = 7.0}, expected = {.joint_force = 0.0};

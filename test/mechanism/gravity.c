@@ -426,7 +426,7 @@ KT_TEST(derivatives_by_masses_include_gravity_forces) {
     end(&m);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 static void check_fault(const char *effect, const char *mass, const char *words) {
     char text[1000];

@@ -140,7 +140,7 @@ static kt_status store(const given *x, kt_error *e) {
     return KT_OK;
 }
 
-static kt_status refused_update(const given *x, kt_error *e) {
+static kt_status rejected_update(const given *x, kt_error *e) {
     given broken = *x;
     broken.v[x->g->tree.nv - 1] = (double)NAN;
     return kt_kinematics_update(OF(x), broken.q, broken.v, NULL, e) == KT_ERROR_NOT_FINITE ? KT_OK : KT_ERROR_ARGUMENT;
@@ -173,7 +173,7 @@ static const struct {
     {"kt_loop_equations", equations},
     {"kt_reaction_evaluate", react},
     {"kt_effect_energy", store},
-    {"kt_kinematics_update with a NaN", refused_update},
+    {"kt_kinematics_update with a NaN", rejected_update},
     {"kt_kinematics_update that overflows", overflowing_update},
 };
 enum { CALLS = sizeof calls / sizeof calls[0] };

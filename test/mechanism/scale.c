@@ -62,7 +62,7 @@ KT_TEST(four_bar_is_assembled_alike_at_every_size) {
     kt_check_worst(&accelerations);
 }
 
-KT_TEST(unreachable_loop_is_refused_at_every_size) {
+KT_TEST(unreachable_loop_is_rejected_at_every_size) {
     static linkage l;
     for (int k = 0; k < SIZES; k++) {
         four_bar f = four_bar_default();

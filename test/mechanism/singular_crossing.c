@@ -93,7 +93,7 @@ KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
 }
 
 /* The effects of rounding near such positions must not mislead the error control: forty windows at 1e-11. The number of
- * refused steps depends on where they happen to end. Evaluations are therefore the mean of runs at five tolerances. */
+ * rejected steps depends on where they happen to end. Evaluations are therefore the mean of runs at five tolerances. */
 KT_TEST(adaptive_steps_pass_singular_positions) {
     static linkage l;
     static const struct {

@@ -339,7 +339,7 @@ KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
 }
 
 /* Mistakes of a caller, and the state that they leave unchanged. */
-KT_TEST(switching_refuses_what_is_no_switch) {
+KT_TEST(switching_rejects_what_is_no_switch) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
     static switched s;

@@ -331,7 +331,7 @@ static bool use(kt_triangles *mesh) {
 }
 
 /* The sanitizers' builds detect reads at wrong lengths. KT_MESHES sets a larger number of cases. */
-KT_TEST(any_bytes_are_a_surface_or_refused_in_words) {
+KT_TEST(any_bytes_are_a_surface_or_rejected_in_words) {
     static size_t (*const writers[])(char *) = {write_binary_stl, write_text_stl, write_msh};
     static char text[4000];
     kt_random random = kt_random_of_test();
@@ -358,5 +358,5 @@ KT_TEST(any_bytes_are_a_surface_or_refused_in_words) {
     }
     kt_check_equal_int("neither", wrong, 0);
     kt_check_above("read", (double)read, 0.2 * (double)count);
-    kt_check_above("refused", (double)(count - read), 0.2 * (double)count);
+    kt_check_above("rejected", (double)(count - read), 0.2 * (double)count);
 }

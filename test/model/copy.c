@@ -125,7 +125,7 @@ KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
     kt_check_above("scenes compared", compared, 40);
 }
 
-KT_TEST(memory_that_is_too_small_or_misaligned_is_refused) {
+KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     kt_body body = kt_body_default();
     kt_description description = kt_description_default();
     kt_model *model = NULL, *copy = NULL;

@@ -22,7 +22,7 @@ static unsigned char *take(size_t size) {
     return memory;
 }
 
-KT_TEST(memory_that_is_too_small_or_misaligned_is_refused) {
+KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     kt_tree tree;
     if (!make(&tree))
         return;

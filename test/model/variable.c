@@ -100,7 +100,7 @@ KT_TEST(what_is_no_variable_is_not_found) {
     }
 }
 
-KT_TEST(variables_of_nothing_are_refused) {
+KT_TEST(variables_of_nothing_are_rejected) {
     kt_body bodies[3];
     const kt_description description = describe(bodies);
     kt_variable found;

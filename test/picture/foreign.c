@@ -133,7 +133,7 @@ static rlim_t addresses(void) {
 }
 
 /* The parent has no memory for the mesh that the child still writes: it must not wait for the child's end. */
-KT_TEST(a_mesh_that_the_program_has_no_memory_for_is_refused_at_once) {
+KT_TEST(a_mesh_that_the_program_has_no_memory_for_is_rejected_at_once) {
     kt_triangles mesh = {.vertex_count = 7};
     kt_error error = {0};
     struct rlimit limit;

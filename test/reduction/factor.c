@@ -1,4 +1,4 @@
-/* The ways to factor a group's equations: their common properties, their limits, and the inputs that they refuse. */
+/* The ways to factor a group's equations: their common properties, their limits, and the inputs that they reject. */
 #include "matrix.h"
 
 #include <float.h>
@@ -237,8 +237,8 @@ KT_TEST(weights_choose_the_equations_and_leave_the_solutions) {
     kt_check_worst(&balanced);
 }
 
-/* The number is refused at every place, no matter which numbers are found before it. */
-KT_TEST(numbers_that_are_not_finite_are_refused) {
+/* The number is rejected at every place, no matter which numbers are found before it. */
+KT_TEST(numbers_that_are_not_finite_are_rejected) {
     static const int sizes[][2] = {{1, 1}, {3, 2}, {2, 3}, {7, 6}, {12, 10}, {10, 14}, {39, 5}, {42, 6}, {6, 42}};
     kt_random random = kt_random_of_test();
     long taken = 0, tried = 0;

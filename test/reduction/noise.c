@@ -50,8 +50,8 @@ static void string_up(linkage *l, stand how, bool oblique, double size, double r
     gears->term_count = 2;
 }
 
-static void check_refusal(const linkage *l, const char *call, kt_status status, const kt_error *e, double rate,
-                          const double *q, const double *v) {
+static void check_rejection(const linkage *l, const char *call, kt_status status, const kt_error *e, double rate,
+                            const double *q, const double *v) {
     char gap[64];
     (void)snprintf(gap, sizeof gap, "'rope' by %.3g", rate);
     kt_check_equal_int(call, status, KT_ERROR_CONSTRAINT);
@@ -68,8 +68,8 @@ static void check_motion(linkage *l, double rate) {
                        kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, NULL, NULL, with, &e), KT_OK);
     memcpy(q, l->q, sizeof q);
     memcpy(v, l->v, sizeof v);
-    check_refusal(l, "assembly", kt_state_assemble(l->model, l->data, 0.0, q, v, &e), &e, rate, q, v);
-    check_refusal(l, "projection", kt_state_project(l->model, l->data, 0.0, q, v, NULL, &e), &e, rate, q, v);
+    check_rejection(l, "assembly", kt_state_assemble(l->model, l->data, 0.0, q, v, &e), &e, rate, q, v);
+    check_rejection(l, "projection", kt_state_project(l->model, l->data, 0.0, q, v, NULL, &e), &e, rate, q, v);
     linkage_free(l);
     l->description.loops++; /* the rope is the first */
     l->description.loop_count--;

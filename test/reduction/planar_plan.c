@@ -1,4 +1,4 @@
-/* Which mechanisms are computed in their plane, and which inputs are refused there. */
+/* Which mechanisms are computed in their plane, and which inputs are rejected there. */
 #include "../constraint/linkage.h"
 
 #include <math.h>
@@ -77,7 +77,7 @@ KT_TEST(what_loops_connect_is_planar_together_or_not_at_all) {
 /* ---- wrenches that are no numbers -------------------------------------------------------------------------------- */
 
 /* The planar recursions ignore wrenches across the plane. Powers and reactions would be NaN, and reported as right. */
-KT_TEST(wrench_across_the_plane_that_is_not_finite_is_refused) {
+KT_TEST(wrench_across_the_plane_that_is_not_finite_is_rejected) {
     static linkage l;
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
@@ -107,7 +107,7 @@ KT_TEST(wrench_across_the_plane_that_is_not_finite_is_refused) {
     linkage_free(&l);
 }
 
-KT_TEST(power_that_overflows_is_refused) {
+KT_TEST(power_that_overflows_is_rejected) {
     static linkage l;
     kt_error error = {0};
     linkage_begin(&l);

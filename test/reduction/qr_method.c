@@ -209,7 +209,7 @@ KT_TEST(householder_factors_as_lapack_does) {
                                    k, rank);
                 (void)matrix_tear_down(&b);
             }
-    kt_check_equal_int("calls that LAPACK refuses", t.cases, 0);
+    kt_check_equal_int("calls that LAPACK rejects", t.cases, 0);
     kt_check_equal_int("ranks that are not what they should be", t.ranks, 0);
     kt_check_equal_int("pivots that LAPACK does not take", t.pivots, 0);
     kt_check_worst(&t.diagonal);

@@ -129,7 +129,7 @@ static int extended(quad_mechanism *m, const quad *q, const quad *lambda, quad *
     for (int k = 0; k < m->loops; k++) {
         const kt_loop_type type = m->loop[k].type;
         const bool revolute = type == KT_LOOP_REVOLUTE && !m->planar;
-        if (revolute) { /* the axes' other way round, which fulfils these equations as well, is refused later */
+        if (revolute) { /* the axes' other way round, which fulfils these equations as well, is rejected later */
             out[n++] = phi[row + 3];
             out[n++] = phi[row + 4];
         }

@@ -28,15 +28,15 @@ static bool oracle_change(const quad_mechanism *m, const near_state *n, const qu
     return true;
 }
 
-/* Derivatives are those of the motion, or refused. If the error of an acceleration is c eps v^2 / s^3, its derivatives
+/* Derivatives are those of the motion, or rejected. If the error of an acceleration is c eps v^2 / s^3, its derivatives
  * have an error of that over s. If the path bends, the derivatives themselves are d v^2 / s^4. The results then have
  * the same relative error, about eps / d. All but 2 % of the states are computed. */
-KT_TEST(derivatives_next_to_singular_positions_are_right_or_refused) {
+KT_TEST(derivatives_next_to_singular_positions_are_right_or_rejected) {
     static const double distances[] = {1e-10, 1e-7, 1e-4};
     static unsigned char work[1 << 20] __attribute__((aligned(64)));
     kt_worst worst = kt_worst_make("change of the acceleration"), known = kt_worst_make("the same, over d");
     singular s = {.seed = 0};
-    int refused = 0, told = 0, all = 0;
+    int rejected = 0, told = 0, all = 0;
     for (int i = 0; i < near_mechanisms(); i++) {
         near_next(&s);
         kt_random r = kt_random_named("along");
@@ -59,7 +59,7 @@ KT_TEST(derivatives_next_to_singular_positions_are_right_or_refused) {
                                                                          n.q_of, n.v_of, m.tau, NULL, dq, dv, NULL, &e);
                     all++;
                     if (status == KT_ERROR_SINGULAR) {
-                        refused++;
+                        rejected++;
                         continue;
                     }
                     for (int row = 0; row < m.nv; row++) {
@@ -83,8 +83,8 @@ KT_TEST(derivatives_next_to_singular_positions_are_right_or_refused) {
             near_discard(&l);
         }
     }
-    kt_note("%d refused of %d", refused, all);
-    kt_check_below("refused, of all", (double)refused / all, 0.02);
+    kt_note("%d rejected of %d", rejected, all);
+    kt_check_below("rejected, of all", (double)rejected / all, 0.02);
     kt_check_worst(&worst);
     kt_check_worst(&known);
 }
@@ -189,7 +189,7 @@ static bool oracle_input_change(const quad_mechanism *m, const near_state *n, do
 /* The counts and the worst error of derivatives of one kind. */
 typedef struct tally {
     kt_worst worst;
-    int all, refused, told;
+    int all, rejected, told;
 } tally;
 
 static tally tally_of(const char *name) { return (tally){.worst = kt_worst_make(name)}; }
@@ -198,7 +198,7 @@ static void count_derivative(tally *t, kt_status status, double error, double si
                              double d, int k) {
     t->all++;
     if (status == KT_ERROR_SINGULAR) {
-        t->refused++;
+        t->rejected++;
         return;
     }
     error = status == KT_OK ? error : HUGE_VAL;
@@ -221,19 +221,19 @@ static void count_derivative(tally *t, kt_status status, double error, double si
 static double acceleration_bound(double size, double d) { return (1e-9 + DBL_EPSILON / d) * size; }
 
 /* The bound for the derivatives of a step. A residual turns the tangent by c / s^2. It changes the projection of
- * velocities by c v / s^3. `refused` limits this error: it is a part of the largest derivative, of a change.
+ * velocities by c v / s^3. `rejected` limits this error: it is a part of the largest derivative, of a change.
  *
  * A projection ends when the loops, of up to 3 m, are closed to eps. The iteration that is left out would move
  * positions by x^2 H / (2 s). Here x is the last step and H the second derivatives, of six coordinates and levers of up
  * to 4 m. The derivative of that is left out: twice the root of 36 eps / s. */
-static double step_bound(const near_state *n, double size, double refused) {
+static double step_bound(const near_state *n, double size, double rejected) {
     const double c = 20.0 * DBL_EPSILON, s = n->least;
-    return (1e-9 + 2.0 * sqrt(36.0 * DBL_EPSILON / s)) * size + fmin(c / (s * s) * (1.0 + n->speed / s), refused);
+    return (1e-9 + 2.0 * sqrt(36.0 * DBL_EPSILON / s)) * size + fmin(c / (s * s) * (1.0 + n->speed / s), rejected);
 }
 
-/* The largest error of A x that is not refused: a thousandth of the largest derivative with respect to positions. It
+/* The largest error of A x that is not rejected: a thousandth of the largest derivative with respect to positions. It
  * applies to all positions that change. */
-static double refused_of(int nv, const double *A, const quad *along) {
+static double rejected_of(int nv, const double *A, const quad *along) {
     double largest = 0.0, change = 0.0;
     for (int j = 0; j < nv; j++) {
         change += (double)(along[j] * along[j]);
@@ -256,8 +256,8 @@ static double input_bound(const near_state *n, double size) {
 }
 
 static void check_tally(const tally *t, double most) {
-    kt_note("%d refused of %d", t->refused, t->all);
-    kt_check_below("refused, of all", (double)t->refused / t->all, most);
+    kt_note("%d rejected of %d", t->rejected, t->all);
+    kt_check_below("rejected, of all", (double)t->rejected / t->all, most);
     kt_check_worst(&t->worst);
 }
 
@@ -287,8 +287,8 @@ static void compare_step(const library *l, const quad_mechanism *m, const near_s
             sum += A[2 * nv * j + i] * along[j] + A[2 * nv * (nv + j) + i] * dv[j];
         error = fmax(error, fabs((double)(sum - expected[i])));
     }
-    const double refused = status == KT_OK ? refused_of(nv, A, along) : 0.0;
-    count_derivative(tangent, status, error, size, step_bound(n, size, refused), s, d, k);
+    const double rejected = status == KT_OK ? rejected_of(nv, A, along) : 0.0;
+    count_derivative(tangent, status, error, size, step_bound(n, size, rejected), s, d, k);
     for (int i = 0; i < 2 * nv; i++) {
         y[i] = 1.0 / (1.0 + i);
         product += y[i] * (double)expected[i];
@@ -369,9 +369,9 @@ static void compare_stiffness(const library *l, const quad_mechanism *m, const n
 }
 
 /* All results that use the derivatives of accelerations: derivatives of steps and their adjoints, linearisations, and
- * the matrices of implicit methods. They are those of the motion, or refused. Gradients do not form the derivatives, so
- * their error is compared with a smaller bound. */
-KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_refused) {
+ * the matrices of implicit methods. They are those of the motion, or rejected. Gradients do not form the derivatives,
+ * so their error is compared with a smaller bound. */
+KT_TEST(all_derivatives_next_to_singular_positions_are_right_or_rejected) {
     static const double distances[] = {1e-10, 1e-7, 1e-4};
     tally tangent = tally_of("A of a step"), adjoint = tally_of("A' of a step"), input = tally_of("B of a step"),
           linear = tally_of("linearisation"), reduced = tally_of("stiffness and damping");

@@ -48,7 +48,7 @@ COTES = np.array([989, 5888, -928, 10496, -4540, 10496, -928, 5888, 989]) * (4.0
 BOOLE = np.array([7, 32, 12, 32, 14, 32, 12, 32, 7]) * (2.0 / 45.0)
 
 
-class Refused(Exception):
+class Rejected(Exception):
     """The command ended with an error."""
 
     status = None
@@ -58,9 +58,9 @@ def kinetree(program, *arguments):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=1200, env=environment, check=False)
     if done.returncode != 0:
-        refused = Refused(f"{arguments[0]}: exit status {done.returncode}: {done.stderr.strip()}")
-        refused.status = done.returncode
-        raise refused
+        rejected = Rejected(f"{arguments[0]}: exit status {done.returncode}: {done.stderr.strip()}")
+        rejected.status = done.returncode
+        raise rejected
     return done.stdout
 
 
@@ -107,8 +107,8 @@ class Comparison:
             file.write_text(document(self.scene))
             try:
                 self.evaluate(file, self.motion(file, start))
-            except Refused as refused:
-                if self.near is None or refused.status == 2:
+            except Rejected as rejected:
+                if self.near is None or rejected.status == 2:
                     raise
 
     def state_of(self, q, u, t):
@@ -126,7 +126,7 @@ class Comparison:
         return q, [table.numbers(k, "velocity", b.name, b.joint.size) for b in bodies]
 
     def look_ahead(self, duration, q, u):
-        """The oracle's own motion (Runge-Kutta 4, 100 steps): a refused run may come near a singular position later than at the start."""
+        """The oracle's own motion (Runge-Kutta 4, 100 steps): a rejected run may come near a singular position later than at the start."""
         bodies, h = self.mechanism.bodies, duration / 100.0
 
         def rates(q, u, t):
@@ -158,7 +158,7 @@ class Comparison:
         for _ in range(4):
             try:
                 text = kinetree(self.program, "run", str(file), "--out", "-", "--quiet", "--duration", repr(duration), "--interval", repr(duration / 8.0))
-            except Refused:
+            except Rejected:
                 q, u = self.mechanism.q, self.mechanism.u
                 if self.scene["disturbed"]:  # then the motion starts where the assembly has led to
                     q, u = self.read_state(Table(kinetree(self.program, "run", str(file), "--out", "-", "--quiet", "--duration", "0")), 0)
@@ -170,7 +170,7 @@ class Comparison:
                 raise
             table = Table(text)
             if len(table.rows) != 9:
-                raise Refused(f"{len(table.rows)} records instead of 9")
+                raise Rejected(f"{len(table.rows)} records instead of 9")
             self.sure = self.integrals(table, duration)
             if self.sure:
                 break
@@ -331,7 +331,7 @@ def missing(program):
             file.flush()
             try:
                 kinetree(program, "evaluate", file.name)
-            except Refused:
+            except Rejected:
                 absent.append(name)
     return absent
 
@@ -344,8 +344,8 @@ def compare(seed, program, without=(), keep=None, mutate=None):
         comparison = Comparison(scene, program, mutate)
         comparison.run()
         fault = None
-    except Refused as refused:
-        fault = str(refused)
+    except Rejected as rejected:
+        fault = str(rejected)
     except subprocess.TimeoutExpired:
         fault = "does not end"
     worst = comparison.worst if comparison else {}
@@ -405,7 +405,7 @@ def main():
         error, ratio, seed = worst.get(name, (float("nan"), float("nan"), None))
         note(f"{name:18} observed {error:9.2e}, bound {bound:.0e}, ratio {ratio:.1e}, seed {seed}")
         claim(f"{name.replace(' ', '_')}_agrees_with_absolute_coordinates", [] if ratio <= 1.0 else [f"observed {error:.3e} of bound {bound:.0e}"])
-    claim("no_mechanism_differs_or_is_refused", faults)
+    claim("no_mechanism_differs_or_is_rejected", faults)
     claim("a_flipped_sign_is_noticed", blind(options.program, without, -1.0))
     claim("an_answer_that_is_not_a_number_is_noticed", blind(options.program, without, float("nan")))
     share = 1.0 - len(near) / max(count, 1)

@@ -52,7 +52,7 @@ static void write_mesh(drawing *d, int index) {
     if (is_cloud || rule == 2 || chance(d, 2))
         put_vector(d, "scale", 16, 64);
     else
-        put_vector(d, "scale", -64, -16); /* MuJoCo refuses a hull in a mirror */
+        put_vector(d, "scale", -64, -16); /* MuJoCo rejects a hull in a mirror */
     if (chance(d, 2))
         put_vector(d, "refpos", -32, 32);
     if (chance(d, 3))

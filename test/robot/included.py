@@ -20,7 +20,7 @@ BODY = '<body name="{}"><joint/><geom type="sphere" size="0.1" mass="1"/></body>
 LINK = "<link name='{}'><inertial><mass>1</mass></inertial></link>"
 
 
-class Refused(Exception):
+class Rejected(Exception):
     pass
 
 
@@ -52,15 +52,15 @@ def make_mjcf(rng, root):
 
 
 def count_mjcf(root, files, roots, path, within=()):
-    """How many bodies a file brings along; Refused where it, or one in it, may not be included."""
+    """How many bodies a file brings along; Rejected where it, or one in it, may not be included."""
     if os.path.realpath(path) in within:
-        raise Refused
+        raise Rejected
     total = 1
     for name in files[os.path.relpath(os.path.realpath(path), root)]:
         tries = [os.path.join(folder, name) for folder in (f"{root}/robot", os.path.dirname(path))]
         chosen = next((one for one in tries if os.path.exists(one)), tries[0])
         if not os.path.exists(chosen) or not is_within(chosen, roots):
-            raise Refused
+            raise Rejected
         total += count_mjcf(root, files, roots, chosen, (*within, os.path.realpath(path)))
     return total
 
@@ -86,7 +86,7 @@ def make_sdf(rng, root):
 # ---- the cases ---------------------------------------------------------------------------------------------------------
 
 def run_import(root, file, rng):
-    """Bodies of the scene, None where it is refused, with the words; and which folders were named."""
+    """Bodies of the scene, None where it is rejected, with the words; and which folders were named."""
     words, named = [], []
     for option, folder in (("--allow", "allowed"), ("--allow", "common"), ("--search", "found/models")):
         if rng.random() < 0.5:
@@ -109,7 +109,7 @@ def check(seed, folder):
         found, words, named, _ = run_import(root, "robot/robot.xml", rng)
         try:
             wanted = count_mjcf(root, files, [f"{root}/robot", *named], f"{root}/robot/robot.xml")
-        except Refused:
+        except Rejected:
             wanted = None
         kind = "circle" if "circle" in words else "alone" if "alone" in words else words[-80:]
     else:
@@ -129,10 +129,10 @@ def check(seed, folder):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         results = [check(seed, folder) for seed in range(300)]
-    refused = sum(wanted is None for _, wanted in results)
-    note(f"300 folders: {refused} are to be refused, others have {sum(wanted or 0 for _, wanted in results)} bodies")
+    rejected = sum(wanted is None for _, wanted in results)
+    note(f"300 folders: {rejected} are to be rejected, others have {sum(wanted or 0 for _, wanted in results)} bodies")
     claim("files_are_included_by_the_rule", [fault for fault, _ in results if fault])
-    claim("both_kinds_of_cases_occur", [] if 50 < refused < 250 else [f"{refused}"])
+    claim("both_kinds_of_cases_occur", [] if 50 < rejected < 250 else [f"{rejected}"])
     finish()
 
 

@@ -1,5 +1,5 @@
-/* Masses that options give to robots: in every format they act, or are refused by name. Closed forms: a box of edges a,
- * b, c has `m (b^2 + c^2) / 12` about its x, a ball `2/5 m r^2`. */
+/* Masses that options give to robots: in every format they act, or are rejected by name. Closed forms: a box of edges
+ * a, b, c has `m (b^2 + c^2) / 12` about its x, a ball `2/5 m r^2`. */
 #define ROBOT "m"
 #include "robot.h"
 
@@ -116,7 +116,7 @@ KT_TEST(links_of_nested_models_are_named_as_in_the_file_or_in_the_scene) {
     }
 }
 
-KT_TEST(what_does_not_fit_is_refused_by_name) {
+KT_TEST(what_does_not_fit_is_rejected_by_name) {
     static const char *const wrong[] = {"x=1", "a=-1", "a"};
     for (int i = 0; i < 3; i++) {
         const kt_robot_options options = {.masses = wrong, .mass_count = 3}, key = {.keyframe = "home"};

@@ -355,7 +355,7 @@ KT_TEST(faults_are_told_at_their_places) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
-        kt_check_equal_int("it is refused", parse(table[i].text, NULL, &scene), KT_ERROR_SCENE);
+        kt_check_equal_int("it is rejected", parse(table[i].text, NULL, &scene), KT_ERROR_SCENE);
         kt_check_text(table[i].text, faults.text, table[i].fault);
         kt_check_equal_int("places out of order", faults.strange, 0);
     }
@@ -378,7 +378,7 @@ static char *repeat(const char *before, const char *part, size_t count, const ch
 
 /* A model that is too large for its copies must not lose them without a message. Names that grow with every copy must
  * not take all memory. */
-KT_TEST(large_models_are_refused_and_lose_nothing) {
+KT_TEST(large_models_are_rejected_and_lose_nothing) {
     static const struct {
         const char *before, *part, *after, *fault;
         size_t count;
@@ -391,7 +391,7 @@ KT_TEST(large_models_are_refused_and_lose_nothing) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
         char *text = repeat(table[i].before, table[i].part, table[i].count, table[i].after);
-        if (text != NULL && kt_check_equal_int("it is refused", parse(text, NULL, &scene), KT_ERROR_SCENE))
+        if (text != NULL && kt_check_equal_int("it is rejected", parse(text, NULL, &scene), KT_ERROR_SCENE))
             kt_check_contains("fault", faults.text, table[i].fault);
         free(text);
     }
@@ -420,7 +420,7 @@ static kt_status read_in(const char *folder, const char *text, const kt_robot_op
 #define INCLUDE(file) "<mujoco><include file='" file "'/></mujoco>"
 
 KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
-    static const char *const refused[][2] = {
+    static const char *const rejected[][2] = {
         {INCLUDE("../outer.xml"), "a file is included from the model's folder alone"},
         {INCLUDE("sub/../../outer.xml"), "a file is included from the model's folder alone"},
         {INCLUDE("/etc/hostname"), "a file is included from the model's folder alone"},
@@ -448,10 +448,10 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
     put_file(folder, "inner/wrong.xml",
              "<mujocoinclude><worldbody><body name='w' pos='x'/></worldbody></mujocoinclude>");
     put_file(folder, "inner/other.xml", "<robot/>");
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
-        kt_check_equal_int(refused[i][0], read_in(folder, refused[i][0], NULL, &scene), KT_ERROR_SCENE);
-        kt_check_true(refused[i][1], strstr(faults.text, refused[i][1]) != NULL);
-        if (strstr(faults.text, refused[i][1]) == NULL)
+    for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++) {
+        kt_check_equal_int(rejected[i][0], read_in(folder, rejected[i][0], NULL, &scene), KT_ERROR_SCENE);
+        kt_check_true(rejected[i][1], strstr(faults.text, rejected[i][1]) != NULL);
+        if (strstr(faults.text, rejected[i][1]) == NULL)
             kt_note("%s", faults.text);
     }
     if (kt_check_equal_int("status", read_in(folder, INCLUDE("part.xml"), NULL, &scene), KT_OK)) {
@@ -587,7 +587,7 @@ static void remove_attached(const char *folder) {
 }
 
 KT_TEST(models_are_attached_from_the_folder_of_the_model_alone) {
-    static const char *const refused[][2] = {
+    static const char *const rejected[][2] = {
         {ATTACH(MODEL("../outer.xml"), OF_X), "a file is included from the model's folder alone"},
         {ATTACH(MODEL("missing.xml"), OF_X), "cannot be read: No such file or directory"},
         {ATTACH(MODEL("m.xml"), OF_X), "the file is attached within itself"},
@@ -605,10 +605,10 @@ KT_TEST(models_are_attached_from_the_folder_of_the_model_alone) {
     kt_scene scene;
     if (!make_attached(folder))
         return;
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
-        kt_check_equal_int(refused[i][0], read_in(folder, refused[i][0], NULL, &scene), KT_ERROR_SCENE);
-        kt_check_true(refused[i][1], strstr(faults.text, refused[i][1]) != NULL);
-        if (strstr(faults.text, refused[i][1]) == NULL)
+    for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++) {
+        kt_check_equal_int(rejected[i][0], read_in(folder, rejected[i][0], NULL, &scene), KT_ERROR_SCENE);
+        kt_check_true(rejected[i][1], strstr(faults.text, rejected[i][1]) != NULL);
+        if (strstr(faults.text, rejected[i][1]) == NULL)
             kt_note("%s", faults.text);
     }
     remove_attached(folder);
@@ -694,13 +694,13 @@ KT_TEST(an_attached_body_has_the_class_of_what_is_around_it_in_its_model) {
     remove_attached(folder);
 }
 
-KT_TEST(long_prefixes_are_refused) {
+KT_TEST(long_prefixes_are_rejected) {
     char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
     kt_scene scene;
     char *text = repeat("<mujoco><asset>" MODEL("part.xml") "</asset><worldbody><attach model='x' prefix='", "long",
                         1 << 20, "'/></worldbody></mujoco>");
     if (text != NULL && make_attached(folder)) {
-        kt_check_equal_int("it is refused", read_in(folder, text, NULL, &scene), KT_ERROR_SCENE);
+        kt_check_equal_int("it is rejected", read_in(folder, text, NULL, &scene), KT_ERROR_SCENE);
         kt_check_contains("fault", faults.text, "names with prefixes and numbers of copies take more than 64 MB");
         remove_attached(folder);
     }
@@ -709,7 +709,7 @@ KT_TEST(long_prefixes_are_refused) {
 
 /* Such joints exist only as copies. A keyframe has no number for each, and their class is that of the attached
  * model. */
-KT_TEST(keyframes_of_models_in_replicates_are_refused_at_their_place) {
+KT_TEST(keyframes_of_models_in_replicates_are_rejected_at_their_place) {
     static const char within[] = "<mujoco><default><joint type='ball'/></default><asset>" MODEL(
         "part.xml") "</asset><worldbody><replicate count='2' offset='0 1 0'><attach model='x' prefix='p_'/>"
                     "</replicate></worldbody></mujoco>";

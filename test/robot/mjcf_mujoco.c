@@ -316,7 +316,7 @@ static void compare_exported(const kt_description *d, double bound) {
     (void)remove(path);
 }
 
-/* The tree of every element with inertias along the axes of their bodies, which MuJoCo does not turn. MuJoCo refuses
+/* The tree of every element with inertias along the axes of their bodies, which MuJoCo does not turn. MuJoCo rejects
  * joints on bodies without mass, so these bodies have mass here. */
 KT_TEST(tree_of_every_element_without_principal_axes_is_that_of_mujoco_to_rounding) {
     kt_scene scene;

@@ -5,7 +5,7 @@
  * Contacts, friction and the forces of equalities are left out in both: MuJoCo's are soft. Lengths of tendons are
  * coordinates here alone and follow from the joints. Ours are compared as `v = T v'`, `M' = T' M T`, `f' = T' f`.
  * KT_ROBOT_FILES names more files, separated by blanks. They may include files of the folder KT_ROBOT_ROOT. With
- * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader refuses
+ * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader rejects
  * is reported. */
 #include "../scene_files.h"
 #include "check.h"
@@ -495,7 +495,7 @@ typedef struct model_file {
     bool is_ours, is_only_read; /* an export of a scene; one of which MuJoCo makes other bodies and joints (URDF) */
 } model_file;
 
-/* Returns whether both read the next file. If either refuses it, the test reports this. */
+/* Returns whether both read the next file. If either rejects it, the test reports this. */
 static bool compare_next(FILE *from, const model_file *file) {
     const kt_robot_options options = {.keyframe = file->keyframe, .allow = getenv("KT_ROBOT_ROOT")};
     const char *path = file->path;
@@ -507,7 +507,7 @@ static bool compare_next(FILE *from, const model_file *file) {
         !kt_check_true("it is answered", fscanf(from, "%999s", said) == 1))
         return false;
     if (strcmp(said, "read") != 0) {
-        kt_note("refused by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
+        kt_note("rejected by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
     } else if (kt_check_true("it is described", read_header(from, &p))) {
         read = !file->is_only_read && load(&p, path, &options) && find_names(&p);
         for (int n = 0; n < STATES && !read; n++)

@@ -2,7 +2,7 @@
 //
 //     node mujoco_wasm.mjs PACKAGE STATES FILE...
 //
-// Words apart by blanks. Of each file: its path, then `refused` and the reason on a line, or `read` and
+// Words apart by blanks. Of each file: its path, then `rejected` and the reason on a line, or `read` and
 //     nbody njnt nq nv neq na;  of each body its name (`.`: it has none) and mass;  of each joint its name, type, dofs and body;
 //     of each equality its name and the factor of its last three numbers (a weld's torquescale);
 // and of each random state
@@ -130,6 +130,6 @@ for (const file of files) {
         else
             describe(file);
     } catch (error) {
-        say(["refused", String(error.message ?? error).replace(/\s+/g, " ")]);
+        say(["rejected", String(error.message ?? error).replace(/\s+/g, " ")]);
     }
 }

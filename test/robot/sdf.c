@@ -354,7 +354,7 @@ KT_TEST(inertias_that_no_body_has_are_judged_by_rigid_parts) {
         kt_scene_free(&scene);
     }
     (void)snprintf(part, sizeof part, text, "revolute");
-    kt_check_equal_int("refused where it moves", parse(part, NULL, &scene), KT_ERROR_SCENE);
+    kt_check_equal_int("rejected where it moves", parse(part, NULL, &scene), KT_ERROR_SCENE);
     kt_check_contains("words", faults.text, "link 'imu': inertial: inertia: the principal moments are");
 }
 
@@ -539,7 +539,7 @@ static kt_status read_in(const char *folder, const char *uri, kt_scene *scene) {
 }
 
 KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
-    static const char *const refused[][2] = {
+    static const char *const rejected[][2] = {
         {"../outer.sdf", "a file is included from the model's folder alone"},
         {"file:///etc/hostname", "a file is included from the model's folder alone"},
         {"model://../outer.sdf", "a file is included from the model's folder alone"},
@@ -565,9 +565,9 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
     put_file(folder, "inner/robot.urdf", "<robot/>");
     put_file(folder, "inner/light.sdf", "<sdf version='1.9'><light/></sdf>");
     put_file(folder, "inner/right.sdf", SDF(LINK("b")));
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
-        kt_check_equal_int(refused[i][0], read_in(folder, refused[i][0], &scene), KT_ERROR_SCENE);
-        kt_check_contains(refused[i][0], faults.text, refused[i][1]);
+    for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++) {
+        kt_check_equal_int(rejected[i][0], read_in(folder, rejected[i][0], &scene), KT_ERROR_SCENE);
+        kt_check_contains(rejected[i][0], faults.text, rejected[i][1]);
     }
     for (size_t i = 0; i < sizeof left_out / sizeof *left_out; i++)
         if (kt_check_equal_int(left_out[i], read_in(folder, left_out[i], &scene), KT_OK)) {

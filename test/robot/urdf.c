@@ -321,7 +321,7 @@ KT_TEST(faults_are_told_at_their_places) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
         const kt_status status = parse(table[i].text, NULL, &scene);
-        kt_check_true("it is refused", status == KT_ERROR_SCENE || status == KT_ERROR_MODEL);
+        kt_check_true("it is rejected", status == KT_ERROR_SCENE || status == KT_ERROR_MODEL);
         faults.text[strlen(table[i].fault)] = '\0'; /* the last two go on in words of the description's check */
         kt_check_text(table[i].text, faults.text, table[i].fault);
         kt_check_equal_int("places out of order", faults.strange, 0);
@@ -353,7 +353,7 @@ KT_TEST(nesting_ends_at_a_depth) {
     kt_check_text("fault", faults.text, "1:1793: elements are nested more than 256 deep\n");
 }
 
-KT_TEST(stops_of_negative_or_endless_stiffness_are_refused) {
+KT_TEST(stops_of_negative_or_endless_stiffness_are_rejected) {
     const kt_robot_options wrong[] = {
         {.stop_stiffness = -1.0}, {.stop_stiffness = (double)INFINITY}, {.stop_damping = (double)NAN}};
     kt_error error;
@@ -516,7 +516,7 @@ KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
 }
 
 /* Circles of fixed joints. Their rigid parts are traversed before the check of the description. */
-KT_TEST(links_fixed_to_each_other_in_a_circle_are_refused) {
+KT_TEST(links_fixed_to_each_other_in_a_circle_are_rejected) {
     static const char *const robots[] = {
         "<robot name='r'><link name='a'/><joint name='1' type='fixed'><parent link='a'/><child "
         "link='a'/></joint></robot>",
@@ -526,14 +526,14 @@ KT_TEST(links_fixed_to_each_other_in_a_circle_are_refused) {
     for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
         kt_scene scene;
         kt_error error = {0};
-        kt_check_true("refused", kt_robot_parse("r.urdf", robots[k], strlen(robots[k]), NULL, &scene, NULL, NULL,
-                                                &error) != KT_OK);
+        kt_check_true("rejected", kt_robot_parse("r.urdf", robots[k], strlen(robots[k]), NULL, &scene, NULL, NULL,
+                                                 &error) != KT_OK);
         kt_check_true("in words", error.message[0] != '\0');
         kt_note("%s: %s", error.where, error.message);
     }
 }
 
-KT_TEST(joints_that_follow_each_other_in_a_circle_are_refused) {
+KT_TEST(joints_that_follow_each_other_in_a_circle_are_rejected) {
     kt_scene scene;
     const kt_status status =
         parse("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
@@ -672,7 +672,7 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
 }
 
 /* A mass of 1 kg at 0.5 m from the link's origin has `0.25 kg m^2` about it. Its rounding is some 1e-16. A moment of
- * 1e-12 without other moments is refused. */
+ * 1e-12 without other moments is rejected. */
 KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
     static const struct {
         const char *inertia;
@@ -700,7 +700,7 @@ KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
 
 /* The part is a dumbbell: two points of `1 kg`, `1 m` apart along x. Each of its links has an odd inertia: 0.1 along x
  * and -0.1 along y. Together they have `0.2 - 0.2 + 0.5` about y. The inertia of one link alone, or with the parallel
- * axes the wrong way round, is refused. */
+ * axes the wrong way round, is rejected. */
 KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
     for (int tenths = 0; tenths < 10; tenths++) {
         /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >=

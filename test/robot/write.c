@@ -211,7 +211,7 @@ static bool check_back(const kt_description *d, kt_robot_format format, kt_rando
     if (write_back(d, format, &t, &text, &error) != KT_OK) {
         free(text);
         kt_note("%s: %s", error.where, error.message);
-        return kt_check_equal_int("refused with a reason", error.message[0] == '\0', 0) && false;
+        return kt_check_equal_int("rejected with a reason", error.message[0] == '\0', 0) && false;
     }
     const kt_status status = kt_robot_parse("back", text, strlen(text), &accept, &back, NULL, NULL, &error);
     if (status != KT_OK) {
@@ -438,7 +438,7 @@ KT_TEST(loops_between_bodies_come_back_where_they_were) {
     free(text);
 }
 
-KT_TEST(joints_that_a_format_has_not_are_refused_and_nothing_is_written) {
+KT_TEST(joints_that_a_format_has_not_are_rejected_and_nothing_is_written) {
     static const struct {
         kt_joint_type type;
         kt_robot_format format;

@@ -112,7 +112,7 @@ KT_TEST(checkpoint_of_an_open_clutch_goes_on_with_the_same_bits) {
         kt_check_equal_bits("dissipated", &work[1].dissipated, &work[0].dissipated, 1);
         kt_check_equal_int("sticks", (long long)kt_simulation_contacts(two.simulation).sticks, 3);
         const uint64_t both = 3; /* the switch of its effect is none of those that are released */
-        kt_check_equal_int("refused", kt_simulation_release(one.simulation, both, &one.error), KT_ERROR_ARGUMENT);
+        kt_check_equal_int("rejected", kt_simulation_release(one.simulation, both, &one.error), KT_ERROR_ARGUMENT);
         kt_check_equal_int("begins anew",
                            kt_simulation_set_state(one.simulation, 0.0, (double[2]){0.0}, (double[2]){0.0}, &one.error),
                            KT_OK);
@@ -189,15 +189,15 @@ KT_TEST(derivatives_pass_a_clutch_that_is_opened_and_closed) {
 }
 
 /* Neighbours of discs that turn alike slip when the clutch is closed, and have other equations from there on. */
-KT_TEST(derivatives_refuse_a_clutch_that_is_closed_at_rest) {
+KT_TEST(derivatives_reject_a_clutch_that_is_closed_at_rest) {
     double A[16];
     watched w;
     kt_status status = watched_open(&w, plates, NULL, 0);
     const size_t size = status == KT_OK ? kt_motion_work_size(w.simulation) : 0;
     void *work = size > 0 ? aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT) : NULL;
     if (work != NULL) {
-        const kt_status refused = kt_motion_derivatives(w.simulation, work, size, 6.0, A, NULL, &w.error);
-        kt_check_equal_int("refused", refused, KT_ERROR_SINGULAR);
+        const kt_status rejected = kt_motion_derivatives(w.simulation, work, size, 6.0, A, NULL, &w.error);
+        kt_check_equal_int("rejected", rejected, KT_ERROR_SINGULAR);
         kt_check_contains("where", w.error.where, "event 'hold' at t = 5 s");
     }
     free(work);
@@ -313,7 +313,7 @@ KT_TEST(a_hard_stop_bounds_one_coordinate_of_a_joint) {
 }
 
 /* Elastic stops and smoothed friction may act in coordinates of loops. */
-KT_TEST(stops_and_friction_that_sticks_are_refused_in_coordinates_of_loops) {
+KT_TEST(stops_and_friction_that_sticks_are_rejected_in_coordinates_of_loops) {
     static const char text[] = "kinetree: 1\n"
                                "bodies: [{name: b, joint: {type: free}, mass: 2, inertia: [0.5, 0.5, 0.5]}]\n"
                                "loops: [{name: hinge, type: revolute, between: [world, b], axis: z}]\n"
@@ -322,7 +322,7 @@ KT_TEST(stops_and_friction_that_sticks_are_refused_in_coordinates_of_loops) {
                                "  - {name: stop, type: joint_limit, joint: \"hinge[0]\", upper: 1, restitution: 0.5}\n"
                                "simulate: {duration: 1}\n";
     kt_scene scene = kt_scene_default();
-    kt_check_true("refused", !parse(text, &scene));
+    kt_check_true("rejected", !parse(text, &scene));
     kt_check_contains(
         "friction", faults.text,
         "effect 'rub': 'hinge' is a coordinate of a loop; friction that sticks acts in one of a joint: leave "

@@ -191,7 +191,7 @@ static void cut_file(cutting *c, const char *name) {
     free(text);
 }
 
-KT_TEST(scenes_of_which_a_part_is_missing_are_read_or_refused) {
+KT_TEST(scenes_of_which_a_part_is_missing_are_read_or_rejected) {
     const char *every = getenv("KT_CUT_EVERY"); /* 1: all of them, some 30 s */
     cutting c = {.every = every != NULL ? strtoul(every, NULL, 10) : 13};
     DIR *folder = opendir(KT_SCENES);

@@ -1,4 +1,4 @@
-/* The emitter alone: requests that no right scene makes are refused once, with a message. */
+/* The emitter alone: requests that no right scene makes are rejected once, with a message. */
 #include "document/emit.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 #include "check.h"
 
-KT_TEST(first_refusal_is_the_one_that_counts) {
+KT_TEST(first_rejection_is_the_one_that_counts) {
     kt_emitter e = {0};
     kt_emit_number(&e, (double)NAN);
     kt_check_equal_int("code", e.fault.code, KT_ERROR_NOT_FINITE);
@@ -28,7 +28,7 @@ KT_TEST(levels_are_counted) {
     kt_check_equal_int("levels", e.depth, 16);
     for (int i = 0; i <= 16; i++)
         kt_emit_end(&e);
-    kt_check_equal_int("levels after an end of each, the refused one too", e.depth, 0);
+    kt_check_equal_int("levels after an end of each, the rejected one too", e.depth, 0);
 }
 
 /* Characters beyond the first 65536 are written unchanged; a control character within them is written by its number. */

@@ -1,4 +1,4 @@
-/* Events of scenes are read, written and read again, and wrong ones are refused with a message. The effects of events
+/* Events of scenes are read, written and read again, and wrong ones are rejected with a message. The effects of events
  * on a run are compared with closed forms. */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"

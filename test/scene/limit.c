@@ -155,7 +155,7 @@ KT_TEST(long_path_keeps_its_end_and_the_line) {
 
 /* ---- nesting, repetition ----------------------------------------------------------------------------------------- */
 
-KT_TEST(deep_nesting_is_refused) {
+KT_TEST(deep_nesting_is_rejected) {
     growing lists = {0}, maps = {0}, blocks = {0};
     add(&lists, "kinetree: 1\nname: ");
     repeat(&lists, "[", 100000);
@@ -184,7 +184,7 @@ KT_TEST(aliases_do_not_multiply) {
     kt_check_equal_int("faults told, with the line on the rest", faults.count, KT_FAULT_COUNT_MAX + 1);
 }
 
-KT_TEST(million_aliases_are_refused) {
+KT_TEST(million_aliases_are_rejected) {
     growing g = {0};
     add(&g, "kinetree: 1\nbodies: [&a {name: a}");
     repeat(&g, ", *a", 1000000 / FEWER);
@@ -252,7 +252,7 @@ KT_TEST(long_values_are_read_once) {
     kt_check_equal_int("faults without a place, or cut", faults.strange, 0);
 }
 
-KT_TEST(too_many_values_are_refused) {
+KT_TEST(too_many_values_are_rejected) {
     if (KT_ADDRESS_SANITIZER) {
         kt_skip("too many values", "reading eight million takes half a minute under sanitizers");
         return;

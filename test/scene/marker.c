@@ -1,5 +1,5 @@
 /* Markers with axes. An end at a marker is the end with the marker's rotation before its own. This applies to every
- * loop and effect that has one, in space and in the plane. Wrong markers are refused. */
+ * loop and effect that has one, in space and in the plane. Wrong markers are rejected. */
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 
@@ -124,7 +124,7 @@ KT_TEST(end_at_a_marker_is_turned_against_it) {
     kt_check_worst(&worst);
 }
 
-static void refuses(const char *marker, const char *message) {
+static void rejects(const char *marker, const char *message) {
     char text[1024];
     kt_scene scene;
     kt_error error = {0};
@@ -137,9 +137,9 @@ static void refuses(const char *marker, const char *message) {
     kt_check_contains(marker, error.message, message);
 }
 
-KT_TEST(marker_that_is_no_frame_is_refused) {
-    refuses("{at: [1, 0, 0], rotation: {axis: [0, 0, 0], angle: 1}}", "axis");
-    refuses("{at: [1, 0, 0], turn: 3}", "unknown key 'turn'");
-    refuses("{at: [1, 0]}", "three");
-    refuses("{rotation: {quaternion: [2, 0, 0, 0]}}", "norm");
+KT_TEST(marker_that_is_no_frame_is_rejected) {
+    rejects("{at: [1, 0, 0], rotation: {axis: [0, 0, 0], angle: 1}}", "axis");
+    rejects("{at: [1, 0, 0], turn: 3}", "unknown key 'turn'");
+    rejects("{at: [1, 0]}", "three");
+    rejects("{rotation: {quaternion: [2, 0, 0, 0]}}", "norm");
 }

@@ -170,7 +170,7 @@ KT_TEST(each_piece_can_fail_to_be_taken) {
     kt_check_equal_int("scenes touched, or errors left empty", touched, 0);
 }
 
-KT_TEST(sizes_beyond_all_memory_are_refused) {
+KT_TEST(sizes_beyond_all_memory_are_rejected) {
     kt_pool pool = {NULL, 0};
     kt_check_true("a product that overflows", kt_pool_take(&pool, SIZE_MAX / 2, 3) == NULL);
     kt_check_true("a piece that leaves no room for its chunk", kt_pool_take(&pool, SIZE_MAX - 16, 1) == NULL);

@@ -291,7 +291,7 @@ KT_TEST(records_are_bits) {
 
 /* ---- faults that only compiling finds ---------------------------------------------------------------------------- */
 
-/* Compiles a scene that must be refused there. The place precedes the message. */
+/* Compiles a scene that must be rejected there. The place precedes the message. */
 static void check_located(const char *path, const char *text, const char *where, const char *message) {
     kt_scene scene;
     kt_model *model = NULL;

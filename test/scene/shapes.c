@@ -125,7 +125,7 @@ KT_TEST(faults_of_shapes_are_told_at_their_places) {
         char text[1000];
         kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, %s}\n", wrong[i][0]);
-        kt_check_true("refused", kt_collect_parse(&faults, text, &scene) != KT_OK);
+        kt_check_true("rejected", kt_collect_parse(&faults, text, &scene) != KT_OK);
         kt_check_contains("fault", faults.text, wrong[i][1]);
         kt_check_equal_int("one fault", faults.count, 1);
     }

@@ -99,7 +99,7 @@ KT_TEST(stops_and_contacts_are_released_and_engaged) {
 
 /* If a stop is engaged while it is beyond its boundary, the run ends with a message. A stop that is closed while others
  * are engaged is counted once. */
-KT_TEST(a_floor_above_what_has_fallen_is_refused) {
+KT_TEST(a_floor_above_what_has_fallen_is_rejected) {
     kt_scene scene = {.events = NULL};
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
@@ -163,7 +163,7 @@ KT_TEST(friction_bears_the_name_of_its_contact) {
 }
 
 /* Counts and marks refer to events by their names. */
-KT_TEST(an_event_of_a_name_that_another_one_has_is_refused) {
+KT_TEST(an_event_of_a_name_that_another_one_has_is_rejected) {
     static const char *const names[] = {"floor.lower", "table.stick", "until", "low"};
     for (int i = 0; i < 4; i++) {
         kt_scene scene = {.events = NULL};
@@ -456,14 +456,14 @@ KT_TEST(a_rope_out_of_reach_at_the_start_holds_what_a_drive_takes_away) {
 /* ---- what no impulse can turn ------------------------------------------------------------------------------------ */
 
 /* A run that ends in words. It has moved up to 2e-11 m behind a boundary then, which a ramp does in 7.3e-7 s. */
-static void check_refusal(const char *what, const char *text, double t, const char *const *words) {
+static void check_rejection(const char *what, const char *text, double t, const char *const *words) {
     watched w;
     kt_note("%s", what);
     kt_status status = watched_open(&w, text, NULL, 0);
     if (status == KT_OK)
         status = kt_simulation_advance(w.simulation, 2.0, &w.error);
     kt_note("%s: %s", w.error.where, w.error.message);
-    kt_check_true("is refused", status != KT_OK);
+    kt_check_true("is rejected", status != KT_OK);
     if (w.simulation != NULL)
         kt_check_near("when, s", kt_simulation_time(w.simulation), t, 1e-6);
     for (; *words != NULL; words++)
@@ -501,12 +501,12 @@ KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};
     static const char *const inclined[] = {"'bump'", "no joint has a lever against it", NULL};
     static const char *const vice[] = {"'wall'", "'face'", "'drive'", "a prescribed motion goes on", NULL};
-    check_refusal("stop", DRIVEN("polynomial: [0, 1]", STOP("0.5")), 0.5, stop);
-    check_refusal("stop, plastic", DRIVEN("polynomial: [0, 1]", STOP("0")), 0.5, stop);
-    check_refusal("from the stop", DRIVEN("ramp: {from: 0.5, to: 1, start: 0.2, end: 0.4}", STOP("0.5")), 0.2, stop);
-    check_refusal("without a lever but for rounding", LIFTED("-90"), 0.5, straight);
-    check_refusal("nearly without", LIFTED("-90.00000001"), 0.5, inclined);
-    check_refusal(
+    check_rejection("stop", DRIVEN("polynomial: [0, 1]", STOP("0.5")), 0.5, stop);
+    check_rejection("stop, plastic", DRIVEN("polynomial: [0, 1]", STOP("0")), 0.5, stop);
+    check_rejection("from the stop", DRIVEN("ramp: {from: 0.5, to: 1, start: 0.2, end: 0.4}", STOP("0.5")), 0.2, stop);
+    check_rejection("without a lever but for rounding", LIFTED("-90"), 0.5, straight);
+    check_rejection("nearly without", LIFTED("-90.00000001"), 0.5, inclined);
+    check_rejection(
         "vice",
         DRIVEN(
             "polynomial: [0, 1]",
@@ -518,19 +518,19 @@ KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
 }
 
 /* A joint that moves no mass has no impulses. */
-KT_TEST(hard_contacts_with_a_joint_that_moves_no_mass_are_refused_at_first) {
+KT_TEST(hard_contacts_with_a_joint_that_moves_no_mass_are_rejected_at_first) {
     static const char *const words[] = {"contact 'floor'", "joint 'probe' moves no mass", "stiffness", NULL};
-    check_refusal("probe",
-                  "kinetree: 1\n"
-                  "gravity: [0, 0, -9.81]\n"
-                  "bodies:\n"
-                  "  - {name: cart, joint: {type: prismatic, axis: x}, mass: 1}\n"
-                  "  - {name: probe, parent: cart, joint: {type: prismatic, axis: z, position: 1}}\n"
-                  "effects:\n"
-                  "  - {name: gear, type: joint_spring, joint: probe, stiffness: 400, damping: 12}\n"
-                  "  - {name: floor, type: contact, point: probe, plane: world, restitution: 0.4}\n"
-                  "simulate: {duration: 2}\n",
-                  0.0, words);
+    check_rejection("probe",
+                    "kinetree: 1\n"
+                    "gravity: [0, 0, -9.81]\n"
+                    "bodies:\n"
+                    "  - {name: cart, joint: {type: prismatic, axis: x}, mass: 1}\n"
+                    "  - {name: probe, parent: cart, joint: {type: prismatic, axis: z, position: 1}}\n"
+                    "effects:\n"
+                    "  - {name: gear, type: joint_spring, joint: probe, stiffness: 400, damping: 12}\n"
+                    "  - {name: floor, type: contact, point: probe, plane: world, restitution: 0.4}\n"
+                    "simulate: {duration: 2}\n",
+                    0.0, words);
 }
 
 /* ---- where a stop is --------------------------------------------------------------------------------------------- */

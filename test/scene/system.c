@@ -68,7 +68,7 @@ static bool make_file(char path[32], const char *text) {
 
 static const char small[] = "kinetree: 1\nname: small\n";
 
-static void check_refused(const char *path, const char *message) {
+static void check_rejected(const char *path, const char *message) {
     kt_scene scene, rest = kt_scene_default();
     kt_error error = {KT_OK, "", ""};
     memcpy(&scene, &rest, sizeof scene);
@@ -98,23 +98,23 @@ KT_TEST(failing_reading_is_said_in_the_systems_words) {
     if (!make_file(path, small))
         return;
     trouble.read_error = EIO;
-    check_refused(path, "cannot be read: Input/output error");
+    check_rejected(path, "cannot be read: Input/output error");
     trouble.read_error = 4095; /* no system has words for it */
-    check_refused(path, "cannot be read: error 4095");
+    check_rejected(path, "cannot be read: error 4095");
     trouble.read_error = 0;
     trouble.status_error = EOVERFLOW;
-    check_refused(path, "cannot be read: Value too large for defined data type");
+    check_rejected(path, "cannot be read: Value too large for defined data type");
     trouble.status_error = 0;
     (void)unlink(path);
 }
 
 /* Its size was small when the program requested the size. */
-KT_TEST(file_that_grows_without_end_is_refused) {
+KT_TEST(file_that_grows_without_end_is_rejected) {
     char path[32];
     if (!make_file(path, small))
         return;
     trouble.endless = true;
-    check_refused(path, "the file has more than 64 MB; a scene has at most that");
+    check_rejected(path, "the file has more than 64 MB; a scene has at most that");
     trouble.endless = false;
     (void)unlink(path);
 }

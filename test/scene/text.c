@@ -53,11 +53,11 @@ KT_TEST(utf8_is_decoded_strictly) {
 KT_TEST(characters_of_yaml_are_allowed) {
     static const uint32_t allowed[] = {'\t', '\n',   '\r',   ' ',    '~',     0x85,
                                        0xA0, 0xD7FF, 0xE000, 0xFFFD, 0x10000, 0x10FFFF};
-    static const uint32_t refused[] = {0, 1, 0x1F, 0x7F, 0x80, 0x84, 0x86, 0x9F, 0xFEFF, 0xFFFE, 0xFFFF};
+    static const uint32_t rejected[] = {0, 1, 0x1F, 0x7F, 0x80, 0x84, 0x86, 0x9F, 0xFEFF, 0xFFFE, 0xFFFF};
     for (size_t i = 0; i < sizeof allowed / sizeof *allowed; i++)
         kt_check_true("allowed", kt_character_is_allowed(allowed[i]));
-    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++)
-        kt_check_true("refused", !kt_character_is_allowed(refused[i]) && !kt_character_is_plain(refused[i]));
+    for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++)
+        kt_check_true("rejected", !kt_character_is_allowed(rejected[i]) && !kt_character_is_plain(rejected[i]));
     kt_check_true("line ends do not stand within a line",
                   !kt_character_is_plain('\n') && !kt_character_is_plain(0x85) && !kt_character_is_plain(0x2028));
 }

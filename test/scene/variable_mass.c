@@ -451,7 +451,7 @@ KT_TEST(derivatives_are_those_of_accelerations) {
     }
 }
 
-/* ---- what is refused --------------------------------------------------------------------------------------------- */
+/* ---- what is rejected -------------------------------------------------------------------------------------------- */
 
 #define ONE "kinetree: 1\nbodies:\n  - {name: body, joint: {type: prismatic}, "
 
@@ -475,12 +475,12 @@ KT_TEST(what_makes_no_sense_is_a_fault_of_the_file) {
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         static kt_collected faults;
         kt_scene scene;
-        if (kt_check_true("refused", kt_collect_parse(&faults, wrong[i][0], &scene) != KT_OK))
+        if (kt_check_true("rejected", kt_collect_parse(&faults, wrong[i][0], &scene) != KT_OK))
             kt_check_contains("words", faults.text, wrong[i][1]);
     }
 }
 
-KT_TEST(what_does_not_know_them_refuses_them) {
+KT_TEST(what_does_not_know_them_rejects_them) {
     kt_scene scene;
     kt_model *model = NULL;
     kt_batch *batch = NULL;

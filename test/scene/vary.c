@@ -21,7 +21,7 @@ typedef struct tally {
     const char *file;
     const char *text;
     size_t size, every; /* that many numbers are passed over for each that is tried */
-    size_t seen, tried, followed, fixed, refused;
+    size_t seen, tried, followed, fixed, rejected;
     kt_worst same;
 } tally;
 
@@ -45,8 +45,8 @@ static bool same_text(const kt_scene *a, const kt_scene *b) {
     return same;
 }
 
-/* Whether a scene that reading refuses is refused when it is used, too. */
-static bool is_refused(const kt_scene *scene) {
+/* Whether a scene that reading rejects is rejected when it is used, too. */
+static bool is_rejected(const kt_scene *scene) {
     kt_error error = {0};
     return kt_description_check(&scene->description, NULL, NULL, &error) != KT_OK ||
            kt_run_check(&scene->run, &error) != KT_OK;
@@ -65,12 +65,12 @@ static void try_number(tally *t, const char *path, double value) {
     const kt_status status = kt_scene_vary(&varied, &other, &error);
     t->followed += status == KT_OK;
     t->fixed += status == KT_ERROR_UNSUPPORTED;
-    t->refused += !is_right;
+    t->rejected += !is_right;
     if (status == KT_OK)
-        kt_worst_near(&t->same, is_right ? !same_text(&varied, &anew) : !is_refused(&varied), 0.0, 0.5, "%.40s: %.70s",
+        kt_worst_near(&t->same, is_right ? !same_text(&varied, &anew) : !is_rejected(&varied), 0.0, 0.5, "%.40s: %.70s",
                       t->file, setting);
     else if (status == KT_ERROR_SCENE)
-        kt_worst_near(&t->same, is_right, 0.0, 0.5, "%.40s: %.70s is refused", t->file, setting);
+        kt_worst_near(&t->same, is_right, 0.0, 0.5, "%.40s: %.70s is rejected", t->file, setting);
     kt_scene_free(&anew);
     kt_scene_free(&varied);
 }
@@ -129,8 +129,8 @@ KT_TEST(every_number_of_the_bundled_scenes_changes_as_if_it_were_read) {
             walk_file(&t, entry->d_name);
     if (folder != NULL)
         (void)closedir(folder);
-    printf("%zu numbers, %zu tried: %zu change, %zu cannot, %zu refused\n", t.seen, t.tried, t.followed, t.fixed,
-           t.refused);
+    printf("%zu numbers, %zu tried: %zu change, %zu cannot, %zu rejected\n", t.seen, t.tried, t.followed, t.fixed,
+           t.rejected);
     kt_check_worst(&t.same);
     kt_check_above("numbers that change", (double)t.followed, 0.75 * (double)t.tried);
 }

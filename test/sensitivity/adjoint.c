@@ -34,7 +34,7 @@ static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst
         kt_step_derivatives(c->model, c->data, work, size, &c->step, c->q, c->v, NULL, NULL, A, B, &error);
     const kt_status adjoint =
         kt_step_adjoint(c->model, c->data, work, size, &c->step, c->q, c->v, y, by, by + rows, &error);
-    kt_check_equal_int("both take the step or refuse it", adjoint, status);
+    kt_check_equal_int("both take the step or reject it", adjoint, status);
     const double largest = kt_tree_largest(by, 3 * n);
     for (int j = 0; j < 3 * n && status == KT_OK && adjoint == KT_OK; j++) {
         const double *column = j < rows ? A + rows * j : B + rows * (j - rows);

@@ -170,7 +170,7 @@ KT_TEST(derivatives_of_a_bouncing_ball_are_those_of_its_closed_form) {
 
 /* An auxiliary state is the integral of the height. Behind bounce 1 it is the sum of two parts, x = q s + ... The first
  * part goes up to the bounce, whose time has its own derivative. The second part goes on from there. */
-KT_TEST(derivatives_of_an_own_state_pass_through_a_bounce) {
+KT_TEST(derivatives_of_an_auxiliary_state_pass_through_a_bounce) {
     const double e = 0.6, v = 0.3, w = sqrt(v * v + 2.0 * g), at = (v + w) / g, s = 0.5;
     const double by[2] = {g / w, v / w};
     kt_body ball;
@@ -380,7 +380,7 @@ KT_TEST(derivatives_through_a_programs_own_event_agree_with_differences) {
             kt_check_equal_int("events", (long long)kt_simulation_event_count(m.simulation, "table"), 2);
         } else {
             m.A[0] = 7.0;
-            kt_check_equal_int("refused", derive(&m, 1.2, &error), KT_ERROR_UNSUPPORTED);
+            kt_check_equal_int("rejected", derive(&m, 1.2, &error), KT_ERROR_UNSUPPORTED);
             kt_check_contains("where", error.where, "event 'table' at t = 0.4");
             kt_check_contains("words", error.message, "repeatable");
             kt_check_near("A is untouched", m.A[0], 7.0, 0.0);
@@ -408,7 +408,7 @@ KT_TEST(an_event_without_derivatives_takes_effect_when_the_simulation_goes_on) {
             kt_tree_fine("added", kt_simulation_event_add(asked.simulation, &table, &error), &error) &&
             kt_tree_fine("added", kt_simulation_event_add(other.simulation, &table, &error), &error)) {
             for (int again = 0; again < 2; again++)
-                kt_check_equal_int("refused", derive(&asked, t_end, &error), KT_ERROR_UNSUPPORTED);
+                kt_check_equal_int("rejected", derive(&asked, t_end, &error), KT_ERROR_UNSUPPORTED);
             kt_check_equal_int("has not happened", (long long)kt_simulation_event_count(asked.simulation, "table"), 0);
             kt_status status = KT_OK;
             while (status == KT_OK && kt_simulation_time(asked.simulation) < t_end)

@@ -98,7 +98,7 @@ static void check_stop(const char *name, const kt_model *model, double q, double
     free(work);
 }
 
-KT_TEST(steps_in_which_hard_contacts_close_or_open_are_refused) {
+KT_TEST(steps_in_which_hard_contacts_close_or_open_are_rejected) {
     kt_body body = kt_body_default();
     kt_effect floor = kt_effect_default();
     kt_description d = kt_description_default();

@@ -89,7 +89,7 @@ KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
     kt_model_free(model);
 }
 
-KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_refused_by_name) {
+KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
     kt_body body = kt_body_default();
     kt_description d = kt_description_default();
     kt_model *model = NULL;

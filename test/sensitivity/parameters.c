@@ -281,7 +281,7 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
     kt_model_free(model);
 }
 
-KT_TEST(what_has_no_derivative_is_refused_and_leaves_the_output) {
+KT_TEST(what_has_no_derivative_is_rejected_and_leaves_the_output) {
     mechanism m;
     if (mechanism_make(&m, "", KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {
         static const char *const given[] = {"crank.hold", "effect turn.torque", "load.mass", "load.mass"};
@@ -295,7 +295,7 @@ KT_TEST(what_has_no_derivative_is_refused_and_leaves_the_output) {
             void *work = take(size + 1);
             kt_check_equal_int("size", size > 0, i != 2);
             kt_tree_fine(given[i], kt_parameter_find(m.model, given[i], &parameter, &error), &error);
-            kt_check_equal_int("refused",
+            kt_check_equal_int("rejected",
                                kt_step_parameter_derivatives(m.model, m.data, work, i == 3 ? size - 1 : size, &step,
                                                              &parameter, m.q, m.v, C, &error),
                                i == 3 ? KT_ERROR_MEMORY : KT_ERROR_ARGUMENT);
@@ -322,7 +322,7 @@ static const char folded_text[] =
 
 /* After a step to a singular position, a result can be too inaccurate. The parameter's columns reject it, since they
  * are the only ones. A mass does not move positions by one of Euler's steps, and velocities in proportion to h. */
-KT_TEST(what_work_holds_does_not_decide_whether_derivatives_are_refused) {
+KT_TEST(what_work_holds_does_not_decide_whether_derivatives_are_rejected) {
     mechanism m;
     if (mechanism_read(&m, folded_text, KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {
         static const double held[] = {0.0, 1e300};

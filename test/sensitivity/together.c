@@ -268,8 +268,8 @@ KT_TEST(what_lanes_do_not_compute_is_told) {
     kt_tree_free(&tree);
 }
 
-/* Motions whose models have another shape than the one for which memory and data are: each is refused. */
-KT_TEST(models_of_another_shape_are_refused) {
+/* Motions whose models have another shape than the one for which memory and data are: each is rejected. */
+KT_TEST(models_of_another_shape_are_rejected) {
     kt_random random = kt_random_of_test();
     static kt_tree tree, larger;
     kt_rollout_task tasks[MOTIONS];

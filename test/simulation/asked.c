@@ -11,7 +11,7 @@
 
 /* ---- pushes ------------------------------------------------------------------------------------------------------ */
 
-KT_TEST(wrench_that_is_not_finite_anywhere_is_refused) {
+KT_TEST(wrench_that_is_not_finite_anywhere_is_rejected) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
     kt_model *model = kt_scene_compile(&lone.description);
@@ -129,7 +129,7 @@ static void check_run(kt_run run, const char *where, const char *message) {
     kt_model_free(model);
 }
 
-KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
+KT_TEST(numbers_of_a_run_that_make_no_sense_are_rejected) {
     kt_run run = kt_run_default();
     run.step = (double)NAN;
     check_run(run, "step", "nan s: must be above zero");
@@ -147,7 +147,7 @@ KT_TEST(numbers_of_a_run_that_make_no_sense_are_refused) {
 }
 
 /* Values below rounding, and next to each the smallest value that is not. */
-KT_TEST(runs_that_could_never_end_are_refused) {
+KT_TEST(runs_that_could_never_end_are_rejected) {
     kt_run run = kt_run_default();
     run.duration = 5e-324;
     check_run(run, "duration", "4.94066e-324 s is too short");

@@ -1,4 +1,4 @@
-/* Changes of the state that are refused leave nothing behind. The oracle is a twin simulation without any of these
+/* Changes of the state that are rejected leave nothing behind. The oracle is a twin simulation without any of these
  * calls. Every output and the whole later motion have the same bits. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -97,9 +97,9 @@ static void make_rig(rig *r, scene which) {
     r->effect[1].stick = true;
 }
 
-/* The first of two parameters can have its new numbers; the second is refused. A mass below zero is refused at once.
- * The plate that jumps above the ball is refused when loops have been closed and contacts are settled. */
-static kt_status refused_change(kt_simulation *s, kt_model *model, scene which, kt_error *error) {
+/* The first of two parameters can have its new numbers; the second is rejected. A mass below zero is rejected at once.
+ * The plate that jumps above the ball is rejected when loops have been closed and contacts are settled. */
+static kt_status rejected_change(kt_simulation *s, kt_model *model, scene which, kt_error *error) {
     kt_parameter_change change[2] = {{.values = {0.0, 0.0, -3.0}}, {.values = {which == LIFT ? 0.9 : -1.0}}};
     const kt_parameter_change before[2] = {change[0], change[1]};
     double now[2][KT_PARAMETER_MAX] = {{0.0}};
@@ -110,17 +110,17 @@ static kt_status refused_change(kt_simulation *s, kt_model *model, scene which, 
         kt_parameter_find(model, name, &change[1].parameter, error) != KT_OK)
         return KT_OK;
     kt_status status = kt_parameter_get(model, &change[0].parameter, now[0], error);
-    const kt_status refusal = kt_simulation_change(s, model, change, 2, NULL, error);
+    const kt_status rejection = kt_simulation_change(s, model, change, 2, NULL, error);
     if (status == KT_OK)
         status = kt_parameter_get(model, &change[0].parameter, now[1], NULL);
     const bool same = memcmp(now[0], now[1], sizeof now[0]) == 0 &&
                       memcmp(change[0].values, before[0].values, sizeof before[0].values) == 0 &&
                       memcmp(change[1].values, before[1].values, sizeof before[1].values) == 0;
-    return status == KT_OK && same ? refusal : KT_OK;
+    return status == KT_OK && same ? rejection : KT_OK;
 }
 
-/* A call that is refused; the state is beyond a boundary, or is not finite. */
-static kt_status refused_call(kt_simulation *s, kt_model *model, scene which, int call, kt_error *error) {
+/* A call that is rejected; the state is beyond a boundary, or is not finite. */
+static kt_status rejected_call(kt_simulation *s, kt_model *model, scene which, int call, kt_error *error) {
     double q[7], v[6], bad[6] = {0.0};
     memcpy(q, kt_simulation_positions(s), (size_t)kt_model_nq(model) * sizeof *q);
     memcpy(v, kt_simulation_velocities(s), (size_t)kt_model_nv(model) * sizeof *v);
@@ -143,7 +143,7 @@ static kt_status refused_call(kt_simulation *s, kt_model *model, scene which, in
     case 5:
         return kt_simulation_set_state(s, 0.0, q, NULL, error);
     default:
-        return refused_change(s, model, which, error);
+        return rejected_change(s, model, which, error);
     }
 }
 
@@ -200,7 +200,7 @@ static void compare(scene which, const char *method, double step, bool balanced,
     for (int k = 0; a != NULL && b != NULL && k < TICKS; k++) {
         const double tau[6] = {which == BALL || which == LIFT ? 0.0 : 4.0 * sin(0.05 * k)};
         bool fine = kt_simulation_set_torque(a, tau, NULL) == KT_OK && kt_simulation_set_torque(b, tau, NULL) == KT_OK;
-        f->taken += refused_call(a, model, which, call, &error) == KT_OK;
+        f->taken += rejected_call(a, model, which, call, &error) == KT_OK;
         f->differ += !are_equal(a, b);
         fine = fine && kt_fine("tick", kt_simulation_tick(a, 0.01, &error), &error);
         fine = fine && kt_fine("twin", kt_simulation_tick(b, 0.01, &error), &error);
@@ -230,7 +230,7 @@ static void compare_all(scene which) {
                     runs++;
                 }
             }
-        kt_check_equal_int("calls that are not refused", f.taken, 0);
+        kt_check_equal_int("calls that are not rejected", f.taken, 0);
         kt_check_equal_int("comparisons that differ", f.differ, 0);
         kt_check_equal_int("ticks", f.ticks, runs * TICKS);
         kt_check_above("closings", f.closings, runs);
@@ -239,7 +239,7 @@ static void compare_all(scene which) {
     }
 }
 
-KT_TEST(refused_changes_leave_an_arm_between_stops_as_it_was) { compare_all(ARM); }
-KT_TEST(refused_changes_leave_friction_that_sticks_as_it_was) { compare_all(RUBBING_ARM); }
-KT_TEST(refused_changes_leave_a_ball_on_a_plane_as_it_was) { compare_all(BALL); }
-KT_TEST(refused_changes_leave_a_ball_on_a_driven_plate_as_it_was) { compare_all(LIFT); }
+KT_TEST(rejected_changes_leave_an_arm_between_stops_as_it_was) { compare_all(ARM); }
+KT_TEST(rejected_changes_leave_friction_that_sticks_as_it_was) { compare_all(RUBBING_ARM); }
+KT_TEST(rejected_changes_leave_a_ball_on_a_plane_as_it_was) { compare_all(BALL); }
+KT_TEST(rejected_changes_leave_a_ball_on_a_driven_plate_as_it_was) { compare_all(LIFT); }

@@ -161,7 +161,7 @@ KT_TEST(checkpoint_keeps_torques_that_wait) {
     kt_tree_free(&stage.tree);
 }
 
-KT_TEST(wrong_checkpoint_is_refused_and_changes_nothing) {
+KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
@@ -201,9 +201,9 @@ KT_TEST(wrong_checkpoint_is_refused_and_changes_nothing) {
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
 
-/* A block of a simulation with this run and these options is refused by one with the others, and changes nothing. */
-static void check_refused(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
-                          const kt_run *other_run, const kt_simulation_options *other_options, const char *words) {
+/* A block of a simulation with this run and these options is rejected by one with the others, and changes nothing. */
+static void check_rejected(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
+                           const kt_run *other_run, const kt_simulation_options *other_options, const char *words) {
     kt_simulation *from = kt_scene_simulate(model, run, options);
     kt_simulation *to = kt_scene_simulate(model, other_run, other_options);
     kt_error error = {KT_OK, "", ""};
@@ -227,7 +227,7 @@ static void check_refused(const kt_model *model, const kt_run *run, const kt_sim
 }
 
 /* One step of a checkpoint taken by 1e-3 s covered 1.5 s where the other simulation had steps of 2.5e-3 s. */
-KT_TEST(checkpoint_of_other_settings_is_refused_in_words) {
+KT_TEST(checkpoint_of_other_settings_is_rejected_in_words) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
@@ -236,29 +236,29 @@ KT_TEST(checkpoint_of_other_settings_is_refused_in_words) {
     kt_run run = fixed;
     kt_simulation_options options = plain;
     run.step = 2.5e-3;
-    check_refused(model, &fixed, &plain, &run, &plain,
-                  "made with a step of 0.001, and this simulation has 0.0025; "
-                  "kt_simulation_set_state takes over a time and a state alone");
+    check_rejected(model, &fixed, &plain, &run, &plain,
+                   "made with a step of 0.001, and this simulation has 0.0025; "
+                   "kt_simulation_set_state takes over a time and a state alone");
     run = fixed;
     run.duration = 4.0;
-    check_refused(model, &fixed, &plain, &run, &plain, "a duration of 3, and this simulation has 4");
+    check_rejected(model, &fixed, &plain, &run, &plain, "a duration of 3, and this simulation has 4");
     run = fixed;
     run.interval = 0.5;
-    check_refused(model, &fixed, &plain, &run, &plain, "an interval between records of 0.003,");
+    check_rejected(model, &fixed, &plain, &run, &plain, "an interval between records of 0.003,");
     options.unprojected = true;
-    check_refused(model, &fixed, &plain, &fixed, &options, "the option 'unprojected' at 0,");
+    check_rejected(model, &fixed, &plain, &fixed, &options, "the option 'unprojected' at 0,");
     run = adaptive;
     run.relative = 1e-6;
-    check_refused(model, &adaptive, &plain, &run, &plain, "a relative tolerance of 1e-09, and");
+    check_rejected(model, &adaptive, &plain, &run, &plain, "a relative tolerance of 1e-09, and");
     run = adaptive;
     run.absolute = 1e-6;
-    check_refused(model, &adaptive, &plain, &run, &plain, "an absolute tolerance of 1e-09, and");
+    check_rejected(model, &adaptive, &plain, &run, &plain, "an absolute tolerance of 1e-09, and");
     options = plain;
     options.max_step = 0.01;
-    check_refused(model, &adaptive, &plain, &adaptive, &options, "a longest step of 0, and");
+    check_rejected(model, &adaptive, &plain, &adaptive, &options, "a longest step of 0, and");
     options = plain;
     options.max_steps = 1000;
-    check_refused(model, &adaptive, &plain, &adaptive, &options, "a largest number of steps of 0, and");
+    check_rejected(model, &adaptive, &plain, &adaptive, &options, "a largest number of steps of 0, and");
     kt_model_free(model);
 }
 
@@ -316,7 +316,7 @@ KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
 }
 
 /* Next to its kind and its method a checkpoint begins with four numbers of its model. */
-KT_TEST(damaged_checkpoint_is_refused_and_changes_nothing) {
+KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
     enum { NUMBERS = 48 };
     const double mark = 0.123456789;
     kt_lone lone;

@@ -725,7 +725,7 @@ KT_TEST(coin_that_bounces_with_friction_keeps_its_account) {
     coin_end(&run, 2e-13);
 }
 
-static void check_refused(const char *what, const kt_description *d, const char *words) {
+static void check_rejected(const char *what, const kt_description *d, const char *words) {
     kt_model *model = NULL;
     kt_error error = {0};
     kt_check_true(what, kt_model_compile(d, NULL, &model, &error) != KT_OK);
@@ -738,10 +738,10 @@ KT_TEST(what_cannot_be_hard_is_told) {
     row_make(&r, 2);
     row_floor(&r, 0.5);
     r.effect[0].restitution = 1.5;
-    check_refused("above 1", &r.description, "restitution is 1.5; it must be 0 to 1");
+    check_rejected("above 1", &r.description, "restitution is 1.5; it must be 0 to 1");
     r.effect[0].restitution = 0.5;
     r.effect[0].stiffness = 100.0;
-    check_refused("both", &r.description, "a hard stop (restitution) has no stiffness");
+    check_rejected("both", &r.description, "a hard stop (restitution) has no stiffness");
     r.effect[0].stiffness = 0.0;
     r.effect[0].name = "stop";
     kt_model *hard = kt_scene_compile(&r.description);
@@ -752,41 +752,41 @@ KT_TEST(what_cannot_be_hard_is_told) {
     kt_model_free(hard);
     r.effect[0].name = NULL;
     r.effect[0].restitution = (double)INFINITY;
-    check_refused("neither", &r.description, "stiffness is 0 or missing");
+    check_rejected("neither", &r.description, "stiffness is 0 or missing");
     r.effect[0].stiffness = 100.0;
     r.effect[0].poisson = true;
-    check_refused("no impulses", &r.description, "Poisson's rule is for a hard stop");
+    check_rejected("no impulses", &r.description, "Poisson's rule is for a hard stop");
     r.effect[0].stiffness = 0.0;
     r.effect[0].poisson = false;
     r.effect[0].restitution = 0.5;
     row_touch(&r, 0, 0.5);
     r.loop[0].type = KT_LOOP_RATES;
-    check_refused("no side", &r.description, "no loop but distance, inplane, surface and coupling");
+    check_rejected("no side", &r.description, "no loop but distance, inplane, surface and coupling");
     r.loop[0].type = KT_LOOP_COUPLING;
     r.loop[0].side = KT_SIDE_NONE;
-    check_refused("no bounce", &r.description, "a loop that holds does not bounce");
+    check_rejected("no bounce", &r.description, "a loop that holds does not bounce");
     r.loop[0].restitution = 0.0;
     r.loop[0].poisson = true;
-    check_refused("no rule", &r.description, "a loop that holds does not bounce");
+    check_rejected("no rule", &r.description, "a loop that holds does not bounce");
     r.description.loop_count = 0;
     r.effect[0] = kt_effect_default();
     r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
     r.effect[0].joint = "a";
     r.effect[0].stick = true;
-    check_refused("nothing slips", &r.description, "coulomb is 0; give what slips");
+    check_rejected("nothing slips", &r.description, "coulomb is 0; give what slips");
     r.effect[0].coulomb = 1.0;
     r.effect[0].smoothing = 0.1;
-    check_refused("smoothed", &r.description, "friction that sticks is not smoothed");
+    check_rejected("smoothed", &r.description, "friction that sticks is not smoothed");
     r.effect[0].smoothing = kt_effect_default().smoothing;
     r.effect[0].stribeck = 0.0;
     r.effect[0].stick = false;
-    check_refused("no curve", &r.description, "stribeck is 0; it must be greater than 0");
+    check_rejected("no curve", &r.description, "stribeck is 0; it must be greater than 0");
     coin c;
     coin_make(&c, 1.0, 0.0, 0.5);
     c.rim.radius = 0.0;
-    check_refused("a point", &c.description, "radius is 0; that of a disc must be above 0");
+    check_rejected("a point", &c.description, "radius is 0; that of a disc must be above 0");
     c.rim.radius = coin_radius;
     c.rim.restitution = (double)INFINITY;
     c.rim.stiffness = 1e4;
-    check_refused("elastic", &c.description, "an elastic contact is that of a sphere");
+    check_rejected("elastic", &c.description, "an elastic contact is that of a sphere");
 }

@@ -110,13 +110,13 @@ static kind kind_of(const kt_model *model, const kt_data *data) {
     double grows;
     bool slow = false;
     for (size_t k = 0; k < model->n.slip; k++)
-        slow = slow || kt_slip_time_ahead(data, k, &grows) > 0.0;
+        slow = slow || kt_slip_prediction_time(data, k, &grows) > 0.0;
     if (!slow)
         return FAST;
     if (!p->found)
         return MISSED;
     for (size_t k = 0; k < model->n.slip; k++)
-        if (p->tau[k] != kt_slip_time_ahead(data, k, &grows))
+        if (p->tau[k] != kt_slip_prediction_time(data, k, &grows))
             return OTHER;
     return SLOW;
 }

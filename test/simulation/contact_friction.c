@@ -731,8 +731,8 @@ KT_TEST(painleves_rod_is_stopped_by_an_impulse) {
     }
 }
 
-/* Derivatives of a model in which a contact slips would leave its friction out: they are refused. */
-KT_TEST(derivatives_of_slip_are_refused) {
+/* Derivatives of a model in which a contact slips would leave its friction out: they are rejected. */
+KT_TEST(derivatives_of_slip_are_rejected) {
     scene s;
     scene_ball(&s, 0.3, 0.0);
     s.body[0].joint.velocity[0] = 1.0;
@@ -746,7 +746,7 @@ KT_TEST(derivatives_of_slip_are_refused) {
         const size_t size = kt_acceleration_work_size(model);
         void *work = aligned_alloc(64, (size + 63) / 64 * 64);
         if (work != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error))
-            kt_check_true("refused",
+            kt_check_true("rejected",
                           kt_acceleration_derivatives(model, data, work, size, 0.0, kt_simulation_positions(simulation),
                                                       kt_simulation_velocities(simulation), NULL, NULL, a, v, NULL,
                                                       &error) == KT_ERROR_UNSUPPORTED);

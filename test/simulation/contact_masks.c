@@ -466,7 +466,7 @@ KT_TEST(plate_on_many_feet_slides_as_on_three) {
     }
 }
 
-/* A set between none and all has no model without a simulation: closing one of its contacts by hand is refused. */
+/* A set between none and all has no model without a simulation: closing one of its contacts by hand is rejected. */
 KT_TEST(single_contacts_are_closed_by_a_simulation_alone) {
     scene s;
     scene_plate(&s, 7, 0.0);

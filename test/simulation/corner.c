@@ -128,7 +128,7 @@ static void check_fixed(kt_function function, double step, kt_status expected) {
     kt_model_free(model);
 }
 
-KT_TEST(record_of_a_pulse_that_no_fixed_step_has_seen_is_refused) {
+KT_TEST(record_of_a_pulse_that_no_fixed_step_has_seen_is_rejected) {
     static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
     const kt_function short_pulse = kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR);
     check_fixed(short_pulse, 0.1, KT_ERROR_STEP);

@@ -270,7 +270,7 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_body bodies[2];
     kt_effect buffers;
-    int refused = 0;
+    int rejected = 0;
     options.events = 1;
     kt_model *model = make_cart(bodies, &buffers);
     for (int i = 0; model != NULL && i <= 60; i++) {
@@ -282,13 +282,13 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
         if (simulation != NULL && kt_fine("starts", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
             kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error)) {
             const bool done = kt_simulation_tick(simulation, 1e-3, &error) == KT_OK;
-            refused += !done && strstr(error.message, "steps were cut short for this event") != NULL;
+            rejected += !done && strstr(error.message, "steps were cut short for this event") != NULL;
             kt_check_below("values of the event", calls, 100.0 * KT_EVENT_EVALUATIONS);
         }
         kt_simulation_free(simulation);
     }
     kt_model_free(model);
-    kt_check_above("refused", refused, 0.5);
+    kt_check_above("rejected", rejected, 0.5);
 }
 
 /* A function that jumps behind t = 0, and the earliest time above zero at which it was evaluated. */

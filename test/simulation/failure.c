@@ -153,7 +153,7 @@ KT_TEST(run_that_fails_has_handed_over_all_records_up_to_then) {
 
 /* ---- what is asked for wrongly ----------------------------------------------------------------------------------- */
 
-static void refuse(const kt_model *model, const kt_run *run, kt_status expected, const char *where,
+static void reject(const kt_model *model, const kt_run *run, kt_status expected, const char *where,
                    const char *message) {
     kt_error error = {KT_OK, "", ""};
     kt_simulation *simulation = NULL;
@@ -164,28 +164,28 @@ static void refuse(const kt_model *model, const kt_run *run, kt_status expected,
     kt_check_equal_int("size", (long long)kt_simulation_size(model, run, NULL), 0);
 }
 
-KT_TEST(run_that_makes_no_sense_is_refused_in_words) {
+KT_TEST(run_that_makes_no_sense_is_rejected_in_words) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_default();
     run.integrator = "dopri6";
-    refuse(model, &run, KT_ERROR_ARGUMENT, "integrator", "dopri6");
+    reject(model, &run, KT_ERROR_ARGUMENT, "integrator", "dopri6");
     run.integrator = "rk4";
-    refuse(model, &run, KT_ERROR_ARGUMENT, "integrator", "give it a step");
+    reject(model, &run, KT_ERROR_ARGUMENT, "integrator", "give it a step");
     run = kt_run_default();
     run.duration = (double)NAN;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "duration", "nan");
+    reject(model, &run, KT_ERROR_ARGUMENT, "duration", "nan");
     run.duration = -1.0;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "duration", "-1");
+    reject(model, &run, KT_ERROR_ARGUMENT, "duration", "-1");
     run = kt_run_default();
     run.step = -1e-3;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "step", "-0.001");
+    reject(model, &run, KT_ERROR_ARGUMENT, "step", "-0.001");
     run = kt_run_default();
     run.interval = HUGE_VAL;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "inf");
+    reject(model, &run, KT_ERROR_ARGUMENT, "interval", "inf");
     run.interval = 1e-17;
-    refuse(model, &run, KT_ERROR_ARGUMENT, "interval", "more records");
+    reject(model, &run, KT_ERROR_ARGUMENT, "interval", "more records");
     kt_model_free(model);
 }
 
@@ -206,7 +206,7 @@ KT_TEST(clock_does_not_run_backwards) {
     kt_model_free(model);
 }
 
-KT_TEST(state_that_is_not_finite_is_refused_and_the_old_one_stays) {
+KT_TEST(state_that_is_not_finite_is_rejected_and_the_old_one_stays) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);

@@ -109,8 +109,8 @@ KT_TEST(crank_that_kicks_once_a_turn_is_seen_by_every_method) {
     kt_model_free(model);
 }
 
-/* With a fixed step no step is taken back: a record in which the contact acts that no step has seen is refused. */
-KT_TEST(record_of_a_contact_that_no_step_has_seen_is_refused) {
+/* With a fixed step no step is taken back: a record in which the contact acts that no step has seen is rejected. */
+KT_TEST(record_of_a_contact_that_no_step_has_seen_is_rejected) {
     static kicker k;
     kt_model *model = make_kicker(&k);
     kt_run run = kt_run_fixed("rk4", 2.5, 50.0);

@@ -285,7 +285,7 @@ KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
     kt_model_free(model);
 }
 
-KT_TEST(loop_out_of_reach_is_refused_at_the_start) {
+KT_TEST(loop_out_of_reach_is_rejected_at_the_start) {
     kt_body bodies[2] = {make_rod("a", 0.0, length), make_rod("b", 5.0, length)};
     kt_loop loop = kt_loop_default();
     kt_description description = kt_description_default();

@@ -199,7 +199,7 @@ static void check_states(const char *text, const char *method, kt_random *random
 }
 
 /* Measured: 2e-11, the error of the differences. */
-KT_TEST(solutions_with_own_states_are_those_of_the_matrix_of_differences) {
+KT_TEST(solutions_with_auxiliary_states_are_those_of_the_matrix_of_differences) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("defect");
     check_states(STATES_TREE, "radau5", &random, &worst);
@@ -212,7 +212,7 @@ KT_TEST(solutions_with_own_states_are_those_of_the_matrix_of_differences) {
 }
 
 /* The oracle is a difference of order four. Measured: 1e-11. */
-KT_TEST(the_slope_in_time_is_that_of_rates_of_own_states) {
+KT_TEST(the_slope_in_time_is_that_of_rates_of_auxiliary_states) {
     static const double step[] = {-2.0, -1.0, 1.0, 2.0}, weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
     states_scene at;
     double y[MOST], dydt[MOST], one[MOST], slope[MOST] = {0.0}, expected[MOST] = {0.0};

@@ -135,7 +135,7 @@ KT_TEST(failures_of_the_callers_equations_are_told_in_its_words) {
 
 /* An adaptive method avoids failures that only large steps cause. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
-static int refuse_large_steps(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+static int reject_large_steps(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate;
     (void)error;
     a[0] = -at->q[0];
@@ -157,7 +157,7 @@ KT_TEST(recoverable_failures_shorten_adaptive_steps) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_error e = {0};
     run.relative = run.absolute = 1e-4;
-    options.acceleration = refuse_large_steps;
+    options.acceleration = reject_large_steps;
     options.projection = note_time;
     options.user = &last;
     kt_simulation *simulation = kt_scene_simulate(model, &run, &options);

@@ -427,7 +427,7 @@ KT_TEST(laws_that_fail_are_named) {
     end(&m);
 }
 
-static void refuse(const mechanism *m, const char *where, const char *words) {
+static void reject(const mechanism *m, const char *where, const char *words) {
     kt_error error = {0};
     kt_model *model = NULL;
     kt_check_equal_int(words, kt_model_compile(&m->description, NULL, &model, &error), KT_ERROR_MODEL);
@@ -457,27 +457,27 @@ KT_TEST(wrong_laws_are_told) {
         m.effects[0].variables = table[k].variables;
         m.effects[0].variable_count = 2;
         m.effects[0].states = table[k].states;
-        refuse(&m, "effect 'motor'", table[k].words);
+        reject(&m, "effect 'motor'", table[k].words);
         kt_scene_free(&m.scene);
     }
     if (!describe(&m, true, true))
         return;
     m.effects[0].state_count = 1;
-    refuse(&m, "state 'heat'", "rate is missing; give the formula of its derivative by time, or name it in an effect");
+    reject(&m, "state 'heat'", "rate is missing; give the formula of its derivative by time, or name it in an effect");
     m.effects[0].state_count = KT_LAW_STATE_MAX + 1;
-    refuse(&m, "effect 'motor'", "states: the count is 17; it must be 0 to 16");
+    reject(&m, "effect 'motor'", "states: the count is 17; it must be 0 to 16");
     m.effects[0].state_count = 2;
     m.effects[0].variables = NULL;
-    refuse(&m, "effect 'motor'", "variables: the list is NULL, and its count 4");
+    reject(&m, "effect 'motor'", "variables: the list is NULL, and its count 4");
     m.effects[0].variables = of_motor;
     m.effects[0].formula[0] = "t";
-    refuse(&m, "effect 'motor'", "both a formula and a law are given");
+    reject(&m, "effect 'motor'", "both a formula and a law are given");
     m.effects[0].formula[0] = NULL;
     m.states[1].rate = "1";
-    refuse(&m, "effect 'motor'", "state 'heat' has a formula for its rate");
+    reject(&m, "effect 'motor'", "state 'heat' has a formula for its rate");
     m.states[1].rate = NULL;
     m.effects[2].states = three + 1;
     m.effects[2].state_count = 1;
-    refuse(&m, "state 'heat'", "the laws of two effects write it");
+    reject(&m, "state 'heat'", "the laws of two effects write it");
     kt_scene_free(&m.scene);
 }

@@ -359,7 +359,7 @@ KT_TEST(gradient_of_many_steps_is_that_of_its_differences) {
     }
 }
 
-KT_TEST(failed_gradient_leaves_the_own_states) {
+KT_TEST(failed_gradient_leaves_the_auxiliary_states) {
     static machine m;
     kt_error error;
     double value;
@@ -395,7 +395,7 @@ static void walk(machine *m, const double x[COUNT], double out[NQ + NV + COUNT])
     memcpy(next, kt_own_states(m->model, m->data), COUNT * sizeof *next);
 }
 
-KT_TEST(two_motions_from_given_own_states_have_equal_bits) {
+KT_TEST(two_motions_from_given_auxiliary_states_have_equal_bits) {
     for (int k = 0; k < METHODS; k++) {
         static machine m;
         static double inputs[STEPS * NV], by[2][ALL + STEPS * NV];
@@ -430,7 +430,7 @@ KT_TEST(two_motions_from_given_own_states_have_equal_bits) {
     }
 }
 
-KT_TEST(steps_that_fail_leave_the_own_states_of_the_data) {
+KT_TEST(steps_that_fail_leave_the_auxiliary_states_of_the_data) {
     static machine m;
     kt_error error;
     double q[NQ], v[NV], by[ALL] = {1.0}, A[ALL * ALL];
@@ -580,7 +580,7 @@ KT_TEST(states_of_a_batch_have_the_bits_of_single_ones) {
     }
 }
 
-KT_TEST(failed_step_leaves_the_own_states) {
+KT_TEST(failed_step_leaves_the_auxiliary_states) {
     static machine m;
     kt_error error;
     double q[NQ], v[NV];

@@ -86,7 +86,7 @@ static void follow(const kt_tree *tree, const kt_tree_state *state, const kt_run
     if (block && kt_fine("restore", kt_simulation_restore(w.simulation, block, &error), &error))
         kt_check_equal_bits("as it was", w.q, &kept, 1);
     look("kt_simulation_restore", run->integrator, &w);
-    kt_check_equal_int("refused", kt_simulation_advance(w.simulation, 0.0, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("rejected", kt_simulation_advance(w.simulation, 0.0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("unchanged", w.q, &kept, 1);
     free(block);
     kt_simulation_free(w.simulation);

@@ -221,7 +221,7 @@ KT_TEST(recorder_sets_the_torque_of_the_next_step) {
     kt_model_free(model);
 }
 
-KT_TEST(push_that_is_not_finite_is_refused_and_the_old_one_stays) {
+KT_TEST(push_that_is_not_finite_is_rejected_and_the_old_one_stays) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, mass);
     kt_model *model = kt_scene_compile(&lone.description);

@@ -1,5 +1,5 @@
 /* Joints that move no mass (quasi-statics, [MSD 8.1]): against closed forms, against small masses by an implicit
- * method, and who refuses them. */
+ * method, and who rejects them. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -363,7 +363,7 @@ KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
 }
 
 /* A caller's torque on a node is balanced at once, and auxiliary states are integrated with it. */
-KT_TEST(inputs_and_own_states_act_on_what_has_no_mass) {
+KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     mechanism m;
     kt_error error;
     const double push[2] = {0.0, 20.0};
@@ -410,9 +410,9 @@ KT_TEST(mass_matrix_and_inverse_dynamics_know_no_armature) {
     end(&m);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-static void refuses(const char *what, kt_status status, const kt_error *error) {
+static void rejects(const char *what, kt_status status, const kt_error *error) {
     kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);
     kt_check_contains("why", error->message, "joint 'one' moves no mass");
     kt_check_contains("the mend", error->message, "a small mass, and integrate with an implicit method (radau5)");
@@ -431,27 +431,27 @@ KT_TEST(what_does_not_balance_forces_says_so) {
     kt_mass_inverse *inverse = NULL;
     kt_batch *batch = NULL;
     kt_simulation *simulation = NULL;
-    refuses("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
+    rejects("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
     const kt_floquet_options period = kt_floquet_options_default(1.0);
-    refuses("multipliers", kt_floquet_create(m.model, &period, &floquet, &error), &error);
-    refuses("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
+    rejects("multipliers", kt_floquet_create(m.model, &period, &floquet, &error), &error);
+    rejects("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-    refuses("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
-    refuses("linearisation", kt_linearization_create(m.model, NULL, &linearization, &error), &error);
-    refuses("inverse of the mass matrix", kt_mass_inverse_create(m.model, 0, &inverse, &error), &error);
+    rejects("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
+    rejects("linearisation", kt_linearization_create(m.model, NULL, &linearization, &error), &error);
+    rejects("inverse of the mass matrix", kt_mass_inverse_create(m.model, 0, &inverse, &error), &error);
     kt_batch_options lanes = kt_batch_options_default();
     lanes.method = kt_method_find("rk4");
-    refuses("batch", kt_batch_create(m.model, &lanes, &batch, &error), &error);
+    rejects("batch", kt_batch_create(m.model, &lanes, &batch, &error), &error);
     kt_run run = run_by("dopri5", 0.0);
     run.record |= KT_RECORD_ACCELERATION;
-    refuses("accelerations", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error);
+    rejects("accelerations", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error);
     const kt_step step = {.method = kt_method_find("rk4"), .h = 0.1};
     const size_t size = kt_step_work_size(m.model, step.method);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     const double q[2] = {1.0, 0.0}, v[2] = {0.0, 0.0};
     double next_q[2], next_v[2];
-    refuses("derivatives of a step",
+    rejects("derivatives of a step",
             kt_step_derivatives(m.model, m.data, work, size, &step, q, v, next_q, next_v, NULL, NULL, &error), &error);
     free(work);
     kt_parameter parameter;
@@ -466,7 +466,7 @@ KT_TEST(what_does_not_balance_forces_says_so) {
     end(&m);
 }
 
-static void is_refused(const char *text, const char *why) {
+static void is_rejected(const char *text, const char *why) {
     kt_scene scene;
     kt_model *model = NULL;
     kt_error error = {0};
@@ -481,27 +481,29 @@ static void is_refused(const char *text, const char *why) {
 
 #define NODE "kinetree: 1\nbodies:\n  - {name: one, joint: {type: prismatic, axis: x, position: 0.15}}\neffects:\n"
 
-KT_TEST(what_forces_do_not_determine_is_refused_when_it_is_compiled) {
-    is_refused(NODE "  - {type: force, at: one, value: [1, 0, 0]}\n", "no spring or damper holds it");
-    is_refused(
+KT_TEST(what_forces_do_not_determine_is_rejected_when_it_is_compiled) {
+    is_rejected(NODE "  - {type: force, at: one, value: [1, 0, 0]}\n", "no spring or damper holds it");
+    is_rejected(
         "kinetree: 1\nbodies:\n  - {name: one, joint: {type: prismatic}}\n  - {name: two, joint: {type: prismatic}}\n"
         "effects:\n  - {type: expression, joint: one, force: \"velocity.two - position.one\"}\n"
         "  - {type: expression, joint: two, force: \"-velocity.one - position.two\"}\n",
         "forces depend on its velocity, but do not resist it");
-    is_refused("kinetree: 1\nbodies:\n  - {name: one, joint: {type: revolute}}\n"
-               "  - {name: two, parent: one, joint: {type: planar, position: [1, 2, 0]}, mass: 1, inertia: [1, 1, 1]}\n"
-               "effects:\n  - {type: joint_spring, joint: one, stiffness: 2}\n",
-               "what moves with it so that no mass moves changes with the positions");
-    is_refused("kinetree: 1\nbodies:\n"
-               "  - {name: one, joint: {type: spherical}, mass: 1, com: [0, 0, 1], inertia: [1, 1, 0]}\n"
-               "effects:\n  - {type: bushing, between: [world, one], stiffness: [0, 0, 0, 1, 1, 1], damping: [0, 0, 0, "
-               "0, 0, 0]}\n",
-               "has inertia in part of its degrees of freedom");
+    is_rejected(
+        "kinetree: 1\nbodies:\n  - {name: one, joint: {type: revolute}}\n"
+        "  - {name: two, parent: one, joint: {type: planar, position: [1, 2, 0]}, mass: 1, inertia: [1, 1, 1]}\n"
+        "effects:\n  - {type: joint_spring, joint: one, stiffness: 2}\n",
+        "what moves with it so that no mass moves changes with the positions");
+    is_rejected(
+        "kinetree: 1\nbodies:\n"
+        "  - {name: one, joint: {type: spherical}, mass: 1, com: [0, 0, 1], inertia: [1, 1, 0]}\n"
+        "effects:\n  - {type: bushing, between: [world, one], stiffness: [0, 0, 0, 1, 1, 1], damping: [0, 0, 0, "
+        "0, 0, 0]}\n",
+        "has inertia in part of its degrees of freedom");
 }
 
 /* An armature of 1 is less than the rounding of such a mass. */
-KT_TEST(carrier_of_a_mass_that_rounds_all_away_is_refused) {
-    is_refused(
+KT_TEST(carrier_of_a_mass_that_rounds_all_away_is_rejected) {
+    is_rejected(
         "kinetree: 1\nbodies:\n  - {name: one, joint: {type: prismatic, axis: x}}\n"
         "  - {name: two, parent: one, joint: {type: prismatic, axis: x}, mass: 1e25}\neffects:\n"
         "  - {type: joint_spring, joint: one, stiffness: 1}\n  - {type: joint_spring, joint: two, stiffness: 1}\n",

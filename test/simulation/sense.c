@@ -393,7 +393,7 @@ KT_TEST(sensing_between_records_of_a_step_changes_none) {
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): the type is the library's */
-static int refuse(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+static int reject(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     (void)rate, (void)error;
     a[0] = -at->q[0];
     return *(int *)user;
@@ -407,13 +407,13 @@ KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
     run.record = KT_RECORD_ACCELERATION;
     kt_simulation_options options = kt_simulation_options_default();
     int answer = 0;
-    options.acceleration = refuse;
+    options.acceleration = reject;
     options.user = &answer;
     kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
     kt_error error = {0};
     kt_record record = {.index = 77};
     answer = -1;
-    kt_check_equal_int("refused", kt_simulation_sense(simulation, &record, &error), KT_ERROR_CALLBACK);
+    kt_check_equal_int("rejected", kt_simulation_sense(simulation, &record, &error), KT_ERROR_CALLBACK);
     kt_check_contains("where", error.where, "t = 0 s");
     kt_check_equal_int("record", record.index, 77);
     answer = 0;
@@ -426,8 +426,8 @@ KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
     kt_model_free(model);
 }
 
-/* A state that is refused has been tried in the same memory. */
-KT_TEST(refused_states_spoil_no_sensor) {
+/* A state that is rejected has been tried in the same memory. */
+KT_TEST(rejected_states_spoil_no_sensor) {
     static numbers before, after;
     kt_scene scene;
     kt_error error;
@@ -435,7 +435,7 @@ KT_TEST(refused_states_spoil_no_sensor) {
     kt_record record;
     kt_random random = kt_random_of_test();
     double q[64], v[64];
-    int refused = 0;
+    int rejected = 0;
     if (!kt_fine("scene", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error) ||
         !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error))
         return;
@@ -454,11 +454,11 @@ KT_TEST(refused_states_spoil_no_sensor) {
             collect(model, &record, &after);
             if (memcmp(after.x, before.x, (size_t)before.count * sizeof(double)) != 0)
                 kt_check_equal_bits("sensors", after.x, before.x, (size_t)before.count);
-            refused++;
+            rejected++;
         }
         kt_simulation_free(simulation);
     }
-    kt_check_above("states refused", refused, 3);
+    kt_check_above("states rejected", rejected, 3);
     kt_model_free(model);
     kt_scene_free(&scene);
 }

@@ -239,7 +239,7 @@ KT_TEST(checkpoint_between_switches_goes_on_with_the_same_bits) {
 
 /* A coupling that is 1.5 rad from closed cannot be switched on, and neither can a switch that does not exist. The
  * simulation keeps its state and continues. */
-KT_TEST(a_switch_that_is_refused_leaves_the_simulation) {
+KT_TEST(a_switch_that_is_rejected_leaves_the_simulation) {
     discs d;
     discs_make(&d);
     d.clutch.type = KT_LOOP_COUPLING;

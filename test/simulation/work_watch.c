@@ -102,7 +102,7 @@ KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
         if (kt_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
             if (kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK && kt_model_nv(model) < 30 &&
                 kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
-                !kt_is_switched(&scene.description)) /* rodas5p refuses friction of contacts */
+                !kt_is_switched(&scene.description)) /* rodas5p rejects friction of contacts */
                 compare(entries[i]->d_name, model, &scene.run, &off, &bits);
             kt_model_free(model);
             kt_scene_free(&scene);

@@ -446,7 +446,7 @@ KT_TEST(budget_ends_the_study_and_progress_may_stop_it) {
     kt_check_true("no study", b.study == NULL);
 }
 
-KT_TEST(wrong_options_are_refused_in_words) {
+KT_TEST(wrong_options_are_rejected_in_words) {
     bench b;
     const double zero = 0.0;
     make_pendulum(&b, 1, 1.0, 1.0);

@@ -409,9 +409,9 @@ KT_TEST(an_n_four_bar_is_followed_to_its_singular_position) {
     linkage_free(&l);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
-static void check_refusal(const kt_model *model, kt_dae_options options, const char *where, const char *words) {
+static void check_rejection(const kt_model *model, kt_dae_options options, const char *where, const char *words) {
     kt_dae *dae = NULL;
     kt_error e = {0};
     kt_check_equal_int(words, kt_dae_create(model, &options, &dae, &e), KT_ERROR_ARGUMENT);
@@ -426,14 +426,14 @@ KT_TEST(baselines_say_what_is_wrong_with_their_options) {
         return;
     kt_dae_options o = kt_dae_options_default(KT_DAE_STABILISED);
     o.alpha = -1.0;
-    check_refusal(l.model, o, "alpha, beta", "zero or more");
+    check_rejection(l.model, o, "alpha, beta", "zero or more");
     o = kt_dae_options_default(KT_DAE_COUNT);
-    check_refusal(l.model, o, "type", "no differential-algebraic baseline");
+    check_rejection(l.model, o, "type", "no differential-algebraic baseline");
     o = kt_dae_options_default(KT_DAE_INDEX3);
     o.method = kt_method_find("rk4");
-    check_refusal(l.model, o, "method", "take implicit-euler, crank-nicolson, bdf2, two-step or radau5");
+    check_rejection(l.model, o, "method", "take implicit-euler, crank-nicolson, bdf2, two-step or radau5");
     o.method = kt_method_find("rodas5p");
-    check_refusal(l.model, o, "method", "rodas5p");
+    check_rejection(l.model, o, "method", "rodas5p");
     kt_check_true("no name", kt_dae_name(KT_DAE_COUNT) == NULL);
     kt_check_true("no condition", isnan(kt_dae_condition(NULL)));
     linkage_free(&l);

@@ -301,8 +301,8 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
     linkage_free(&l);
 }
 
-static void check_refusal(const linkage *l, const kt_constraint_formulation_options *options, size_t size, size_t shift,
-                          kt_status code, const char *where, const char *words) {
+static void check_rejection(const linkage *l, const kt_constraint_formulation_options *options, size_t size,
+                            size_t shift, kt_status code, const char *where, const char *words) {
     char *memory = aligned_alloc(KT_ALIGNMENT, kt_constraint_formulation_size(l->model) + KT_ALIGNMENT);
     kt_constraint_formulation *set = NULL;
     kt_error e = {0};
@@ -323,20 +323,20 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
         return;
     const size_t size = kt_constraint_formulation_size(l.model);
     o.type = KT_CONSTRAINT_FORMULATION_COUNT;
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no constraint formulation");
+    check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no constraint formulation");
     o = fine;
     o.alpha = -1.0;
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "zero or more");
+    check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "zero or more");
     o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.0);
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "inf");
+    check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "alpha", "inf");
     o = fine;
     o.penalty = 0.0;
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "penalty", "above zero");
+    check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "penalty", "above zero");
     o = fine;
     o.iterations = 0;
-    check_refusal(&l, &o, size, 0, KT_ERROR_ARGUMENT, "iterations", "one or more");
-    check_refusal(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "bytes");
-    check_refusal(&l, &fine, size, 8, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "misaligned");
+    check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "iterations", "one or more");
+    check_rejection(&l, &fine, size - 1, 0, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "bytes");
+    check_rejection(&l, &fine, size, 8, KT_ERROR_MEMORY, "kt_constraint_formulation_init", "misaligned");
     kt_constraint_formulation *none = NULL;
     kt_check_equal_int("no memory", kt_constraint_formulation_init(l.model, l.data, &fine, NULL, size, &none, NULL),
                        KT_ERROR_MEMORY);
@@ -365,7 +365,7 @@ KT_TEST(sets_say_that_they_need_inertia_along_every_joint) {
 }
 
 /* A set of another model in a simulation. */
-KT_TEST(a_simulation_refuses_the_set_of_another_model) {
+KT_TEST(a_simulation_rejects_the_set_of_another_model) {
     linkage l, other;
     const kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);

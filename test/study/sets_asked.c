@@ -56,7 +56,7 @@ KT_TEST(sets_of_what_has_no_loops_accelerate_as_the_tree) {
                                  kt_constraint_formulation_name((kt_constraint_formulation_type)-1) == NULL);
 }
 
-KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
+KT_TEST(sets_reject_what_overflows_and_what_is_out_of_range) {
     static linkage l;
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
@@ -98,7 +98,7 @@ KT_TEST(sets_refuse_what_overflows_and_what_is_out_of_range) {
 }
 
 /* The start is assembled, for the penalty to be chosen. */
-KT_TEST(set_of_what_cannot_be_assembled_is_refused) {
+KT_TEST(set_of_what_cannot_be_assembled_is_rejected) {
     static linkage l;
     four_bar f = four_bar_default();
     const kt_constraint_formulation_options options =

@@ -104,7 +104,7 @@ KT_TEST(motion_that_any_step_has_ends_the_ladder_at_once) {
 /* The limit goes from no working point to all requested points. A curve ends by length or by its accuracy, and its
  * points that do not work have no error. */
 KT_TEST(curves_end_as_runs_may_be_longer) {
-    int studies = 0, strange = 0, refused = 0;
+    int studies = 0, strange = 0, rejected = 0;
     for (int most = 2; most < 3000; most += 1 + most / 4) {
         bench b;
         make(&b);
@@ -114,7 +114,7 @@ KT_TEST(curves_end_as_runs_may_be_longer) {
         b.options.run_evaluations = (uint64_t)most;
         const kt_status status = create(&b);
         if (status == KT_ERROR_STEP) {
-            refused++;
+            rejected++;
             continue;
         }
         if (!kt_check_equal_int("study", status, KT_OK))
@@ -129,7 +129,7 @@ KT_TEST(curves_end_as_runs_may_be_longer) {
         kt_accuracy_free(b.study);
     }
     kt_check_above("studies", studies, 5.0);
-    kt_check_above("references out of time", refused, 1.0);
+    kt_check_above("references out of time", rejected, 1.0);
     kt_check_equal_int("points and curves that contradict themselves", strange, 0);
 }
 
@@ -170,7 +170,7 @@ static int drive(void *user, double t, double q, double v, double *force, kt_eff
 /* The effect fails from its n-th evaluation on. Either the study is rejected with the effect's message, or it has the
  * runs that came before. A run that failed is a point without an error. */
 KT_TEST(study_survives_an_effect_that_fails) {
-    int refused = 0, wordless = 0, strange = 0, had = 0;
+    int rejected = 0, wordless = 0, strange = 0, had = 0;
     for (int code = -1; code <= 1; code += 2)
         for (long n = 1;; n += 1 + n / 3) {
             bench b;
@@ -189,7 +189,7 @@ KT_TEST(study_survives_an_effect_that_fails) {
             b.options.method_count = 2;
             const kt_status status = create(&b);
             if (status != KT_OK) {
-                refused++;
+                rejected++;
                 wordless += b.error.code != status || b.error.message[0] == '\0' || b.study != NULL;
                 continue;
             }
@@ -201,7 +201,7 @@ KT_TEST(study_survives_an_effect_that_fails) {
             if (c.calls < n)
                 break;
         }
-    kt_check_above("refused", refused, 10.0);
+    kt_check_above("rejected", rejected, 10.0);
     kt_check_equal_int("without words", wordless, 0);
     kt_check_above("had", had, 4.0);
     kt_check_equal_int("points that contradict themselves", strange, 0);

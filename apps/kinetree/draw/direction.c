@@ -10,7 +10,7 @@
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
-static int refuse_view(const char *view) {
+static int reject_view(const char *view) {
     kt_say("draw: --view takes x, y, z, iso or AZIMUTH,ELEVATION in degrees, such as 35,25, not '%s'", view);
     return KT_EXIT_USAGE;
 }
@@ -52,7 +52,7 @@ int kt_draw_direction_choose(const char *view, const kt_picture *picture, const 
     }
     const bool is_iso = strcmp(view, "iso") == 0;
     if (!is_iso && (kt_numbers_read(view, angles, 2) != 2 || fabs(angles[1]) > 90.0))
-        return refuse_view(view);
+        return reject_view(view);
     *camera = kt_camera_around(vertical, degree * angles[0], degree * angles[1]);
     *words = name_angles(angles[0], angles[1]);
     if (is_iso)

@@ -72,7 +72,7 @@ static unzFile open_archive(const char *path, kt_error *error) {
     return zip;
 }
 
-static kt_status refuse_entry(const char *path, const char *entry, kt_error *error) {
+static kt_status reject_entry(const char *path, const char *entry, kt_error *error) {
     return kt_error_set(error, KT_ERROR_SCENE, NULL,
                         "%.200s: the entry '%.100s' is damaged, too large, or leads out of the archive", path, entry);
 }
@@ -88,7 +88,7 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
         status = kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s is no FMU: it has no %.100s", path, entry);
     else if (unzGetCurrentFileInfo64(zip, &info, NULL, 0, NULL, 0, NULL, 0) != UNZ_OK ||
              info.uncompressed_size > entry_most || unzOpenCurrentFile(zip) != UNZ_OK)
-        status = refuse_entry(path, entry, error);
+        status = reject_entry(path, entry, error);
     if (status == KT_OK && (*text = malloc((size_t)info.uncompressed_size + 1)) == NULL)
         status = no_memory(error);
     if (status == KT_OK) {
@@ -96,7 +96,7 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
         *size = (size_t)info.uncompressed_size;
         (*text)[*size] = '\0';
         if (count < 0 || (uint64_t)count != info.uncompressed_size || unzCloseCurrentFile(zip) != UNZ_OK)
-            status = refuse_entry(path, entry, error);
+            status = reject_entry(path, entry, error);
     }
     if (status != KT_OK) {
         free(*text);
@@ -168,14 +168,14 @@ static bool write_entry(unzFile zip, const char *path) {
 static kt_status unpack_entry(unzFile zip, const char *path, const char *folder, kt_error *error) {
     char name[NAME_SIZE], to[KT_FMU_PATH];
     if (unzGetCurrentFileInfo64(zip, NULL, name, sizeof name, NULL, 0, NULL, 0) != UNZ_OK)
-        return refuse_entry(path, "?", error);
+        return reject_entry(path, "?", error);
     name[sizeof name - 1] = '\0';
     const int length = snprintf(to, sizeof to, "%s/%s", folder, name);
     if (!is_within(name) || length >= (int)sizeof to || !make_folders(to, strlen(folder) + 1))
-        return refuse_entry(path, name, error);
+        return reject_entry(path, name, error);
     if (to[length - 1] == '/')
         return KT_OK;
-    return write_entry(zip, to) ? KT_OK : refuse_entry(path, name, error);
+    return write_entry(zip, to) ? KT_OK : reject_entry(path, name, error);
 }
 
 kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {
@@ -191,7 +191,7 @@ kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {
         folder[0] = '\0';
     for (int code = status == KT_OK ? unzGoToFirstFile(zip) : UNZ_ERRNO; code == UNZ_OK && status == KT_OK;
          code = unzGoToNextFile(zip))
-        status = ++entries <= ENTRIES_MOST ? unpack_entry(zip, path, folder, error) : refuse_entry(path, "?", error);
+        status = ++entries <= ENTRIES_MOST ? unpack_entry(zip, path, folder, error) : reject_entry(path, "?", error);
     if (status != KT_OK)
         kt_fmu_remove(folder);
     if (zip != NULL)
@@ -201,7 +201,7 @@ kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {
 
 #else
 
-static kt_status refuse_build(kt_error *error) {
+static kt_status reject_build(kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
                         "this build of kinetree does not read FMUs; build it on Linux with minizip");
 }
@@ -211,7 +211,7 @@ bool kt_fmu_has_archives(void) { return false; }
 kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, size_t *size, kt_error *error) {
     (void)path, (void)entry, (void)size;
     *text = NULL;
-    return refuse_build(error);
+    return reject_build(error);
 }
 
 bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
@@ -222,7 +222,7 @@ bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
 kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {
     (void)path;
     folder[0] = '\0';
-    return refuse_build(error);
+    return reject_build(error);
 }
 
 #endif

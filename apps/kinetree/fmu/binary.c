@@ -54,7 +54,7 @@ void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]) {
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
-static kt_status refuse_state(const kt_fmi_instance *f, kt_error *error) {
+static kt_status reject_state(const kt_fmi_instance *f, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "FMU '%.60s'", f->name);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
@@ -67,7 +67,7 @@ kt_status kt_fmi_save(kt_fmi_instance *f, unsigned char **bytes, size_t *size, k
     void *state = NULL;
     *bytes = NULL;
     if (!f->description.can_serialize || f->is_broken)
-        return refuse_state(f, error);
+        return reject_state(f, error);
     kt_status status = kt_fmi_check(f, call->get(f->instance, &state), "GetFMUState", error);
     if (status == KT_OK)
         status = kt_fmi_check(f, call->size(f->instance, state, size), "SerializedFMUStateSize", error);
@@ -84,7 +84,7 @@ kt_status kt_fmi_restore(kt_fmi_instance *f, const unsigned char *bytes, size_t 
     const kt_fmi_states *call = &f->states;
     void *state = NULL;
     if (!f->description.can_serialize)
-        return refuse_state(f, error);
+        return reject_state(f, error);
     kt_status status =
         kt_fmi_check(f, call->deserialize(f->instance, bytes, size, &state), "DeserializeFMUState", error);
     if (status == KT_OK)

@@ -46,7 +46,7 @@ static int say_native_memory(void) {
     return KT_EXIT_INTEGRATION;
 }
 
-/* ---- what is refused --------------------------------------------------------------------------------------------- */
+/* ---- what is rejected -------------------------------------------------------------------------------------------- */
 
 /* Returns why the accelerations of a scene are not those of one file; NULL: they are. */
 static const char *why_not_native(const kt_scene *scene, const kt_model *model) {
@@ -58,7 +58,7 @@ static const char *why_not_native(const kt_scene *scene, const kt_model *model) 
                                         : NULL;
 }
 
-static int refuse_native(const char *command, const kt_scene *scene, const kt_model *model) {
+static int reject_native(const char *command, const kt_scene *scene, const kt_model *model) {
     const char *why = why_not_native(scene, model);
     if (why == NULL)
         return -1;
@@ -232,7 +232,7 @@ static int take_native(kt_native_code *code, const char *command, const kt_model
 int kt_native_code_make(kt_native_code *code, const char *command, const kt_scene *scene, const kt_model *model) {
     native_text text = {NULL, NULL};
     *code = (kt_native_code){.library = NULL};
-    int exit = refuse_native(command, scene, model);
+    int exit = reject_native(command, scene, model);
     exit = exit < 0 ? generate_native(command, model, &text) : exit;
     exit = exit < 0 ? take_native(code, command, model, &text) : exit;
     free(text.source);
@@ -289,12 +289,12 @@ static double time_acceleration(const native_race *r, bool natively) {
 static void describe_left(const kt_native *native, char text[400]) {
     const unsigned long long count = native->left;
     text[0] = '\0';
-    if (native->computed == 0 && native->refused > 0)
+    if (native->computed == 0 && native->rejected > 0)
         (void)snprintf(text, 400, "; the library computed all %llu because no inertia moves with joint '%s' alone",
-                       count, kt_show(kt_joint_name(native->model, native->refused)).text);
-    else if (native->refused < 0)
+                       count, kt_show(kt_joint_name(native->model, native->rejected)).text);
+    else if (native->rejected < 0)
         (void)snprintf(text, 400, "; the library computed %llu next to singular positions of loop '%s'", count,
-                       kt_show(kt_loop_name(native->model, -native->refused - 1)).text);
+                       kt_show(kt_loop_name(native->model, -native->rejected - 1)).text);
     else if (count > 0)
         (void)snprintf(text, 400, "; the library computed %llu, of states beyond the range of the file", count);
 }

@@ -279,7 +279,7 @@ typedef struct kt_checkpoint_content {
     char wrong[480];      /* empty: nothing is */
 } kt_checkpoint_content;
 
-static void refuse(kt_checkpoint_content *content, const char *what) {
+static void reject(kt_checkpoint_content *content, const char *what) {
     snprintf(content->wrong, sizeof content->wrong, "%s", what);
 }
 
@@ -299,15 +299,15 @@ bool kt_checkpoint_is_one(const char *path) {
 static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
                        kt_checkpoint_content *content) {
     if (memcmp(head->kind, checkpoint_kind, sizeof head->kind) != 0)
-        refuse(content, "it is not a checkpoint of this version of kinetree");
+        reject(content, "it is not a checkpoint of this version of kinetree");
     else if (head->scene != checkpoint->scene)
-        refuse(content, "it belongs to another scene; give the one whose run wrote it");
+        reject(content, "it belongs to another scene; give the one whose run wrote it");
     else if (strncmp(head->words, checkpoint->words, sizeof head->words) != 0)
         snprintf(content->wrong, sizeof content->wrong,
                  "it belongs to a run with other options: that was by %.159s; this one is by %.159s", head->words,
                  checkpoint->words);
     else if (head->run != checkpoint->run || head->size != checkpoint->size + checkpoint->mode_size)
-        refuse(content,
+        reject(content,
                "it belongs to a run that recorded something else; give the --record and --markers of that run");
     return content->wrong[0] == '\0';
 }
@@ -318,7 +318,7 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t colum
     kt_progress_so_far *so_far = &content->so_far;
     uint64_t sum = KT_SUM_START, given = 0, unused = 0;
     if (!take(file, &head, sizeof head, &sum)) {
-        refuse(content, ftell(file) == 0 ? "it is empty: the run has ended before its first checkpoint"
+        reject(content, ftell(file) == 0 ? "it is empty: the run has ended before its first checkpoint"
                                          : "it is too short to be a checkpoint");
         return;
     }
@@ -332,9 +332,9 @@ static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t colum
     fine = fine && take(file, content->words, so_far->words, &sum) && take(file, &given, sizeof given, &unused) &&
            fgetc(file) == EOF;
     if (!fine)
-        refuse(content, "it is not as long as it was written: was it copied in full?");
+        reject(content, "it is not as long as it was written: was it copied in full?");
     else if (given != sum)
-        refuse(content, "its sum is wrong: it has been damaged");
+        reject(content, "its sum is wrong: it has been damaged");
 }
 
 /* Restores the run from the content; sets content->wrong if the simulation rejects the content. */
@@ -343,10 +343,10 @@ static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_
     kt_error error = {0};
     json_t *reported = json_loads(content->words, 0, NULL);
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
-        refuse(content, "there is not enough memory for its warnings and marks");
+        reject(content, "there is not enough memory for its warnings and marks");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK ||
                kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
-        refuse(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
+        reject(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
                         : outcome->is_native ? "the run that wrote it had no --native; leave it out here, too"
                                              : "the run that wrote it had --native; give it here, too");
     } else {

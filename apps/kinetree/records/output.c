@@ -288,11 +288,11 @@ int kt_check_writable(const char *path) {
         return -1;
     else if ((exists && access(path, W_OK) == 0) || (!exists && errno == ENOENT && *path != '\0')) {
         char *real = exists ? realpath(path, NULL) : NULL, *folder = folder_of(real != NULL ? real : path);
-        const int refused = folder == NULL ? 0 : access(folder, W_OK | X_OK);
+        const int rejected = folder == NULL ? 0 : access(folder, W_OK | X_OK);
         const int reason = errno;
         free(folder);
         free(real);
-        if (refused == 0)
+        if (rejected == 0)
             return -1;
         errno = reason;
     }

@@ -195,7 +195,7 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
 static void list_states(const kt_outcome *outcome, json_t *root) {
     if (kt_own_state_count(outcome->model) > 0)
         json_object_set_new(root, "state",
-                            kt_json_own_states(outcome->model, kt_simulation_own_states(outcome->simulation)));
+                            kt_json_auxiliary_states(outcome->model, kt_simulation_own_states(outcome->simulation)));
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {

@@ -242,7 +242,7 @@ static bool has_functions_of_time(const kt_scene *scene) {
 }
 
 /* Reads the auxiliary states of the result. A state that the result lacks keeps its initial value in the scene. */
-static kt_status take_own_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
+static kt_status take_auxiliary_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
     const int count = kt_own_state_count(model);
     double *x = calloc((size_t)count + 1, sizeof *x);
     if (x == NULL)
@@ -294,7 +294,7 @@ static int take_state(kt_scene *scene, const source *s, const kt_model *model, d
     if (status == KT_OK)
         take_released(scene, s);
     if (status == KT_OK && kt_own_state_count(model) > 0)
-        status = take_own_states(scene, s, model, &error);
+        status = take_auxiliary_states(scene, s, model, &error);
     if (status != KT_OK)
         kt_say_error(&error);
     return kt_exit_code(status);

@@ -54,7 +54,7 @@ void kt_say_open_contacts(const kt_model *model) {
                kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
 }
 
-int kt_refuse_contacts(const char *command, const kt_model *model) {
+int kt_reject_contacts(const char *command, const kt_model *model) {
     int first = 0;
     const int count = count_contacts(model, &first);
     if (count == 0)
@@ -79,7 +79,7 @@ void kt_say_fmus_left_out(const kt_scene *scene) {
                kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others are" : " is");
 }
 
-int kt_refuse_fmus(const char *command, const kt_scene *scene) {
+int kt_reject_fmus(const char *command, const kt_scene *scene) {
     if (scene->fmu_count == 0)
         return -1;
     kt_say("%s: FMU '%s': a file of this kind cannot contain the FMUs of a scene; remove it from `effects`", command,

@@ -95,7 +95,7 @@ static bool is_xml_file(const char *path) {
 
 /* Rejects settings for a robot, which has no parameters and no keys of a scene. Returns -1 without settings, else an
  * exit code. */
-static int refuse_settings(const char *path, const kt_settings *settings) {
+static int reject_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
     kt_say(
@@ -205,14 +205,14 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
         static const char name[] = "(standard input)";
         is_robot = is_robot || is_xml(input.text, input.used);
         reported.most = is_robot ? ROBOT_FAULTS_MOST : 0;
-        if (is_robot && refuse_settings(name, settings) >= 0) {
+        if (is_robot && reject_settings(name, settings) >= 0) {
             free(input.text);
             return KT_EXIT_USAGE;
         }
         status = is_robot ? kt_robot_parse(name, input.text, input.used, options, scene, report, &reported, &error)
                           : kt_scene_parse_with(name, input.text, input.used, &how, scene, report, &reported, &error);
         free(input.text);
-    } else if (is_robot && refuse_settings(path, settings) >= 0) {
+    } else if (is_robot && reject_settings(path, settings) >= 0) {
         return KT_EXIT_USAGE;
     } else if (is_robot) {
         status = kt_robot_read(path, options, scene, report, &reported, &error);

@@ -304,7 +304,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     const char *title = scene.description.name;
     kt_say_left_out("accuracy", &scene);
     kt_say_fmus_left_out(&scene);
-    code = kt_refuse_contacts("accuracy", model);
+    code = kt_reject_contacts("accuracy", model);
     if (code >= 0) {
         kt_model_free(model);
         kt_scene_free(&scene);

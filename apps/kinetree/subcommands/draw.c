@@ -119,7 +119,7 @@ static int fail(kt_status status, const kt_error *error) {
     return kt_exit_code(status);
 }
 
-static int refuse_times(const char *list) {
+static int reject_times(const char *list) {
     kt_say("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
     return KT_EXIT_USAGE;
 }
@@ -132,8 +132,8 @@ static int read_times(const char *list, motion *m) {
     }
     for (int i = 0; i < m->state_count; i++)
         if (m->times[i] < 0.0 || (i > 0 && m->times[i] <= m->times[i - 1]))
-            return refuse_times(list);
-    return m->state_count > 0 ? -1 : refuse_times(list);
+            return reject_times(list);
+    return m->state_count > 0 ? -1 : reject_times(list);
 }
 
 /* Sets evenly spaced times from the start to the end. */

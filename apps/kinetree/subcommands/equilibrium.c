@@ -151,8 +151,8 @@ static json_t *describe(const kt_small_motion *motion) {
     json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     if (kt_own_state_count(motion->model) > 0)
-        json_object_set_new(root, "state",
-                            kt_json_own_states(motion->model, kt_linearization_own_states(motion->linearization)));
+        json_object_set_new(
+            root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
     json_object_set_new(root, "stability", json_string(word(worst, neutral, damped)));
     json_object_set_new(root, "growth", json_real(worst < 0 ? 0.0 : kt_modes_at(motion->modes, worst).real));
     json_object_set_new(root, "neutral", json_integer(neutral));

@@ -145,7 +145,7 @@ int kt_command_export(int argc, char **argv) {
     code = kt_read_scene(argv[1], &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
-    code = kt_refuse_fmus("export", &scene);
+    code = kt_reject_fmus("export", &scene);
     if (code >= 0) {
         kt_scene_free(&scene);
         return code;

@@ -140,7 +140,7 @@ int kt_export_c_write(const kt_export_c *c) {
     header[length - 1] = 'h';
     int code = kt_load_model(c->scene, c->settings, &scene, &model);
     if (code == KT_EXIT_DONE) {
-        code = kt_refuse_fmus("export", &scene);
+        code = kt_reject_fmus("export", &scene);
         code = code < 0 ? write_both(c, model, header) : code;
         if (code == KT_EXIT_DONE)
             say_effects(c, model);

@@ -209,7 +209,7 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
 
 static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
-    const int moving = system->states - system->own_states;
+    const int moving = system->states - system->auxiliary_states;
     for (int i = 0; i < system->states; i++) {
         const bool velocity = i >= system->positions;
         if (i >= moving) {
@@ -264,7 +264,7 @@ static json_t *describe_shape(const kt_model *model, const double *shape) {
 }
 
 /* Returns the same object for auxiliary states. */
-static json_t *describe_own_states(const kt_model *model, const double *shape) {
+static json_t *describe_auxiliary_states(const kt_model *model, const double *shape) {
     json_t *object = json_object();
     for (int k = 0; k < kt_own_state_count(model); k++)
         json_object_set_new(object, kt_own_state_name(model, k), kt_json_numbers(shape + 2 * k, 2));
@@ -282,7 +282,7 @@ static json_t *list_modes(const kt_small_motion *motion) {
         json_object_set_new(one, "velocity", describe_shape(motion->model, kt_modes_velocities(motion->modes, i)));
         if (kt_own_state_count(motion->model) > 0)
             json_object_set_new(one, "state",
-                                describe_own_states(motion->model, kt_modes_own_states(motion->modes, i)));
+                                describe_auxiliary_states(motion->model, kt_modes_own_states(motion->modes, i)));
         json_array_append_new(list, one);
     }
     return list;
@@ -295,9 +295,9 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
     json_object_set_new(root, "about", json_string(state));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));
-    if (system->own_states > 0)
-        json_object_set_new(root, "state",
-                            kt_json_own_states(motion->model, kt_linearization_own_states(motion->linearization)));
+    if (system->auxiliary_states > 0)
+        json_object_set_new(
+            root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
     json_object_set_new(root, "states", list_states(motion, system));
     json_object_set_new(root, "inputs", list_inputs(motion, system));
     json_object_set_new(root, "outputs", list_outputs(motion->model));

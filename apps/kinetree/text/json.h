@@ -25,7 +25,7 @@ json_t *kt_json_rows(const double *matrix, int rows, int columns);
  * without coordinates are left out. Velocities if `of_velocity`, else positions. x may be NULL: all values are null. */
 json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocity);
 /* Object that maps each auxiliary state's name to its number. */
-json_t *kt_json_own_states(const kt_model *model, const double *x);
+json_t *kt_json_auxiliary_states(const kt_model *model, const double *x);
 
 /* Returns an object as text, which the caller frees, and releases the object; flags: those of jansson. NULL, after
  * printing the error: memory was insufficient. */

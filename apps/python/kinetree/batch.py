@@ -90,7 +90,7 @@ class Batch(Fixed):
         array = doubles(value, (self.states, count), what)
         return array, pointer(array)
 
-    def _own_states(self, X: Optional[Numbers]) -> Tuple[Optional[Vector], Any]:
+    def _auxiliary_states(self, X: Optional[Numbers]) -> Tuple[Optional[Vector], Any]:
         """Rows of auxiliary states; the initial ones of the model if none are given."""
         if X is None and self.model.nx:
             X = np.tile(self.model.initial_x, (self.states, 1))
@@ -156,7 +156,7 @@ class Batch(Fixed):
             return self.a if out is None else self.rows(self.a, out)
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
-        X_, x = self._own_states(X)
+        X_, x = self._auxiliary_states(X)
         out, t = output(out, (self.states, m.nv)), finite(t, "t")
         with self._guard:
             lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
@@ -278,7 +278,7 @@ class Batch(Fixed):
             return (self.q, self.v, self.x)[:kept]
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
-        X_, x = self._own_states(X)
+        X_, x = self._auxiliary_states(X)
         results = outputs(out, [(self.states, count) for count in (m.nq, m.nv, m.nx)[:kept]])
         t = finite(t, "t")
         with self._guard:

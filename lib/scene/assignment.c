@@ -1,6 +1,6 @@
-/* Parameters that events set, or that a program varies (reset.h): which numbers of a model follow from them, and their
- * new values. */
-#include "scene/reset.h"
+/* Parameters that events set, or that a program varies (assignment.h): which numbers of a model follow from them, and
+ * their new values. */
+#include "scene/assignment.h"
 #include "scene/impulse.h"
 
 #include "base/sum.h"
@@ -36,7 +36,7 @@ static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
 }
 
 /* The place of a number: a parameter of the scene, or a number of its description. */
-static uint64_t sum_of_place(uint64_t sum, const kt_reset_number *number) {
+static uint64_t sum_of_place(uint64_t sum, const kt_assigned_number *number) {
     const bool is_target = number->parameter < 0;
     const kt_parameter *of = &number->target.parameter;
     const int place[] = {is_target, (int)of->kind, is_target ? of->item : number->parameter, number->target.component};
@@ -46,10 +46,10 @@ static uint64_t sum_of_place(uint64_t sum, const kt_reset_number *number) {
 
 /* A checksum of the numbers that follow from the parameters that events set: their formulas and places. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
-    const kt_reset_number *number;
+    const kt_assigned_number *number;
     for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
         sum = sum_of_text(sum, scene->parameters[k].name);
-    for (size_t k = 0; (number = kt_resets_next(scene, &k)) != NULL;)
+    for (size_t k = 0; (number = kt_assignments_next(scene, &k)) != NULL;)
         if (number->expression != NULL)
             sum = sum_of_place(sum_of_formula(sum, number->expression), number);
     return sum;
@@ -88,22 +88,22 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
 /* ---- binding ----------------------------------------------------------------------------------------------------- */
 
 /* A number that follows. */
-typedef struct follower {
+typedef struct bound_number {
     const kt_expression *expression; /* of parameters; NULL: the number `varied` of the scene */
     size_t varied;
     int parameter;         /* it is this one, */
     int change, component; /* or that number of this parameter of the model */
-} follower;
+} bound_number;
 
-struct kt_resets {
+struct kt_assignments {
     const kt_scene *scene; /* its variables are set; NULL: auxiliary states are */
     kt_model *model;
     double *parameters; /* values */
     int *state;         /* of each, its auxiliary state in the model; -1: none */
     bool *is_set;       /* of each */
     int parameter_count;
-    follower *followers;
-    int follower_count;
+    bound_number *bound;
+    int bound_count;
     kt_parameter_change *changes, *news; /* of all that follow, and of those that differ from the model's */
     double *inertia; /* six for each change of a mass whose body has the inertia of its shape: the inertia of a kg */
     int change_count;
@@ -143,7 +143,7 @@ static bool is_same(const kt_parameter *a, const kt_parameter *b) {
 }
 
 /* The index of the change of this parameter, a new one if need be. */
-static kt_status find_change(kt_resets *to, const kt_model *model, const kt_parameter *parameter, int *index,
+static kt_status find_change(kt_assignments *to, const kt_model *model, const kt_parameter *parameter, int *index,
                              kt_error *error) {
     for (*index = 0; *index < to->change_count; (*index)++)
         if (is_same(&to->changes[*index].parameter, parameter))
@@ -154,7 +154,7 @@ static kt_status find_change(kt_resets *to, const kt_model *model, const kt_para
 }
 
 /* For a mass with the inertia of a shape, keeps this inertia for each kg. */
-static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_error *error) {
+static kt_status add_inertia(kt_assignments *to, const kt_model *model, int mass, kt_error *error) {
     const kt_parameter parameter = {.kind = KT_PARAMETER_INERTIA, .item = to->changes[mass].parameter.item, .count = 6};
     double *a_kg = to->inertia + 6 * (size_t)to->change_count;
     int index;
@@ -164,15 +164,15 @@ static kt_status add_inertia(kt_resets *to, const kt_model *model, int mass, kt_
     return status;
 }
 
-static kt_status add_number(kt_resets *to, const kt_scene *scene, const kt_model *model, const kt_reset_number *number,
-                            size_t varied, kt_error *error) {
+static kt_status add_number(kt_assignments *to, const kt_scene *scene, const kt_model *model,
+                            const kt_assigned_number *number, size_t varied, kt_error *error) {
     const kt_parameter *of = &number->target.parameter;
     kt_parameter parameter = *of;
     if (!find_parameter(scene, model, &parameter))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create",
                             "a number that follows from a parameter which an event sets is not in the model");
-    follower *f = &to->followers[to->follower_count++];
-    *f = (follower){
+    bound_number *f = &to->bound[to->bound_count++];
+    *f = (bound_number){
         .expression = number->expression, .varied = varied, .parameter = -1, .component = number->target.component};
     const int before = to->change_count;
     kt_status status = find_change(to, model, &parameter, &f->change, error);
@@ -182,17 +182,17 @@ static kt_status add_number(kt_resets *to, const kt_scene *scene, const kt_model
     return status;
 }
 
-static bool take_memory(kt_pool *pool, kt_resets *to, size_t numbers) {
+static bool take_memory(kt_pool *pool, kt_assignments *to, size_t numbers) {
     const size_t parameters = (size_t)to->parameter_count + 1, changes = 2 * numbers + 1;
     to->parameters = kt_pool_take(pool, parameters, sizeof *to->parameters);
     to->state = kt_pool_take(pool, parameters, sizeof *to->state);
     to->is_set = kt_pool_take(pool, parameters, sizeof *to->is_set);
-    to->followers = kt_pool_take(pool, numbers + 1, sizeof *to->followers);
+    to->bound = kt_pool_take(pool, numbers + 1, sizeof *to->bound);
     to->changes = kt_pool_take(pool, changes, sizeof *to->changes);
     to->news = kt_pool_take(pool, changes, sizeof *to->news);
     to->inertia = kt_pool_take(pool, 6 * changes, sizeof *to->inertia);
     to->x = kt_pool_take(pool, (size_t)to->x_count + 1, sizeof *to->x);
-    return to->parameters != NULL && to->state != NULL && to->is_set != NULL && to->followers != NULL &&
+    return to->parameters != NULL && to->state != NULL && to->is_set != NULL && to->bound != NULL &&
            to->changes != NULL && to->news != NULL && to->inertia != NULL && to->x != NULL;
 }
 
@@ -205,9 +205,9 @@ static const kt_expression *keep_expression(kt_pool *pool, const kt_expression *
     return kept;
 }
 
-static void bind_parameters(kt_resets *to, const kt_scene *scene, const kt_model *model) {
+static void bind_parameters(kt_assignments *to, const kt_scene *scene, const kt_model *model) {
     for (int k = 0; k < to->parameter_count; k++) {
-        const kt_reset_parameter parameter = kt_resets_parameter(scene, k);
+        const kt_assigned_parameter parameter = kt_assignments_parameter(scene, k);
         to->parameters[k] = parameter.value;
         to->is_set[k] = parameter.is_set;
         to->state[k] =
@@ -216,9 +216,9 @@ static void bind_parameters(kt_resets *to, const kt_scene *scene, const kt_model
 }
 
 /* Room for so many numbers; NULL: out of memory. */
-static kt_resets *start_resets(kt_pool *pool, const kt_model *model, int parameters, int states, size_t numbers,
-                               kt_error *error) {
-    kt_resets *to = kt_pool_take(pool, 1, sizeof *to);
+static kt_assignments *start_assignments(kt_pool *pool, const kt_model *model, int parameters, int states,
+                                         size_t numbers, kt_error *error) {
+    kt_assignments *to = kt_pool_take(pool, 1, sizeof *to);
     if (to != NULL) {
         to->parameter_count = parameters;
         to->x_count = states;
@@ -230,28 +230,29 @@ static kt_resets *start_resets(kt_pool *pool, const kt_model *model, int paramet
     return NULL;
 }
 
-kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
-                           kt_error *error) {
-    const kt_reset_number *next;
+kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_model *model,
+                                kt_assignments **assignments, kt_error *error) {
+    const kt_assigned_number *next;
     size_t count = 0;
-    *resets = NULL;
+    *assignments = NULL;
     if (!kt_scene_sets(scene))
         return KT_OK;
-    for (size_t k = 0; kt_resets_next(scene, &k) != NULL;)
+    for (size_t k = 0; kt_assignments_next(scene, &k) != NULL;)
         count++;
-    kt_resets *to = start_resets(pool, model, kt_resets_parameters(scene), kt_own_state_count(model), count, error);
+    kt_assignments *to =
+        start_assignments(pool, model, kt_assignments_parameters(scene), kt_own_state_count(model), count, error);
     if (to == NULL)
         return KT_ERROR_MEMORY;
     bind_parameters(to, scene, model);
     kt_status status = KT_OK;
-    for (size_t k = 0; status == KT_OK && (next = kt_resets_next(scene, &k)) != NULL;) {
-        kt_reset_number number = *next;
+    for (size_t k = 0; status == KT_OK && (next = kt_assignments_next(scene, &k)) != NULL;) {
+        kt_assigned_number number = *next;
         number.expression = keep_expression(pool, number.expression);
         if (number.expression == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
         if (number.parameter >= 0 && !to->is_set[number.parameter])
-            to->followers[to->follower_count++] =
-                (follower){.expression = number.expression, .parameter = number.parameter};
+            to->bound[to->bound_count++] =
+                (bound_number){.expression = number.expression, .parameter = number.parameter};
         else if (number.parameter < 0)
             status = add_number(to, scene, model, &number, 0, error);
     }
@@ -259,43 +260,43 @@ kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model 
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_create",
                               "events of the scene set parameters of its model, which is immutable: compile it with "
                               "kt_model_options.settable (kt_scene_sets), or make a copy (kt_model_copy)");
-    *resets = to;
+    *assignments = to;
     return status;
 }
 
-kt_status kt_resets_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
-                                  kt_error *error) {
-    const kt_reset_number *next;
+kt_status kt_assignments_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model,
+                                       kt_assignments **assignments, kt_error *error) {
+    const kt_assigned_number *next;
     size_t count = 0;
     for (size_t k = 0; kt_varied_next(scene, &k) != NULL;)
         count++;
-    *resets = start_resets(pool, model, 0, 0, count, error);
-    if (*resets == NULL)
+    *assignments = start_assignments(pool, model, 0, 0, count, error);
+    if (*assignments == NULL)
         return KT_ERROR_MEMORY;
-    (*resets)->scene = scene;
+    (*assignments)->scene = scene;
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && (next = kt_varied_next(scene, &k)) != NULL;) {
-        kt_reset_number number = *next;
+        kt_assigned_number number = *next;
         number.expression = NULL;
-        status = add_number(*resets, scene, model, &number, k - 1, error);
+        status = add_number(*assignments, scene, model, &number, k - 1, error);
     }
     return status;
 }
 
 /* ---- new values -------------------------------------------------------------------------------------------------- */
 
-double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation) {
-    memcpy(resets->x, kt_simulation_own_states(simulation), (size_t)resets->x_count * sizeof *resets->x);
-    return resets->x;
+double *kt_assignments_states(kt_assignments *assignments, const kt_simulation *simulation) {
+    memcpy(assignments->x, kt_simulation_own_states(simulation), (size_t)assignments->x_count * sizeof *assignments->x);
+    return assignments->x;
 }
 
 /* Evaluates all that follows from the states, and lists the values that differ from the model. */
-static kt_status evaluate_assignment(kt_resets *r, int *count, kt_error *error) {
+static kt_status evaluate_assignment(kt_assignments *r, int *count, kt_error *error) {
     for (int k = 0; k < r->parameter_count; k++)
         if (r->is_set[k] && r->state[k] >= 0)
             r->parameters[k] = r->x[r->state[k]];
-    for (int i = 0; i < r->follower_count; i++) {
-        const follower *f = &r->followers[i];
+    for (int i = 0; i < r->bound_count; i++) {
+        const bound_number *f = &r->bound[i];
         const double value = f->expression != NULL ? kt_expression_evaluate(f->expression, r->parameters)
                                                    : kt_varied_value(r->scene, f->varied);
         if (f->parameter < 0) {
@@ -323,20 +324,21 @@ static kt_status evaluate_assignment(kt_resets *r, int *count, kt_error *error) 
     return KT_OK;
 }
 
-kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error *error) {
+kt_status kt_assignments_apply(kt_assignments *assignments, kt_simulation *simulation, kt_error *error) {
     int count = 0;
-    kt_status status = evaluate_assignment(resets, &count, error);
+    kt_status status = evaluate_assignment(assignments, &count, error);
     if (status == KT_OK)
-        status = kt_simulation_change(simulation, resets->model, resets->news, count,
-                                      resets->scene == NULL ? resets->x : NULL, error);
+        status = kt_simulation_change(simulation, assignments->model, assignments->news, count,
+                                      assignments->scene == NULL ? assignments->x : NULL, error);
     return status;
 }
 
-kt_status kt_resets_sync(kt_resets *resets, const kt_simulation *simulation, kt_error *error) {
+kt_status kt_assignments_sync(kt_assignments *assignments, const kt_simulation *simulation, kt_error *error) {
     int count = 0;
-    (void)kt_resets_states(resets, simulation);
-    kt_status status = evaluate_assignment(resets, &count, error);
+    (void)kt_assignments_states(assignments, simulation);
+    kt_status status = evaluate_assignment(assignments, &count, error);
     for (int i = 0; status == KT_OK && i < count; i++)
-        status = kt_parameter_set(resets->model, &resets->news[i].parameter, resets->news[i].values, error);
+        status =
+            kt_parameter_set(assignments->model, &assignments->news[i].parameter, assignments->news[i].values, error);
     return status;
 }

@@ -1,8 +1,9 @@
-/* Parameters and numbers that events set (reset.h): their names, and the numbers of a description that can be set. */
+/* Parameters and numbers that events set (assignment.h): their names, and the numbers of a description that can be
+ * set. */
 #include "effect/effect.h"
 #include "model/parameter_key.h"
+#include "scene/assignment.h"
 #include "scene/fmu_node.h"
-#include "scene/reset.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -39,8 +40,8 @@ static bool is_named(const kt_reader *r, const char *name) {
     return false;
 }
 
-bool kt_resets_are_named(const kt_reader *r) { return is_named(r, NULL); }
-bool kt_reset_is_named(const kt_reader *r, const char *name) { return r->scene->varying != NULL && is_named(r, name); }
+bool kt_assignments_exist(const kt_reader *r) { return is_named(r, NULL); }
+bool kt_is_assigned(const kt_reader *r, const char *name) { return r->scene->varying != NULL && is_named(r, name); }
 
 /* ---- numbers of a description ------------------------------------------------------------------------------------ */
 
@@ -52,7 +53,7 @@ static int index_in(const double *first, int count, const double *at) {
     return -1;
 }
 
-static bool find_in_body(const kt_body *body, const double *at, kt_reset_target *target) {
+static bool find_in_body(const kt_body *body, const double *at, kt_assignment_target *target) {
     const struct {
         kt_parameter_kind kind;
         const double *first;
@@ -75,7 +76,7 @@ static bool find_in_body(const kt_body *body, const double *at, kt_reset_target 
 
 /* Numbers of loops and effects are those of their keys. Those of a function of time begin with its value. */
 static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
-                         kt_reset_target *target) {
+                         kt_assignment_target *target) {
     for (int i = 0; i < d->key_count; i++) {
         const void *member = (const char *)object + d->keys[i].offset;
         const kt_function *functions = member;
@@ -101,11 +102,11 @@ static bool lies_in(const void *items, int count, size_t size, const double *at,
     return true;
 }
 
-bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target) {
+bool kt_assignment_target_of(const kt_description *description, const double *at, kt_assignment_target *target) {
     const kt_description *d = description;
     int *item = &target->parameter.item;
-    *target = (kt_reset_target){.parameter = {.kind = KT_PARAMETER_GRAVITY, .count = 3},
-                                .component = index_in(&d->gravity.x, 3, at)};
+    *target = (kt_assignment_target){.parameter = {.kind = KT_PARAMETER_GRAVITY, .count = 3},
+                                     .component = index_in(&d->gravity.x, 3, at)};
     if (target->component >= 0)
         return true;
     if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, item))

@@ -17,35 +17,35 @@ static void check_table(const char *what, kt_method m, const char *words) {
     kt_check_contains("words", error.message, words);
 }
 
-KT_TEST(sizes_and_orders_out_of_range_are_refused) {
+KT_TEST(sizes_and_orders_out_of_range_are_rejected) {
     static const char stages[] = "a method has 1 to 32 stages", orders[] = "orders are 1 to 12";
     static const char together[] = "error weights and embedded orders belong together";
     const kt_method good = *kt_method_find("dop853");
     kt_method m;
-#define KT_REFUSED(words, change)                                                                                      \
+#define KT_REJECTD(words, change)                                                                                      \
     do {                                                                                                               \
         m = good;                                                                                                      \
         change;                                                                                                        \
         check_table(#change, m, words);                                                                                \
     } while (0)
-    KT_REFUSED(stages, m.stages = KT_METHOD_STAGES_MAX + 1);
-    KT_REFUSED(stages, m.dense_stages = KT_METHOD_STAGES_MAX + 1);
-    KT_REFUSED("a method of one stage cannot be fsal", (m.stages = 1, m.fsal = true));
-    KT_REFUSED(orders, m.embedded_order = -1);
-    KT_REFUSED(orders, m.embedded_order = KT_METHOD_ORDER_MAX + 1);
-    KT_REFUSED(orders, m.embedded_order_low = -1);
-    KT_REFUSED(orders, m.embedded_order_low = KT_METHOD_ORDER_MAX + 1);
-    KT_REFUSED(orders, m.dense_order = -1);
-    KT_REFUSED(orders, m.dense_order = KT_METHOD_ORDER_MAX + 1);
-    KT_REFUSED("a dense output has 0 to 8 terms", m.dense_terms = -1);
-    KT_REFUSED(together, m.embedded_order_low = 0);
-    KT_REFUSED(together, (m.e = NULL, m.embedded_order = 0));
-    KT_REFUSED("dense_stages > 0 needs dense_a and dense_c", m.dense_c = NULL);
-#undef KT_REFUSED
+    KT_REJECTD(stages, m.stages = KT_METHOD_STAGES_MAX + 1);
+    KT_REJECTD(stages, m.dense_stages = KT_METHOD_STAGES_MAX + 1);
+    KT_REJECTD("a method of one stage cannot be fsal", (m.stages = 1, m.fsal = true));
+    KT_REJECTD(orders, m.embedded_order = -1);
+    KT_REJECTD(orders, m.embedded_order = KT_METHOD_ORDER_MAX + 1);
+    KT_REJECTD(orders, m.embedded_order_low = -1);
+    KT_REJECTD(orders, m.embedded_order_low = KT_METHOD_ORDER_MAX + 1);
+    KT_REJECTD(orders, m.dense_order = -1);
+    KT_REJECTD(orders, m.dense_order = KT_METHOD_ORDER_MAX + 1);
+    KT_REJECTD("a dense output has 0 to 8 terms", m.dense_terms = -1);
+    KT_REJECTD(together, m.embedded_order_low = 0);
+    KT_REJECTD(together, (m.e = NULL, m.embedded_order = 0));
+    KT_REJECTD("dense_stages > 0 needs dense_a and dense_c", m.dense_c = NULL);
+#undef KT_REJECTD
 }
 
 /* One NaN in each array of the table that has all of them. */
-KT_TEST(a_coefficient_that_is_not_finite_is_refused_wherever_it_stands) {
+KT_TEST(a_coefficient_that_is_not_finite_is_rejected_wherever_it_stands) {
     const kt_method good = *kt_method_find("dop853");
     const int s = good.stages, d = good.dense_stages, w = kt_method_fresh(&good) + 1;
     const struct {
@@ -95,21 +95,21 @@ KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
         change;                                                                                                        \
         kt_check_equal_int(#change, place(dopri5, &o, &error), status);                                                \
     } while (0)
-#define KT_REFUSED(words, change)                                                                                      \
+#define KT_REJECTD(words, change)                                                                                      \
     do {                                                                                                               \
         KT_PLACED(KT_ERROR_ARGUMENT, change);                                                                          \
         kt_check_contains("words", error.message, words);                                                              \
     } while (0)
-    KT_REFUSED("2.2e-16 (relative) is below the rounding", o.relative_tolerance = 2.2e-16);
-    KT_REFUSED("4.94066e-324 (relative) is below", o.relative_tolerance = 5e-324);
+    KT_REJECTD("2.2e-16 (relative) is below the rounding", o.relative_tolerance = 2.2e-16);
+    KT_REJECTD("4.94066e-324 (relative) is below", o.relative_tolerance = 5e-324);
     KT_PLACED(KT_OK, o.relative_tolerance = 2.3e-16);
     KT_PLACED(KT_OK, o.relative_tolerance = 0.0);
-    KT_REFUSED("safety must be between 0 and 1", o.safety = 0.0);
-    KT_REFUSED("safety must be between 0 and 1", o.safety = (double)NAN);
-    KT_REFUSED("0 < alpha <= 2", o.alpha = 2.1);
-    KT_REFUSED("0 <= beta <= alpha", o.beta = -0.1);
-    KT_REFUSED("0 < factor_min < 1", o.factor_min = 0.0);
-    KT_REFUSED("1 < factor_max", o.factor_max = HUGE_VAL);
+    KT_REJECTD("safety must be between 0 and 1", o.safety = 0.0);
+    KT_REJECTD("safety must be between 0 and 1", o.safety = (double)NAN);
+    KT_REJECTD("0 < alpha <= 2", o.alpha = 2.1);
+    KT_REJECTD("0 <= beta <= alpha", o.beta = -0.1);
+    KT_REJECTD("0 < factor_min < 1", o.factor_min = 0.0);
+    KT_REJECTD("1 < factor_max", o.factor_max = HUGE_VAL);
     KT_PLACED(KT_OK, (o.alpha = 2.0, o.beta = 2.0));
     KT_PLACED(KT_OK, o.beta = 0.0);
     KT_PLACED(KT_OK, o.absolute_tolerance = 0.0);
@@ -117,7 +117,7 @@ KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
     KT_PLACED(KT_OK, o.absolute_tolerances = with_zero);
     KT_PLACED(KT_OK, (o.absolute_tolerances = positive, o.absolute_tolerance = o.relative_tolerance = 0.0));
 #undef KT_PLACED
-#undef KT_REFUSED
+#undef KT_REJECTD
 }
 
 KT_TEST(what_is_missing_is_named) {
@@ -160,7 +160,7 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     kt_integrator_save(it, &good, y, NULL, NULL);
     memcpy(before, y, sizeof before);
     y[0] += 0.5; /* so that a restore that went through would show */
-#define KT_REFUSED(change)                                                                                             \
+#define KT_REJECTD(change)                                                                                             \
     do {                                                                                                               \
         bad = good;                                                                                                    \
         change;                                                                                                        \
@@ -168,15 +168,15 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
                            KT_ERROR_ARGUMENT);                                                                         \
         kt_check_contains("words", error.message, damaged);                                                            \
     } while (0)
-    KT_REFUSED(bad.previous_t = HUGE_VAL);
-    KT_REFUSED(bad.origin = (double)NAN);
-    KT_REFUSED(bad.last_step = -HUGE_VAL);
-    KT_REFUSED(bad.next_step = HUGE_VAL);
-    KT_REFUSED(bad.control_error = HUGE_VAL);
-    KT_REFUSED(bad.control_error = (double)NAN);
-    KT_REFUSED(bad.advanced = (double)NAN);
-    KT_REFUSED(bad.window = good.counts.steps + good.counts.rejected + 1);
-#undef KT_REFUSED
+    KT_REJECTD(bad.previous_t = HUGE_VAL);
+    KT_REJECTD(bad.origin = (double)NAN);
+    KT_REJECTD(bad.last_step = -HUGE_VAL);
+    KT_REJECTD(bad.next_step = HUGE_VAL);
+    KT_REJECTD(bad.control_error = HUGE_VAL);
+    KT_REJECTD(bad.control_error = (double)NAN);
+    KT_REJECTD(bad.advanced = (double)NAN);
+    KT_REJECTD(bad.window = good.counts.steps + good.counts.rejected + 1);
+#undef KT_REJECTD
     kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, NULL, &callbacks, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, missing);
@@ -257,7 +257,7 @@ static kt_status take_step(const kt_integrator_options *options, double t, doubl
 
 /* y is 1 in both components. Its rounding eps is 2e14 times a tolerance of 1e-30. A tolerance just above eps is
  * accepted. */
-KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
+KT_TEST(tolerances_below_the_rounding_of_the_state_are_rejected) {
     kt_error error;
     kt_integrator_options o = kt_integrator_options_default();
     o.relative_tolerance = 0.0;
@@ -273,7 +273,7 @@ KT_TEST(tolerances_below_the_rounding_of_the_state_are_refused) {
 }
 
 /* 16 eps of 1000 s are 3.553e-12 s. */
-KT_TEST(longest_step_that_is_lost_in_the_time_is_refused) {
+KT_TEST(longest_step_that_is_lost_in_the_time_is_rejected) {
     kt_error error;
     kt_integrator_options o = kt_integrator_options_default();
     o.max_step = 3.5e-12;

@@ -1,5 +1,5 @@
 /* Parameters that events set. A run is compared with its closed form. The equations after an event are compared with
- * those of a scene that is read with the new numbers. Further tests cover checkpoints, files, and refused events. */
+ * those of a scene that is read with the new numbers. Further tests cover checkpoints, files, and rejected events. */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 
@@ -153,7 +153,7 @@ static void replace(const char *text, const char *old, const char *new, char *to
 }
 
 /* When the scenes are read, the numbers that follow from the parameters have equal values in all of them. */
-KT_TEST(checkpoints_are_refused_where_numbers_follow_otherwise) {
+KT_TEST(checkpoints_are_rejected_where_numbers_follow_otherwise) {
     static const struct {
         const char *old, *new, *words;
     } rows[] = {
@@ -370,7 +370,7 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
     stream = open_memstream(&text, &size);
     if (stream == NULL)
         return;
-    kt_check_equal_int("refuses", kt_scene_write(&scene, stream, &error), KT_ERROR_UNSUPPORTED);
+    kt_check_equal_int("rejects", kt_scene_write(&scene, stream, &error), KT_ERROR_UNSUPPORTED);
     kt_check_contains("words", error.message, "numbers of the scene follow");
     fclose(stream);
     free(text);
@@ -379,7 +379,7 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
-KT_TEST(what_cannot_change_is_refused_at_its_place) {
+KT_TEST(what_cannot_change_is_rejected_at_its_place) {
     static const struct {
         const char *line, *set, *place, *words;
     } wrong[] = {

@@ -1,5 +1,5 @@
 /* Inputs that closed mechanisms reject, in every way of reduction, in the plane and in space. They are numbers that are
- * not finite or too large, freedoms without inertia, and states too far from closed. Refused calls write nothing, and
+ * not finite or too large, freedoms without inertia, and states too far from closed. Rejected calls write nothing, and
  * their messages describe the fault.
  */
 #include "../constraint/linkage.h"
@@ -28,7 +28,7 @@ static bool build_four_bar(linkage *l, int k) {
     return linkage_build(l, 0.0);
 }
 
-/* ---- calls that must refuse -------------------------------------------------------------------------------------- */
+/* ---- calls that must reject -------------------------------------------------------------------------------------- */
 
 enum { MOST = 8 };
 
@@ -67,7 +67,7 @@ static void check_words(const char *call, kt_status status, const kt_error *e, k
 }
 
 /* Accelerations, powers and reactions. */
-static void refuse_motion(const asked *s, kt_status expected, const char *where, const char *message) {
+static void reject_motion(const asked *s, kt_status expected, const char *where, const char *message) {
     const linkage *l = s->l;
     double a[MOST];
     kt_power power = {77.0, 77.0};
@@ -97,7 +97,7 @@ static kt_status project(const kt_model *model, kt_data *data, double t, double 
     return status;
 }
 
-static void refuse_move(const char *call, move *function, const asked *s, kt_status expected, const char *where,
+static void reject_move(const char *call, move *function, const asked *s, kt_status expected, const char *where,
                         const char *message) {
     const linkage *l = s->l;
     asked now = *s;
@@ -108,7 +108,7 @@ static void refuse_move(const char *call, move *function, const asked *s, kt_sta
 }
 
 /* Residuals and equations. */
-static void refuse_equations(const asked *s, kt_status expected, const char *where, const char *message) {
+static void reject_equations(const asked *s, kt_status expected, const char *where, const char *message) {
     const linkage *l = s->l;
     kt_residual residual = {77.0, 77.0};
     double drift[6 * LINKAGE_LOOPS];
@@ -131,44 +131,44 @@ KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
             return;
         asked s = ask(&l);
         s.q[1] = (double)NAN;
-        refuse_motion(&s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
-        refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
-        refuse_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
-        refuse_equations(&s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
+        reject_motion(&s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
+        reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
+        reject_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
+        reject_equations(&s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
         s = ask(&l);
         s.v[2] = HUGE_VAL;
-        refuse_motion(&s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
-        refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
-        refuse_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
-        refuse_equations(&s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
+        reject_motion(&s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
+        reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
+        reject_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
+        reject_equations(&s, KT_ERROR_NOT_FINITE, "'rocker'", "velocity");
         s = ask(&l);
         s.tau[0] = -HUGE_VAL;
-        refuse_motion(&s, KT_ERROR_NOT_FINITE, "'crank'", "force or torque");
+        reject_motion(&s, KT_ERROR_NOT_FINITE, "'crank'", "force or torque");
         linkage_free(&l);
     }
 }
 
 /* The numbers are finite, but their squares or the results are not. */
-KT_TEST(numbers_that_overflow_are_refused) {
+KT_TEST(numbers_that_overflow_are_rejected) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
         if (!build_four_bar(&l, k))
             return;
         asked s = ask(&l);
         s.v[0] = 1e200;
-        refuse_motion(&s, KT_ERROR_NOT_FINITE, "joint 'crank'",
+        reject_motion(&s, KT_ERROR_NOT_FINITE, "joint 'crank'",
                       "look for a position, velocity, force or torque that is not finite or is huge");
         s = ask(&l);
         s.v[0] = s.v[1] = s.v[2] = DBL_MAX;
-        refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "t = 0 s", "a position or velocity is huge");
-        refuse_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, NULL,
+        reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "t = 0 s", "a position or velocity is huge");
+        reject_move("assemble", kt_state_assemble, &s, KT_ERROR_NOT_FINITE, NULL,
                     "the initial velocities are too large");
         linkage_free(&l);
     }
 }
 
 /* A bar that a loop holds: nothing moves, but at half a metre the loop would have to hold twice the largest number. */
-KT_TEST(reactions_that_overflow_are_refused) {
+KT_TEST(reactions_that_overflow_are_rejected) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
         kt_wrench joints[MOST], loops[LINKAGE_LOOPS];
@@ -210,8 +210,8 @@ static const char no_inertia[] =
     "bodies that move there mass or inertia";
 
 /* A four-bar without mass. In the second case a slider carries it. In the third it carries a link without mass that no
- * loop holds. This case is refused before anything moves. */
-KT_TEST(freedoms_without_inertia_are_refused) {
+ * loop holds. This case is rejected before anything moves. */
+KT_TEST(freedoms_without_inertia_are_rejected) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
         const four_bar f = four_bar_default();
@@ -222,9 +222,9 @@ KT_TEST(freedoms_without_inertia_are_refused) {
         if (!linkage_build(&l, 0.0))
             return;
         asked s = ask(&l);
-        refuse_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
+        reject_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
         s.v[0] += 1e-3;
-        refuse_move("project", project, &s, KT_ERROR_SINGULAR, "t = 0 s", no_inertia);
+        reject_move("project", project, &s, KT_ERROR_SINGULAR, "t = 0 s", no_inertia);
         linkage_free(&l);
 
         linkage_four_bar(&l, &f);
@@ -250,12 +250,12 @@ KT_TEST(freedoms_without_inertia_are_refused) {
         if (!linkage_build(&l, 0.0))
             return;
         s = ask(&l);
-        refuse_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
+        reject_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
         linkage_free(&l);
     }
 }
 
-KT_TEST(quaternion_that_is_no_rotation_is_refused) {
+KT_TEST(quaternion_that_is_no_rotation_is_rejected) {
     static linkage l;
     linkage_begin(&l);
     kt_body *ball = linkage_bar(&l, "ball", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
@@ -267,12 +267,12 @@ KT_TEST(quaternion_that_is_no_rotation_is_refused) {
         return;
     asked s = ask(&l);
     memset(s.q, 0, sizeof s.q);
-    refuse_move("project", project, &s, KT_ERROR_ARGUMENT, "'ball'", "its quaternion is zero");
-    refuse_move("assemble", kt_state_assemble, &s, KT_ERROR_ARGUMENT, "'ball'", "its quaternion is zero");
+    reject_move("project", project, &s, KT_ERROR_ARGUMENT, "'ball'", "its quaternion is zero");
+    reject_move("assemble", kt_state_assemble, &s, KT_ERROR_ARGUMENT, "'ball'", "its quaternion is zero");
     linkage_free(&l);
 }
 
-KT_TEST(what_is_not_finite_is_refused_without_loops) {
+KT_TEST(what_is_not_finite_is_rejected_without_loops) {
     static linkage l;
     linkage_begin(&l);
     (void)linkage_bar(&l, "arm", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
@@ -280,10 +280,10 @@ KT_TEST(what_is_not_finite_is_refused_without_loops) {
         return;
     asked s = ask(&l);
     s.v[0] = (double)NAN;
-    refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "velocity");
+    reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "velocity");
     s = ask(&l);
     s.q[0] = HUGE_VAL;
-    refuse_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "position");
+    reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "position");
     linkage_free(&l);
 }
 
@@ -313,7 +313,7 @@ KT_TEST(state_too_far_from_closed_is_told_apart_from_one_out_of_reach) {
         const double x = cos(s.q[1]) + f.coupler - f.ground * cos(turn) - f.rocker * cos(back);
         const double y = -sin(s.q[1]) + f.ground * sin(turn) - f.rocker * sin(back);
         snprintf(gap, sizeof gap, "these stay open: 'close' by %.3g m", fmax(fabs(x), fabs(y)));
-        refuse_move("project", project, &s, KT_ERROR_CONSTRAINT, "t = 0 s",
+        reject_move("project", project, &s, KT_ERROR_CONSTRAINT, "t = 0 s",
                     "the loops are too far open to be closed again in one step (smaller steps may help); ");
         kt_check_contains("the gap", e.message, gap);
         (void)linkage_fine("assembly goes there", kt_state_assemble(l.model, l.data, 0.0, s.q, s.v, &e), &e);

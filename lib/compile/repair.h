@@ -10,7 +10,7 @@
  * they were.
  * Errors: KT_ERROR_MEMORY.
  * Cost: O((coordinates + equations + corrections)^3) a position. */
-kt_status kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q, bool *found);
+kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, bool *found);
 
 /* Puts the ends of all loops to given places, two a loop. */
 void kt_loops_place_ends(kt_model *model, const kt_pose *ends);

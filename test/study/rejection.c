@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-static void refuse(bench *b, kt_status expected, const char *where, const char *message) {
+static void reject(bench *b, kt_status expected, const char *where, const char *message) {
     kt_check_equal_int("status", create(b), expected);
     kt_check_text("where", b->error.where, where);
     kt_check_text("message", b->error.message, message);
@@ -17,49 +17,49 @@ static void refuse(bench *b, kt_status expected, const char *where, const char *
 static const char whole_numbers[] = "records, budget and run_evaluations must be above 0, amplification above 1";
 static const char empty[] = "an empty list of methods or variants leaves nothing to run";
 
-KT_TEST(options_out_of_range_are_refused) {
+KT_TEST(options_out_of_range_are_rejected) {
     bench b;
     make(&b);
     b.run.duration = HUGE_VAL;
-    refuse(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
+    reject(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
     make(&b);
     b.options.records = 0;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
     make(&b);
     b.options.budget = (double)NAN;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
     make(&b);
     b.options.amplification = 1.0;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
     make(&b);
     b.options.run_evaluations = 0;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", whole_numbers);
     make(&b);
     b.step = HUGE_VAL;
-    refuse(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
+    reject(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
     make(&b);
     b.options.step_count = 0;
-    refuse(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
+    reject(&b, KT_ERROR_ARGUMENT, "steps", "must be 1 to 40 numbers above zero");
     make(&b);
     b.tolerance = -1.0;
-    refuse(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
+    reject(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
     make(&b);
     double many[41];
     for (int i = 0; i < 41; i++)
         many[i] = 1e-3;
     b.options.tolerances = many;
     b.options.tolerance_count = 41;
-    refuse(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
+    reject(&b, KT_ERROR_ARGUMENT, "tolerances", "must be 1 to 40 numbers above zero");
     make(&b);
     b.options.method_count = 0;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
     make(&b);
     const kt_variant own = kt_variant_default(&b.run);
     b.options.variants = &own;
-    refuse(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
+    reject(&b, KT_ERROR_ARGUMENT, "accuracy", empty);
 }
 
-KT_TEST(references_that_are_none_are_refused) {
+KT_TEST(references_that_are_none_are_rejected) {
     static const char words[] = "it needs two records or more, an interval above zero apart";
     const double q[3] = {1.0, 1.0, 1.0}, v[3] = {0.0, 0.0, 0.0};
     kt_reference reference = {0.5, 3, q, v};
@@ -67,15 +67,15 @@ KT_TEST(references_that_are_none_are_refused) {
     make(&b);
     b.options.reference = &reference;
     reference.count = 1; /* no interval, and so no duration */
-    refuse(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
+    reject(&b, KT_ERROR_ARGUMENT, "duration", "must be above zero for an error to be measured");
     reference = (kt_reference){-0.5, -1, q, v}; /* two wrongs */
-    refuse(&b, KT_ERROR_ARGUMENT, "reference", words);
+    reject(&b, KT_ERROR_ARGUMENT, "reference", words);
     reference = (kt_reference){0.5, 3, q, v};
     kt_check_equal_int("one that stands still", create(&b), KT_ERROR_ARGUMENT);
     kt_check_contains("message", b.error.message, "it parts from what dop853 computes at once");
 }
 
-KT_TEST(measurements_of_nothing_are_refused) {
+KT_TEST(measurements_of_nothing_are_rejected) {
     static const char words[] = "a method, adaptive only with an error estimate, and a setting above zero";
     bench b;
     kt_accuracy_point point = {.setting = 77.0};
@@ -157,7 +157,7 @@ KT_TEST(study_is_stopped_before_its_reference) {
     bench b;
     make(&b);
     b.options.progress = stop;
-    refuse(&b, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before the reference");
+    reject(&b, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before the reference");
 }
 
 /* Only settings for which there is a reference are studied. */

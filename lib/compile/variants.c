@@ -106,7 +106,7 @@ static void add_loops(compilation *c, const kt_description *d, bool apart, bool 
 }
 
 /* A contact that is released at first has no bit by which events engage it. */
-static kt_status refuse_released(const kt_description *d, kt_error *error) {
+static kt_status reject_released(const kt_description *d, kt_error *error) {
     for (int i = 0; i < d->loop_count; i++)
         if (d->loops[i].side != KT_SIDE_NONE && !d->loops[i].holonomic)
             return kt_error_set(error, KT_ERROR_MODEL, "switching",
@@ -129,7 +129,7 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
         add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
     if (shares)
         add_loops(c, d, true, true);
-    return shares ? refuse_released(d, error) : KT_OK;
+    return shares ? reject_released(d, error) : KT_OK;
 }
 
 static kt_status begin(compilation *c, const kt_description *d, kt_error *error) {
@@ -170,7 +170,7 @@ static const char *name_of(const compilation *c, int k) {
 }
 
 /* Adds to an error the names of the items that are switched off in the model that it concerns. */
-static kt_status refuse(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
+static kt_status reject(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
     char text[256] = "";
     size_t used = 0;
     for (int k = 0; k < c->switches.count && used < sizeof text - 1; k++)
@@ -246,7 +246,7 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     const kt_status status = compile(&c->description, &own, &c->model[index], &from);
     for (int k = 0; status == KT_OK && k < c->switches.count; k++)
         set_stick(c, k, set, c->model[index]);
-    return status == KT_OK ? KT_OK : refuse(c, set, &from, error);
+    return status == KT_OK ? KT_OK : reject(c, set, &from, error);
 }
 
 /* Springs that start unstretched take their lengths from the model of the initial set; the other models copy them. */
@@ -268,58 +268,58 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
     for (size_t i = 0; i < model->n.loop; i++)
         if (model->loop[i].rubs > 0 && slipping.n.slip < model->n.v)
             kt_slip_add(&slipping);
-    slipping.family = NULL;
+    slipping.variants = NULL;
     return kt_data_size(&slipping);
 }
 
 /* Adds the bits of the contacts of a model, and of friction that sticks. */
-static void set_contact_bits(kt_family *family, const kt_model *model) {
+static void set_contact_bits(kt_variants *variants, const kt_model *model) {
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         if (loop->side == KT_SIDE_NONE && loop->friction == 0)
             continue;
         const uint64_t back = kt_switch_bits(model, kt_effect_switch(model, loop->friction - 1));
-        family->contacts |= kt_switch_bits(model, kt_loop_switch(model, i)) | back;
-        family->back |= back;
+        variants->contacts |= kt_switch_bits(model, kt_loop_switch(model, i)) | back;
+        variants->back |= back;
     }
 }
 
 /* Copies all models into one block. */
 static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
     const uint64_t models = kt_switches_models(&c->switches);
-    const size_t head = kt_family_head(&c->switches);
+    const size_t head = kt_variants_head(&c->switches);
     size_t bytes = head;
     for (uint64_t k = 0; k < models; k++)
         bytes += kt_arena_round(c->model[k]->bytes);
-    kt_family *family = kt_arena_allocate(bytes, "the models", error);
-    if (!family)
+    kt_variants *variants = kt_arena_allocate(bytes, "the models", error);
+    if (!variants)
         return KT_ERROR_MEMORY;
-    memset(family, 0, head);
-    family->check_open = kt_open_contacts_check;
-    family->switches = c->switches;
-    memcpy(family->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
-    family->bytes = bytes;
+    memset(variants, 0, head);
+    variants->check_open = kt_open_contacts_check;
+    variants->switches = c->switches;
+    memcpy(variants->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
+    variants->bytes = bytes;
     size_t at = head;
     for (uint64_t k = 0; k < models; k++) {
-        kt_model *from = c->model[k], *to = (kt_model *)(void *)((char *)family + at);
+        kt_model *from = c->model[k], *to = (kt_model *)(void *)((char *)variants + at);
         share_lengths(c, from);
         from->set = kt_switches_set(&c->switches, k);
         kt_model_copy_one(from, to);
         to->placed = false;
-        to->family = family;
-        family->at[k] = at;
+        to->variants = variants;
+        variants->at[k] = at;
         at += kt_arena_round(from->bytes);
-        set_contact_bits(family, to);
+        set_contact_bits(variants, to);
         kt_contacts_link(&c->description, to);
         const size_t data = data_size_of(c, from);
-        family->data = data > family->data ? data : family->data;
+        variants->data = data > variants->data ? data : variants->data;
     }
-    *model = kt_family_model(family, (uint64_t)kt_switches_index(&c->switches, c->initial));
+    *model = kt_variants_model(variants, (uint64_t)kt_switches_index(&c->switches, c->initial));
     return KT_OK;
 }
 
-kt_status kt_family_compile(const kt_description *description, const kt_model_options *options,
-                            kt_compile_call *compile, kt_model **model, kt_error *error) {
+kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
+                              kt_compile_call *compile, kt_model **model, kt_error *error) {
     compilation c = {.initial = 0};
     kt_status status = begin(&c, description, error);
     for (uint64_t k = 0; status == KT_OK && k < kt_switches_models(&c.switches); k++)

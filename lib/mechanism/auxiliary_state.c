@@ -30,7 +30,7 @@ void kt_own_states_initial(const kt_model *model, double *x) {
 
 double *kt_own_states(const kt_model *model, kt_data *data) { return kt_data_serve(model, data) ? data->x : NULL; }
 
-static kt_status refuse_rate(const kt_model *model, size_t i, double t, double rate, const double *values,
+static kt_status reject_rate(const kt_model *model, size_t i, double t, double rate, const double *values,
                              kt_error *error) {
     char where[KT_WHERE_SIZE], fault[120];
     kt_formulas_explain(model, &model->state[i], values, fault, sizeof fault);
@@ -40,7 +40,7 @@ static kt_status refuse_rate(const kt_model *model, size_t i, double t, double r
                         rate, fault);
 }
 
-static kt_status refuse_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
+static kt_status reject_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
     return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where, "the law of its rate stopped (code %d)", code)
@@ -71,8 +71,8 @@ static int evaluate_rate(const kt_model *model, const kt_effect_record *formula,
     return last->code;
 }
 
-kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                     double *rates, kt_error *error) {
+kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
+                                           const double *v, double *rates, kt_error *error) {
     kt_status status = KT_OK;
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     double values[KT_FORMULA_VARIABLE_MAX];
@@ -84,15 +84,15 @@ kt_status kt_own_state_rates_trusted(const kt_model *model, kt_data *data, doubl
         kt_formula_variables_read(model, data, NULL, formula, &at, NULL, values);
         const int code = evaluate_rate(model, formula, values, &last, &rates[i]);
         if (code != 0 && status == KT_OK)
-            status = refuse_law(model, i, t, code, error);
+            status = reject_law(model, i, t, code, error);
         else if (!isfinite(rates[i]) && status == KT_OK)
-            status = refuse_rate(model, i, t, rates[i], values, error);
+            status = reject_rate(model, i, t, rates[i], values, error);
     }
     return status;
 }
 
-int kt_own_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                  double *derivatives) {
+int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q,
+                                        const double *v, double *derivatives) {
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     double rates[6];
     int code = 0;
@@ -113,13 +113,13 @@ kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, con
     double *made = data->x + model->n.x;
     kt_status status = kt_input_check(model, &input, error);
     if (status == KT_OK)
-        status = kt_own_state_rates_trusted(model, data, t, q, v ? v : model->zero, made, error);
+        status = kt_auxiliary_state_rates_trusted(model, data, t, q, v ? v : model->zero, made, error);
     if (status == KT_OK)
         kt_copy(rates, made, model->n.x * sizeof *rates);
     return status;
 }
 
-kt_status kt_own_states_refuse(const kt_model *model, const char *where, const char *what, kt_error *error) {
+kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
     return model->n.x == 0 ? KT_OK
                            : kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                                           "the model has auxiliary states ('%.60s' is one), and %s",

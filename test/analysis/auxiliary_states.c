@@ -77,7 +77,7 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
         (void)kt_fine("evaluated", kt_linearization_evaluate(both[k], 0.0, &q, &v, NULL, &error), &error);
         const kt_linear_system *s = kt_linearization_system(both[k]);
         kt_check_equal_int("states", s->states, 4);
-        kt_check_equal_int("own", s->own_states, 2);
+        kt_check_equal_int("own", s->auxiliary_states, 2);
         kt_check_equal_int("exact", s->exact, k == 0);
         for (int j = 0; j < 4 && s->states == 4; j++)
             for (int i = 0; i < 4; i++)
@@ -244,7 +244,7 @@ KT_TEST(equilibrium_in_space_with_a_loop_rests) {
 
 /* A motor drives a flywheel against friction alone, so that it has no position of rest. The call returns a message and
  * leaves the states as they were. */
-KT_TEST(what_has_no_equilibrium_is_refused_and_keeps_its_states) {
+KT_TEST(what_has_no_equilibrium_is_rejected_and_keeps_its_states) {
     made m;
     kt_error error;
     double q = 0.25;
@@ -252,7 +252,7 @@ KT_TEST(what_has_no_equilibrium_is_refused_and_keeps_its_states) {
                   "states: {current: {initial: 2, rate: \"12 - current - velocity.wheel\"}}\n"
                   "effects:\n  - {type: expression, joint: wheel, force: \"current - velocity.wheel\"}\n"))
         return;
-    kt_check_equal_int("refused", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), KT_ERROR_STEP);
+    kt_check_equal_int("rejected", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), KT_ERROR_STEP);
     kt_check_contains("which", error.where, "current");
     kt_check_near("position", q, 0.25, 0.0);
     kt_check_near("state", kt_linearization_own_states(m.exact)[0], 2.0, 0.0);

@@ -87,12 +87,12 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
         if (rate_of(c, i, from) <= rounding * speed)
             c->item[c->list[i]].next = KT_CONTACT_ON;
     const kt_model *closed = kt_contacts_model(simulation, true);
-    kt_data_adapt(closed, simulation->data);
+    kt_data_rebind(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
     if (!(speed > 0.0) ||
         kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT ||
         !(violation_of(closed, simulation->data) > left * speed)) {
-        kt_data_adapt(model, simulation->data);
+        kt_data_rebind(model, simulation->data);
         simulation->contact_calls->follow(simulation);
         return false;
     }
@@ -180,7 +180,7 @@ kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt
     return KT_OK;
 }
 
-kt_status kt_contacts_refuse(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     char where[KT_WHERE_SIZE];
     if (is_prescribed(simulation, t, error))

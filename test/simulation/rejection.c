@@ -6,16 +6,16 @@
 #include <float.h>
 #include <math.h>
 
-/* A slider that refuses where its owner wants it to. */
+/* A slider that rejects where its owner wants it to. */
 typedef struct owner {
-    double from; /* its equations, or its projection, refuse from this time on */
+    double from; /* its equations, or its projection, reject from this time on */
     int code;    /* with this result */
     bool in_projection, in_effect;
-    bool records_only; /* refuses in records alone; the recorder sets `recording` */
+    bool records_only; /* rejects in records alone; the recorder sets `recording` */
     bool recording;
 } owner;
 
-static bool refuses(const owner *o, double t) {
+static bool rejects(const owner *o, double t) {
     return o->code != 0 && t >= o->from && (!o->records_only || o->recording);
 }
 
@@ -25,7 +25,7 @@ static int stand_still(const kt_instant *at, double *rate, double *a, kt_error *
     (void)rate;
     (void)error;
     a[0] = 0.0;
-    return !o->in_projection && !o->in_effect && refuses(o, at->t) ? o->code : 0;
+    return !o->in_projection && !o->in_effect && rejects(o, at->t) ? o->code : 0;
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
@@ -35,7 +35,7 @@ static int leave_it(const kt_instant *at, double *q, double *v, bool *changed, k
     (void)v;
     (void)error;
     *changed = false;
-    return o->in_projection && refuses(o, at->t) ? o->code : 0;
+    return o->in_projection && rejects(o, at->t) ? o->code : 0;
 }
 
 static int drive_nothing(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
@@ -44,7 +44,7 @@ static int drive_nothing(void *user, double t, double q, double v, double *force
     (void)v;
     (void)balance;
     *force = 0.0;
-    return o->in_effect && refuses(o, t) ? o->code : 0;
+    return o->in_effect && rejects(o, t) ? o->code : 0;
 }
 
 typedef struct stand {
@@ -103,7 +103,7 @@ static void check_step(owner o, bool own, unsigned record, kt_status expected, c
     free_stand(&s);
 }
 
-KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
+KT_TEST(projection_that_rejects_is_told_and_leaves_the_state) {
     check_step((owner){.from = 0.6, .code = 2, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
                "t = 0.5 s", "the caller's projection returned 2");
     check_step((owner){.from = 0.6, .code = -4, .in_projection = true}, true, KT_RECORD_POSITION, KT_ERROR_CALLBACK,
@@ -112,7 +112,7 @@ KT_TEST(projection_that_refuses_is_told_and_leaves_the_state) {
 
 /* Its first stage after 0.5 s is that at 0.625 s. If a balance is kept, the power of the effect is evaluated, too. This
  * also applies under equations of the caller's. */
-KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
+KT_TEST(effect_that_rejects_is_told_and_leaves_the_state) {
     static const char where[] = "effect 'hand' (custom) on joint 'block', t = 0.625 s";
     static const char small[] = "its callback cannot compute its force here (code 1) (the step is fixed at 0.25 s: a "
                                 "smaller one may help, or an adaptive method)";
@@ -126,7 +126,7 @@ KT_TEST(effect_that_refuses_is_told_and_leaves_the_state) {
 }
 
 /* At 0.5 s, where the step begins: there a smaller one begins, too. */
-KT_TEST(effect_that_refuses_the_present_state_is_not_told_to_want_a_smaller_step) {
+KT_TEST(effect_that_rejects_the_present_state_is_not_told_to_want_a_smaller_step) {
     const owner now = {.from = 0.5, .code = 1, .in_effect = true};
     stand s;
     owner o = now;
@@ -140,11 +140,11 @@ KT_TEST(effect_that_refuses_the_present_state_is_not_told_to_want_a_smaller_step
     free_stand(&s);
 }
 
-/* An adaptive method goes around a projection that refuses after long steps only; it stops at one that refuses for
+/* An adaptive method goes around a projection that rejects after long steps only; it stops at one that rejects for
  * good.
  */
 /* NOLINTNEXTLINE(readability-non-const-parameter): the type is the library's */
-static int refuse_long_steps(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
+static int reject_long_steps(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     double *last = user;
     (void)q;
     (void)v;
@@ -156,7 +156,7 @@ static int refuse_long_steps(const kt_instant *at, double *q, double *v, bool *c
     return 0;
 }
 
-KT_TEST(projection_that_refuses_long_steps_shortens_them) {
+KT_TEST(projection_that_rejects_long_steps_shortens_them) {
     kt_lone lone;
     double last = 0.0;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 2.0);
@@ -164,7 +164,7 @@ KT_TEST(projection_that_refuses_long_steps_shortens_them) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation_options options = kt_simulation_options_default();
     kt_error error;
-    options.projection = refuse_long_steps;
+    options.projection = reject_long_steps;
     options.user = &last;
     kt_simulation *simulation = kt_scene_simulate(model, NULL, &options);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
@@ -175,8 +175,8 @@ KT_TEST(projection_that_refuses_long_steps_shortens_them) {
     kt_model_free(model);
 }
 
-/* A state is projected, too; nobody need hear why it was refused. */
-KT_TEST(state_that_the_callers_projection_refuses_is_not_taken) {
+/* A state is projected, too; nobody need hear why it was rejected. */
+KT_TEST(state_that_the_callers_projection_rejects_is_not_taken) {
     stand s;
     owner o = {.from = 2.0, .code = -1, .in_projection = true};
     const double q = 3.0, v = 4.0;
@@ -190,7 +190,7 @@ KT_TEST(state_that_the_callers_projection_refuses_is_not_taken) {
     free_stand(&s);
 }
 
-KT_TEST(state_at_no_time_is_refused) {
+KT_TEST(state_at_no_time_is_rejected) {
     stand s;
     owner o = {0};
     kt_error error = {KT_OK, "", ""};
@@ -203,7 +203,7 @@ KT_TEST(state_at_no_time_is_refused) {
     free_stand(&s);
 }
 
-KT_TEST(acceleration_that_is_refused_is_told_with_the_time) {
+KT_TEST(acceleration_that_is_rejected_is_told_with_the_time) {
     stand s;
     owner o = {.code = -7};
     kt_error error = {KT_OK, "", ""};
@@ -219,7 +219,7 @@ KT_TEST(acceleration_that_is_refused_is_told_with_the_time) {
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
-/* Refusals begin after this record. */
+/* Rejections begin after this record. */
 typedef struct watcher {
     owner *owner;
     int seen, last;
@@ -232,8 +232,8 @@ static int watch(const kt_record *record, void *user) {
     return 0;
 }
 
-/* Steps of 0.25 s and records of 0.1 s. The record at 0.2 s is accepted, and that at 0.3 s is refused. The step to 0.5
- * s precedes the refused record. Once nothing is refused any more the run goes on with it. */
+/* Steps of 0.25 s and records of 0.1 s. The record at 0.2 s is accepted, and that at 0.3 s is rejected. The step to 0.5
+ * s precedes the rejected record. Once nothing is rejected any more the run goes on with it. */
 static void check_record(owner o, unsigned record, kt_status expected, const char *where, const char *message) {
     stand s;
     watcher w = {&o, 0, 2};
@@ -244,7 +244,7 @@ static void check_record(owner o, unsigned record, kt_status expected, const cha
     o.records_only = true;
     if (!make_stand(&s, &o, run, true))
         return;
-    /* the step to 0.5 s is taken while nothing is refused */
+    /* the step to 0.5 s is taken while nothing is rejected */
     w.last = 3;
     kt_check_equal_int("status", kt_simulation_run(s.simulation, watch, &w, &error), expected);
     kt_check_equal_int("records", w.seen, 4);
@@ -258,7 +258,7 @@ static void check_record(owner o, unsigned record, kt_status expected, const cha
 }
 
 /* No step failed, and a smaller one is no help. */
-KT_TEST(record_that_is_refused_comes_when_it_no_longer_is) {
+KT_TEST(record_that_is_rejected_comes_when_it_no_longer_is) {
     const owner equations = {.code = -1}, projection = {.code = -1, .in_projection = true},
                 effect = {.code = 1, .in_effect = true};
     check_record(equations, KT_RECORD_ACCELERATION, KT_ERROR_CALLBACK, "t = 0.5 s",
@@ -361,14 +361,14 @@ static void check_zeros(kt_formulation formulation, bool tied) {
     kt_model_free(model);
 }
 
-KT_TEST(quaternion_of_zeros_is_refused_alike_in_every_formulation) {
+KT_TEST(quaternion_of_zeros_is_rejected_alike_in_every_formulation) {
     check_zeros(KT_FORMULATION_TREE, false);
     check_zeros(KT_FORMULATION_TREE, true);
     check_zeros(KT_FORMULATION_ABSOLUTE, false);
 }
 
 /* A screw so fast that its slide overflows has no free bodies. */
-KT_TEST(state_that_free_bodies_cannot_have_is_refused) {
+KT_TEST(state_that_free_bodies_cannot_have_is_rejected) {
     kt_lone lone;
     kt_model *model = NULL;
     kt_error error = {KT_OK, "", ""};

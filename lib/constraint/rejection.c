@@ -1,10 +1,10 @@
 /* Finds the caller's own loop that rejects a state: its callback is called once more there. */
-#include "constraint/refusal.h"
+#include "constraint/rejection.h"
 
 #include "constraint/spatial_rows.h"
 #include "loop/custom.h"
 
-int KT_KERNEL(kt_loop_refusing)(const kt_model *model, const kt_data *data, double t, const double *v, int *code) {
+int KT_KERNEL(kt_loop_rejecting)(const kt_model *model, const kt_data *data, double t, const double *v, int *code) {
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         kt_loop_equation equations[KT_LOOP_ROW_MAX] = {{.residual = 0.0}};

@@ -1,6 +1,6 @@
 /* The error of a failure whose cause is a caller's own loop. */
-#ifndef KT_CLOSURE_REFUSED_LOOPS_H
-#define KT_CLOSURE_REFUSED_LOOPS_H
+#ifndef KT_CLOSURE_REJECTD_LOOPS_H
+#define KT_CLOSURE_REJECTD_LOOPS_H
 
 #include "model/model.h"
 

@@ -13,7 +13,7 @@
 #include <math.h>
 
 /* The largest relative inward acceleration of a leaving contact: the event is exact to rounding of the time. */
-static const double sinks = 1e-6;
+static const double penetrates = 1e-6;
 
 /* The problem of reactions: n rows of contacts and friction at rest, then a second row for each friction. */
 typedef struct reactions {
@@ -41,13 +41,13 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         c->slip[r->n] = is_side ? 0.0 : kt_contact_slip(simulation->model, contact);
         c->limit[r->n] = is_side ? 0.0 : kt_contact_limit(simulation->model, contact);
         c->free[r->n] = is_side && fabs(free) <= kt_contact_rounding * size ? 0.0 : free;
-        c->pressing[r->n++] = i;
+        c->active[r->n++] = i;
         r->sides += is_side;
     }
     /* At rest, the model has friction that slips forwards. */
     for (int i = 0; i < r->n; i++)
         for (int k = r->sides; k < r->n; k++)
-            c->free[i] += W[c->pressing[i] * c->touching + c->pressing[k]] * c->slip[k];
+            c->free[i] += W[c->active[i] * c->touching + c->active[k]] * c->slip[k];
 }
 
 /* Solves w = W lambda + free with lambda = z1 - S, and the rows of z2 for friction. */
@@ -58,7 +58,7 @@ static bool solve_reactions(struct kt_contacts *c, const double *W, const reacti
     for (int i = 0; i < r->n; i++) {
         q[i] = c->free[i];
         for (int k = 0; k < r->n; k++) {
-            M[i * rows + k] = W[c->pressing[i] * c->touching + c->pressing[k]];
+            M[i * rows + k] = W[c->active[i] * c->touching + c->active[k]];
             q[i] -= M[i * rows + k] * c->limit[k];
         }
     }
@@ -74,28 +74,28 @@ static bool solve_reactions(struct kt_contacts *c, const double *W, const reacti
  * or another contact has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs
  * down, or for a body that a growing force lifts. The acceleration from the largest reaction of the last step is
  * therefore a measure, too. */
-static bool find_sinking(kt_simulation *simulation, const double *W, const reactions *r) {
+static bool find_penetrating(kt_simulation *simulation, const double *W, const reactions *r) {
     struct kt_contacts *c = simulation->contacts;
-    bool sinking = false;
+    bool penetrating = false;
     for (int i = 0; i < c->meeting; i++) {
         double size, w = kt_contact_acceleration(c, W, i, &size);
         for (int k = 0; k < r->n; k++)
-            w += W[i * c->touching + c->pressing[k]] * (c->z[k] - c->limit[k] + c->slip[k]);
+            w += W[i * c->touching + c->active[k]] * (c->z[k] - c->limit[k] + c->slip[k]);
         size = fmax(size, W[i * c->touching + i] * simulation->event_memory[c->list[i]].size);
         kt_contact *contact = &c->item[c->list[i]];
-        if (!(w < -sinks * size) || !contact->leaves)
+        if (!(w < -penetrates * size) || !contact->leaves)
             continue;
         contact->leaves = false;
-        sinking = true;
+        penetrating = true;
     }
-    return sinking;
+    return penetrating;
 }
 
 kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contacts_let_slip(c);
     const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_set(simulation));
-    kt_data_adapt(slipping, simulation->data);
+    kt_data_rebind(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
     kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
                                                 simulation->external, c->a, error);
@@ -115,8 +115,8 @@ static kt_contact_side side_of_friction(const struct kt_contacts *c, const react
 
 /* Solves contact forces: the touching contacts with compressive reactions, and the friction, of the set that
  * follows. */
-static kt_status press(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
-                       kt_error *error) {
+static kt_status solve_forces(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
+                              kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     reactions r;
     const kt_status status = kt_contacts_find_free(simulation, t, y, error);
@@ -126,12 +126,12 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     do {
         list_reactions(simulation, W, u, &r);
         found = solve_reactions(c, W, &r, &simulation->memory.contacts.pivots);
-    } while (found && find_sinking(simulation, W, &r));
+    } while (found && find_penetrating(simulation, W, &r));
     if (!found)
-        return kt_contacts_refuse(simulation, t, "reactions", error);
+        return kt_contacts_reject(simulation, t, "reactions", error);
     kt_contacts_let_slip(c);
     for (int i = 0; i < r.n; i++) {
-        kt_contact *contact = &c->item[c->list[c->pressing[i]]];
+        kt_contact *contact = &c->item[c->list[c->active[i]]];
         contact->next = i >= r.sides    ? side_of_friction(c, &r, i, contact)
                         : c->z[i] > 0.0 ? KT_CONTACT_ON
                                         : KT_CONTACT_OFF;
@@ -139,22 +139,22 @@ static kt_status press(kt_simulation *simulation, double t, const double *y, con
     return KT_OK;
 }
 
-/* press if contacts with friction are among those that touch (friction.c). */
-static kt_status press_with_friction(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                                     kt_error *error) {
+/* solve_forces if contacts with friction are among those that touch (friction.c). */
+static kt_status solve_forces_with_friction(kt_simulation *simulation, double t, const double *W, double *u,
+                                            double *lost, kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
     const bool jams = kt_contacts_must_jam(simulation->contacts, u);
     kt_status status = kt_contacts_find_free(simulation, t, y, error);
     if (status == KT_OK && !jams)
-        status = kt_contacts_press(simulation, t, W, u, error);
+        status = kt_contacts_solve_forces(simulation, t, W, u, error);
     if (status != (jams ? KT_OK : KT_ERROR_CONSTRAINT))
         return status;
     if (!kt_contacts_jam(simulation, W, u, lost))
-        return jams ? kt_contacts_refuse(simulation, t, "reactions", error) : status;
+        return jams ? kt_contacts_reject(simulation, t, "reactions", error) : status;
     for (int k = 0; k < simulation->contacts->n; k++)
         simulation->contacts->item[k].leaves = false;
     status = kt_contacts_find_free(simulation, t, y, error);
-    return status == KT_OK ? kt_contacts_press(simulation, t, W, u, error) : status;
+    return status == KT_OK ? kt_contacts_solve_forces(simulation, t, W, u, error) : status;
 }
 
 kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
@@ -162,7 +162,8 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const
     const struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
     const bool rubs = c->touching > c->resting; /* a contact with friction touches */
-    return rubs ? press_with_friction(simulation, t, W, u, lost, error) : press(simulation, t, y, W, u, error);
+    return rubs ? solve_forces_with_friction(simulation, t, W, u, lost, error)
+                : solve_forces(simulation, t, y, W, u, error);
 }
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is

@@ -122,7 +122,7 @@ KT_TEST(force_has_three_components_in_a_frame_that_there_is) {
 }
 
 /* A bushing measures how far its ends are turned. */
-KT_TEST(bushing_at_no_rotation_is_refused_with_the_body) {
+KT_TEST(bushing_at_no_rotation_is_rejected_with_the_body) {
     kt_lone lone;
     kt_effect bushing = of_type(KT_EFFECT_BUSHING);
     kt_error error = {KT_OK, "", ""};

@@ -17,7 +17,7 @@
  * one more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
  * vanish. W has one direction more at this position.
  */
-#include "compile/rounded.h"
+#include "compile/repair.h"
 
 #include "base/generic.h"
 #include "closure/levenberg_marquardt.h"
@@ -47,7 +47,7 @@ enum {
     1e-13 /* the gap, relative to the scales, at which corrections are found; they go on as long as it shrinks */
 #define DIFFERENCE 1e-5
 
-typedef struct unrounding {
+typedef struct repair {
     kt_model *model;
     kt_data *data;
     size_t g;
@@ -62,7 +62,7 @@ typedef struct unrounding {
     double *before; /* the motion at the position before */
     double *q;      /* the positions */
     int generic, flat;
-} unrounding;
+} repair;
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
@@ -92,7 +92,7 @@ void kt_loops_place_ends(kt_model *model, const kt_pose *ends) {
 }
 
 /* Places the ends of a group's loop according to its corrections. */
-static void place_ends(const unrounding *u, int l) {
+static void place_ends(const repair *u, int l) {
     const int32_t i = u->model->group_loop[u->model->group[u->g].loop + l];
     kt_loop_record *loop = &u->model->loop[i];
     const double *p = u->p + (size_t)l * 2 * CORRECTIONS;
@@ -127,7 +127,7 @@ double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g
 /* ---- equations at a position ------------------------------------------------------------------------------------- */
 
 /* Fills phi, and A unless it is NULL. */
-static bool fill(const unrounding *u, const double *q, double *a, double *phi) {
+static bool fill(const repair *u, const double *q, double *a, double *phi) {
     kt_violation violation;
     if (!u->model->group_kernels->residuals(u->model, u->data, 0.0, q, NULL, NULL, &violation))
         return false;
@@ -172,7 +172,7 @@ static void orthogonalise(double *x, int m, int n, double *v, double *size) {
 }
 
 /* Fills A and phi at q, and the singular vectors of A; size holds the singular values on the left. */
-static bool decompose(const unrounding *u, const double *q) {
+static bool decompose(const repair *u, const double *q) {
     const size_t all = (size_t)u->k * (size_t)u->m;
     if (!fill(u, q, u->a, u->phi))
         return false;
@@ -186,7 +186,7 @@ static bool decompose(const unrounding *u, const double *q) {
 }
 
 /* q <- q (+) x, in units of the coordinates. */
-static void move(const unrounding *u, double *q, const double *x) {
+static void move(const repair *u, double *q, const double *x) {
     const kt_group *group = &u->model->group[u->g];
     double *step = u->data->scratch_v, *to = u->data->moved_q;
     memset(step, 0, u->model->n.v * sizeof *step);
@@ -199,7 +199,7 @@ static void move(const unrounding *u, double *q, const double *x) {
 /* ---- corrections ------------------------------------------------------------------------------------------------- */
 
 /* B at q: the change of phi with each correction. */
-static bool differentiate(const unrounding *u, const double *q) {
+static bool differentiate(const repair *u, const double *q) {
     bool finite = true;
     for (int j = 0; j < u->count && finite; j++) {
         const double here = u->p[j];
@@ -220,7 +220,7 @@ static bool differentiate(const unrounding *u, const double *q) {
 
 /* Adds W' phi = -W' B p at a position that is decomposed, where `lost` directions of A are lost. Returns the largest
  * of W' phi; NaN if a number is not finite. */
-static double add_equations(const unrounding *u, const double *q, int lost) {
+static double add_equations(const repair *u, const double *q, int lost) {
     double most = 0.0;
     if (!differentiate(u, q))
         return (double)NAN;
@@ -239,7 +239,7 @@ static double add_equations(const unrounding *u, const double *q, int lost) {
 }
 
 /* p <- p + (H + damping)^-1 step */
-static bool correct(const unrounding *u) {
+static bool correct(const repair *u) {
     const size_t n = (size_t)u->count;
     double most = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -262,7 +262,7 @@ static bool correct(const unrounding *u) {
 /* ---- positions --------------------------------------------------------------------------------------------------- */
 
 /* x <- the least step that closes the directions that are not lost. */
-static void least_step(const unrounding *u, int count, double *x) {
+static void least_step(const repair *u, int count, double *x) {
     memset(x, 0, (size_t)u->m * sizeof *x);
     for (int i = 0; i < count; i++) {
         const double *w = u->left + i * u->k, f = kt_dense_dot(w, u->phi, u->k) / (u->size[i] * u->size[i]);
@@ -274,7 +274,7 @@ static void least_step(const unrounding *u, int count, double *x) {
 
 /* Closes the directions that motions close, as far as rounding permits, and decomposes A there. A search would
  * follow the motion to the position at which the loops disagree least. */
-static bool close_at(const unrounding *u, double *q) {
+static bool close_at(const repair *u, double *q) {
     enum { STEPS_OF_CLOSING = 12 };
     double before = (double)INFINITY, *x = u->row;
     for (int step = 0; step < STEPS_OF_CLOSING; step++) {
@@ -295,7 +295,7 @@ static bool close_at(const unrounding *u, double *q) {
 }
 
 /* G = W' A Z of given directions W and Z, by rows of W. */
-static void restrict_rows(const unrounding *u, const double *a, const double *left, const double *right, double *out) {
+static void restrict_rows(const repair *u, const double *a, const double *left, const double *right, double *out) {
     const int first = u->rank - 1, free = u->m - first;
     for (int i = first; i < u->k; i++)
         for (int j = 0; j < free; j++) {
@@ -309,7 +309,7 @@ static void restrict_rows(const unrounding *u, const double *a, const double *le
 /* Finds the position near q at which a direction is lost, with Newton's method. The rows of W' A vanish along the Z
  * that the other directions leave, G(z) = 0, and the other directions are closed. Returns false if no such position is
  * found. */
-static bool find_flat(const unrounding *u, double *q) {
+static bool find_flat(const repair *u, double *q) {
     enum { NEWTON_STEPS = 25 };
     const int first = u->rank - 1, free = u->m - first, rows = u->k - first, n = rows * free;
     double *g = u->newton, *slope = g + n, *gram = slope + n * free, *z = gram + free * free, *x = z + free,
@@ -359,7 +359,7 @@ static bool find_flat(const unrounding *u, double *q) {
 }
 
 /* Whether the loops close up to the tolerance, and the directions that motions do not close are nearly singular. */
-static bool is_redundant(const unrounding *u) {
+static bool is_redundant(const repair *u) {
     bool closed = u->k <= u->rank || u->size[u->rank] <= NO_DIRECTION * u->size[0];
     for (int r = 0; r < u->k; r++)
         closed = closed && fabs(u->phi[r]) <= u->model->tolerance;
@@ -369,7 +369,7 @@ static bool is_redundant(const unrounding *u) {
 /* Finds a position at which the loops close except for their disagreement, and no direction is small. The best of some
  * positions around the base is taken, from which a search leads there. Returns false if there is none, or the degrees
  * of freedom are not one. */
-static bool find_start(const unrounding *u, const double *base, double *q) {
+static bool find_start(const repair *u, const double *base, double *q) {
     static const double size[] = {0.0, 0.15, 0.3, 0.6, 1.2};
     double best = 10.0 * NO_DIRECTION;
     double *from = u->newton;
@@ -390,7 +390,7 @@ static bool find_start(const unrounding *u, const double *base, double *q) {
 
 /* Follows the motion from q, in one sense, and takes positions for generic ones until there are `most`. Goes on until a
  * direction is lost; that position is left in q. Returns whether a direction is lost. */
-static bool follow(unrounding *u, double sense, int most, double *q) {
+static bool follow(repair *u, double sense, int most, double *q) {
     double usual = 0.0, *before = u->before;
     for (int step = 0; step < STEPS; step++) {
         if (!decompose(u, q))
@@ -414,7 +414,7 @@ static bool follow(unrounding *u, double sense, int most, double *q) {
 }
 
 /* Solves for the corrections at all positions. */
-static bool solve(const unrounding *u) {
+static bool solve(const repair *u) {
     const size_t nq = u->model->n.q, n = (size_t)u->count;
     double before = (double)INFINITY;
     for (int round = 0; round < ROUNDS; round++) {
@@ -440,7 +440,7 @@ static bool solve(const unrounding *u) {
 }
 
 /* The largest of W' phi at a position in which a direction is lost. */
-static double open_at(const unrounding *u) {
+static double open_at(const repair *u) {
     double open = 0.0;
     for (int i = u->rank - 1; i < u->k; i++)
         open = fmax(open, fabs(kt_dense_dot(u->left + i * u->k, u->phi, u->k)));
@@ -449,7 +449,7 @@ static double open_at(const unrounding *u) {
 
 /* First at generic positions alone; then with those in which a direction is lost, if corrections as small as the
  * tolerance can lose it. */
-static bool unround_group(unrounding *u, const double *base) {
+static bool repair_group_rows(repair *u, const double *base) {
     const size_t nq = u->model->n.q;
     double *start = u->q + (GENERIC + FLAT) * nq, *q = start + nq;
     if (!find_start(u, base, start))
@@ -479,13 +479,13 @@ static bool unround_group(unrounding *u, const double *base) {
 static kt_status try_group(kt_model *model, kt_data *data, size_t g, const double *base, const kt_pose *given,
                            bool *found) {
     const kt_group *group = &model->group[g];
-    unrounding u = {.model = model,
-                    .data = data,
-                    .g = g,
-                    .k = group->count[KT_ROWS_CLOSED],
-                    .m = group->v_count,
-                    .given = given,
-                    .count = 2 * CORRECTIONS * group->loop_count};
+    repair u = {.model = model,
+                .data = data,
+                .g = g,
+                .k = group->count[KT_ROWS_CLOSED],
+                .m = group->v_count,
+                .given = given,
+                .count = 2 * CORRECTIONS * group->loop_count};
     u.rank = u.m - 1;
     if (u.rank < 1 || u.k < u.rank || kt_group_has_fronts(group) || group->loop_count > LOOPS_MAX ||
         u.k + u.m > SIZE_MAX_OF_GROUP)
@@ -511,12 +511,12 @@ static kt_status try_group(kt_model *model, kt_data *data, size_t g, const doubl
     u.before = u.work + k * m;
     u.newton = u.before + m;
     u.q = u.newton + newton;
-    *found = unround_group(&u, base);
+    *found = repair_group_rows(&u, base);
     free(numbers);
     return KT_OK;
 }
 
-kt_status kt_group_unround(kt_model *model, kt_data *data, size_t g, const double *q, bool *found) {
+kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, bool *found) {
     kt_pose *given = malloc(2 * model->n.loop * sizeof *given);
     *found = false;
     if (!given)

@@ -1,5 +1,5 @@
 /* Auxiliary states: their rates, their use in a simulation, and the functions that reject them. The scenes that have
- * some are held against other equations in own_state_scenes.c. */
+ * some are held against other equations in auxiliary_state_scenes.c. */
 #include "scenes.h"
 
 #include "kinetree/analysis.h"
@@ -269,7 +269,7 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     end(&m);
 }
 
-/* ---- refusals ---------------------------------------------------------------------------------------------------- */
+/* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 /* Pulses that begin and end while nothing else moves, in the formula of a force, of a rate, and as a factor of a
  * velocity. No stage of a long step would see them. The impulse is 10 N over 1 ms. The factor exp(-((t - 5)/w)^2)
@@ -304,12 +304,12 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     end(&m);
 }
 
-static void refuses(const char *what, kt_status status, const kt_error *error) {
+static void rejects(const char *what, kt_status status, const kt_error *error) {
     kt_check_equal_int(what, status, KT_ERROR_UNSUPPORTED);
     kt_check_contains("it says why", error->message, "auxiliary states ('lag' is one)");
 }
 
-KT_TEST(what_does_not_know_own_states_says_so) {
+KT_TEST(what_does_not_know_auxiliary_states_says_so) {
     mechanism m;
     kt_error error = {0};
     kt_mode_watch *watch = NULL;
@@ -317,10 +317,10 @@ KT_TEST(what_does_not_know_own_states_says_so) {
     kt_constraint_formulation *formulation = NULL;
     if (!make(&m, ARM STATES))
         return;
-    refuses("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
-    refuses("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
+    rejects("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
+    rejects("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-    refuses("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
+    rejects("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
     end(&m);
 }

@@ -15,74 +15,74 @@
 /* ---- while a scene is read (vary.c) ------------------------------------------------------------------------------ */
 
 /* Whether an event of the file sets anything, and whether it sets this name. */
-bool kt_resets_are_named(const kt_reader *r);
-bool kt_reset_is_named(const kt_reader *r, const char *name);
+bool kt_assignments_exist(const kt_reader *r);
+bool kt_is_assigned(const kt_reader *r, const char *name);
 
 /* After parameters are read: adds auxiliary states for those that events set. */
-void kt_resets_add_states(kt_reader *r, kt_description *description);
+void kt_assignments_add_states(kt_reader *r, kt_description *description);
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
 /* A number of a description that is a number of a model's parameter. */
-typedef struct kt_reset_target {
+typedef struct kt_assignment_target {
     kt_parameter parameter; /* `item` is the body, loop or effect of the description */
     int component;
-} kt_reset_target;
+} kt_assignment_target;
 
 /* Finds the number at this address; false: no number that can be set. */
-bool kt_reset_target_of(const kt_description *description, const double *at, kt_reset_target *target);
+bool kt_assignment_target_of(const kt_description *description, const double *at, kt_assignment_target *target);
 
 /* ---- of a scene that has been read (vary.c) ---------------------------------------------------------------------- */
 
 /* The number of parameters of a scene, if events set any of them; else 0. */
-int kt_resets_parameters(const kt_scene *scene);
+int kt_assignments_parameters(const kt_scene *scene);
 
-typedef struct kt_reset_parameter {
+typedef struct kt_assigned_parameter {
     double value; /* as read */
     int state;    /* its auxiliary state, an index in the description; -1: events do not reach it */
     bool is_set;  /* by an event; else it follows */
-} kt_reset_parameter;
+} kt_assigned_parameter;
 
-kt_reset_parameter kt_resets_parameter(const kt_scene *scene, int k);
+kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k);
 
 /* A number that follows. */
-typedef struct kt_reset_number {
+typedef struct kt_assigned_number {
     const kt_expression *expression; /* of parameters */
     int parameter;                   /* it is this one; -1: a number of the description, */
-    kt_reset_target target;          /* this one */
-} kt_reset_number;
+    kt_assignment_target target;     /* this one */
+} kt_assigned_number;
 
 /* The next number from the *k-th on, in the order in which they are evaluated; NULL: there is none. */
-const kt_reset_number *kt_resets_next(const kt_scene *scene, size_t *k);
+const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k);
 
 /* The same for numbers of the description that follow from variables (kt_scene_options); and the present value of the
  * number *k - 1, after the call. */
-const kt_reset_number *kt_varied_next(const kt_scene *scene, size_t *k);
+const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k);
 double kt_varied_value(const kt_scene *scene, size_t k);
 
 /* The present values of these variables, and their number. */
 const double *kt_varied_values(const kt_scene *scene, size_t *count);
 
-/* ---- in a simulation (reset.c) ----------------------------------------------------------------------------------- */
+/* ---- in a simulation (assignment.c) ------------------------------------------------------------------------------ */
 
-typedef struct kt_resets kt_resets;
+typedef struct kt_assignments kt_assignments;
 
-/* Binds the numbers that follow to a model; *resets is NULL if events set nothing. */
-KT_CHECKED kt_status kt_resets_create(kt_pool *pool, const kt_scene *scene, const kt_model *model, kt_resets **resets,
-                                      kt_error *error);
+/* Binds the numbers that follow to a model; *assignments is NULL if events set nothing. */
+KT_CHECKED kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_model *model,
+                                           kt_assignments **assignments, kt_error *error);
 
-/* Binds the numbers that follow from the variables of a scene, which must outlive *resets. The two calls below then set
- * the numbers that the scene has after kt_scene_vary, and leave auxiliary states as they are. */
-KT_CHECKED kt_status kt_resets_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model,
-                                             kt_resets **resets, kt_error *error);
+/* Binds the numbers that follow from the variables of a scene, which must outlive *assignments. The two calls below
+ * then set the numbers that the scene has after kt_scene_vary, and leave auxiliary states as they are. */
+KT_CHECKED kt_status kt_assignments_create_varied(kt_pool *pool, const kt_scene *scene, const kt_model *model,
+                                                  kt_assignments **assignments, kt_error *error);
 
 /* The auxiliary states, to be changed by the caller before the next call: those of the simulation. */
-double *kt_resets_states(kt_resets *resets, const kt_simulation *simulation);
+double *kt_assignments_states(kt_assignments *assignments, const kt_simulation *simulation);
 
 /* Sets all that follows from these states. */
-KT_CHECKED kt_status kt_resets_apply(kt_resets *resets, kt_simulation *simulation, kt_error *error);
+KT_CHECKED kt_status kt_assignments_apply(kt_assignments *assignments, kt_simulation *simulation, kt_error *error);
 
 /* Sets the model's parameters by the states that the simulation has, and leaves the simulation as it is. */
-KT_CHECKED kt_status kt_resets_sync(kt_resets *resets, const kt_simulation *simulation, kt_error *error);
+KT_CHECKED kt_status kt_assignments_sync(kt_assignments *assignments, const kt_simulation *simulation, kt_error *error);
 
 #endif

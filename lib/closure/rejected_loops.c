@@ -1,9 +1,9 @@
 /* The error of a failure whose cause is a caller's own loop. Its equations are then not numbers, and the function that
  * fails has no information about the cause. A callback is a function of its arguments alone, so that it is called
  * again. */
-#include "closure/refused_loops.h"
+#include "closure/rejected_loops.h"
 
-#include "constraint/refusal.h"
+#include "constraint/rejection.h"
 #include "dynamics/dynamics.h"
 #include "loop/loop.h"
 
@@ -26,7 +26,7 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     kt_error ignored;
     if (kt_links_update(model, data, q, v, NULL, false, NULL, &ignored) != KT_OK)
         return status;
-    KT_BY_ISA(model->isa, loop =, kt_loop_refusing, (model, data, t, v, &code));
+    KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, v, &code));
     if (loop < 0)
         return status;
     (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
