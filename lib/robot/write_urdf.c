@@ -2,6 +2,14 @@
  *
  * A link has the frame of its body. The `origin` of its joint is our joint frame, and the axis is in this frame. Joints
  * of several coordinates have links without mass between them.
+ *
+ * Gravity in URDF is along -z. Another direction g turns the mechanism as a whole, by the rotation R with R g along -z:
+ * origins of joints on the world are multiplied by it. With c = u . z and u = -g / |g|, the shortest rotation from u to
+ * z is
+ *
+ *     R = c 1 + [u x z]x + (u x z) (u x z)' / (1 + c),
+ *
+ * which loses digits for c close to -1. For c < 0 half a turn about x comes first.
  */
 #include "model/joint_name.h"
 #include "robot/write.h"
@@ -131,6 +139,36 @@ static void write_forces(kt_export *x, int i) {
     fputs("/>\n", x->stream);
 }
 
+/* ---- the direction of gravity ------------------------------------------------------------------------------------ */
+
+/* Whether gravity is along -z, or absent. */
+static bool is_upright(kt_vec3 gravity) { return gravity.x == 0.0 && gravity.y == 0.0 && gravity.z <= 0.0; }
+
+/* R of a direction of gravity. */
+static kt_mat3 turn_upright(kt_vec3 gravity) {
+    kt_vec3 u = kt_vec3_scale(-1.0, kt_vec3_normalize(gravity));
+    kt_mat3 half = kt_mat3_identity(), turn = half;
+    half.y.y = half.z.z = u.z < 0.0 ? -1.0 : 1.0;
+    u = kt_mat3_apply(half, u);
+    const kt_vec3 w = kt_vec3_cross(u, kt_vec3_make(0.0, 0.0, 1.0)), scaled = kt_vec3_scale(1.0 / (1.0 + u.z), w);
+    turn = kt_mat3_add(kt_mat3_scale(u.z, turn), kt_mat3_skew(w));
+    turn.x = kt_vec3_add(turn.x, kt_vec3_scale(w.x, scaled));
+    turn.y = kt_vec3_add(turn.y, kt_vec3_scale(w.y, scaled));
+    turn.z = kt_vec3_add(turn.z, kt_vec3_scale(w.z, scaled));
+    return kt_mat3_multiply(turn, half);
+}
+
+/* The origin of a joint on the world. */
+static void write_root_origin(kt_export *x, const kt_joint *joint) {
+    if (is_upright(x->d->gravity)) {
+        write_origin(x, "    ", joint->at, &joint->rotation);
+        return;
+    }
+    const kt_mat3 turn = turn_upright(x->d->gravity);
+    const kt_rotation rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_export_matrix(&joint->rotation)));
+    write_origin(x, "    ", kt_mat3_apply(turn, joint->at), &rotation);
+}
+
 /* Step k of `count` steps; of a fixed joint there is one, NULL. */
 static void write_joint(kt_export *x, int i, int k, int count, const kt_export_step *step) {
     const kt_body *body = kt_export_body(x, i);
@@ -151,8 +189,11 @@ static void write_joint(kt_export *x, int i, int k, int count, const kt_export_s
     else
         fputs(body->name, x->stream);
     fputs("\"/>\n", x->stream);
-    write_origin(x, "    ", k == 0 ? body->joint.at : kt_vec3_make(0.0, 0.0, 0.0),
-                 k == 0 ? &body->joint.rotation : &none);
+    if (k == 0 && x->parent[i] < 0)
+        write_root_origin(x, &body->joint);
+    else
+        write_origin(x, "    ", k == 0 ? body->joint.at : kt_vec3_make(0.0, 0.0, 0.0),
+                     k == 0 ? &body->joint.rotation : &none);
     if (step != NULL && step->type != KT_JOINT_FREE) {
         fputs("    <axis", x->stream);
         kt_export_vector(x, "xyz", kt_vec3_normalize(step->axis));
@@ -228,6 +269,8 @@ void kt_export_urdf(kt_export *x) {
     for (int i = 0; i < x->d->body_count; i++)
         write_body(x, i);
     fputs("</robot>\n", x->stream);
-    if (g.x != 0.0 || g.y != 0.0 || g.z != -9.81)
-        kt_export_lose(x, "gravity that is not 9.81 m/s^2 along -z");
+    if (!is_upright(g))
+        kt_export_lose(x, "gravity that is not along -z: the mechanism is turned upright");
+    if (fabs(kt_vec3_norm(g) - 9.81) > 1e-12)
+        kt_export_lose(x, "gravity that is not 9.81 m/s^2");
 }
