@@ -74,9 +74,9 @@ KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
 /* x' = state x + input u and y = output x about a state. All arrays belong to the linearisation and are valid until its
  * next evaluation. A coordinate is an index into v; its unit is rad or m for positions, rad/s or m/s for velocities. */
 typedef struct kt_linear_system {
-    int states;                     /* positions + velocities + auxiliary_states */
+    int states;                     /* positions + velocities + own_states */
     int positions, velocities;      /* dimensions of the position manifold, and of the velocities at one position */
-    int auxiliary_states;           /* of the model (kt_own_state_count): the last states, in their own order */
+    int own_states;                 /* of the model (kt_own_state_count): the last states, in their own order */
     int coordinates;                /* nv */
     int inputs, outputs;            /* outputs: six per marker, x, y, z and x', y', z' in the world frame */
     const int *position_coordinate; /* positions: the coordinate of each position state, ascending */

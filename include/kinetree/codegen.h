@@ -156,7 +156,7 @@ typedef struct kt_native {
     uint64_t computed;                    /* accelerations that the file has computed */
     uint64_t left; /* accelerations that the library has computed: with wrenches on bodies, next to singular positions
                       of loops, and beyond the range of angles */
-    int rejected;  /* what the file last returned in place of an acceleration: a body, or minus a loop; 0: nothing */
+    int refused;   /* what the file last returned in place of an acceleration: a body, or minus a loop; 0: nothing */
 } kt_native;
 
 /* Lets simulations with these options compute accelerations by a generated file, with any method. Projections,

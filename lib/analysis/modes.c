@@ -303,11 +303,11 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
 static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv,
                           double *dx) {
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
-    const size_t first = (size_t)(system->states - system->auxiliary_states);
+    const size_t first = (size_t)(system->states - system->own_states);
     double re = 1.0, im = 0.0;
     apply(system, system->positions_of, x, dq);
     apply(system, system->velocities_of, x, dv);
-    for (size_t i = 0; i < (size_t)system->auxiliary_states; i++) {
+    for (size_t i = 0; i < (size_t)system->own_states; i++) {
         dx[2 * i] = x.re[first + i];
         dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
     }
@@ -316,7 +316,7 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
         return 0.0;
     turn(system->coordinates, re, im, dq);
     turn(system->coordinates, re, im, dv);
-    turn(system->auxiliary_states, re, im, dx);
+    turn(system->own_states, re, im, dx);
     return moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
@@ -325,7 +325,7 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
         return KT_ERROR_ARGUMENT;
     const size_t n = (size_t)system->states, nv = (m->n - m->x) / 2;
     double norm = 0.0;
-    if ((size_t)system->coordinates != nv || (size_t)system->auxiliary_states != m->x || n > m->n)
+    if ((size_t)system->coordinates != nv || (size_t)system->own_states != m->x || n > m->n)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
                             system->coordinates);

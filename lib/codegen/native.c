@@ -30,7 +30,7 @@ static int accelerate_natively(const kt_instant *at, double *rate, double *a, kt
             native->computed++;
             return 0;
         }
-        native->rejected = code != 0 ? code : native->rejected;
+        native->refused = code != 0 ? code : native->refused;
     }
     native->left++;
     return kt_acceleration_evaluate(at->model, at->data, at->t, at->q, at->v, at->tau, at->external, a, error) == KT_OK
@@ -57,7 +57,7 @@ kt_status kt_native_use(kt_native *native, const kt_model *model, kt_simulation_
                             "the option out");
     native->model = model;
     native->computed = native->left = 0;
-    native->rejected = 0;
+    native->refused = 0;
     options->acceleration = accelerate_natively;
     options->user = native;
     options->equals_model = true;

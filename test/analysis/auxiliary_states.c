@@ -77,7 +77,7 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
         (void)kt_fine("evaluated", kt_linearization_evaluate(both[k], 0.0, &q, &v, NULL, &error), &error);
         const kt_linear_system *s = kt_linearization_system(both[k]);
         kt_check_equal_int("states", s->states, 4);
-        kt_check_equal_int("own", s->auxiliary_states, 2);
+        kt_check_equal_int("own", s->own_states, 2);
         kt_check_equal_int("exact", s->exact, k == 0);
         for (int j = 0; j < 4 && s->states == 4; j++)
             for (int i = 0; i < 4; i++)

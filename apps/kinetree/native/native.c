@@ -289,12 +289,12 @@ static double time_acceleration(const native_race *r, bool natively) {
 static void describe_left(const kt_native *native, char text[400]) {
     const unsigned long long count = native->left;
     text[0] = '\0';
-    if (native->computed == 0 && native->rejected > 0)
+    if (native->computed == 0 && native->refused > 0)
         (void)snprintf(text, 400, "; the library computed all %llu because no inertia moves with joint '%s' alone",
-                       count, kt_show(kt_joint_name(native->model, native->rejected)).text);
-    else if (native->rejected < 0)
+                       count, kt_show(kt_joint_name(native->model, native->refused)).text);
+    else if (native->refused < 0)
         (void)snprintf(text, 400, "; the library computed %llu next to singular positions of loop '%s'", count,
-                       kt_show(kt_loop_name(native->model, -native->rejected - 1)).text);
+                       kt_show(kt_loop_name(native->model, -native->refused - 1)).text);
     else if (count > 0)
         (void)snprintf(text, 400, "; the library computed %llu, of states beyond the range of the file", count);
 }

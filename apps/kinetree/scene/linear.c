@@ -206,7 +206,7 @@ int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, in
     int begin = 0, components = system->coordinates;
     for (int pass = 0; pass < 3 && largest == 0.0; pass++) {
         begin = pass < 2 ? 0 : system->coordinates;
-        components = pass < 2 ? system->coordinates : system->auxiliary_states;
+        components = pass < 2 ? system->coordinates : system->own_states;
         shape = shapes[pass];
         for (int i = 0; i < components; i++)
             largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / (begin > 0 ? 1.0 : system->unit[i]));

@@ -209,7 +209,7 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
 
 static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
-    const int moving = system->states - system->auxiliary_states;
+    const int moving = system->states - system->own_states;
     for (int i = 0; i < system->states; i++) {
         const bool velocity = i >= system->positions;
         if (i >= moving) {
@@ -295,7 +295,7 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
     json_object_set_new(root, "about", json_string(state));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));
-    if (system->auxiliary_states > 0)
+    if (system->own_states > 0)
         json_object_set_new(
             root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
     json_object_set_new(root, "states", list_states(motion, system));

@@ -26,7 +26,7 @@ static bool is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)
         return false;
-    for (int i = system->states - system->auxiliary_states; i < system->states; i++)
+    for (int i = system->states - system->own_states; i < system->states; i++)
         if (fabs(system->rate[i]) > 1e-9 * scale)
             return false;
     for (int i = system->positions; i < system->positions + system->velocities; i++) {
@@ -45,8 +45,8 @@ static const char *name_state(const kt_small_motion *motion, const kt_linear_sys
         return "equilibrium";
     if (system->speed > 1e-12)
         return is_steady(system) ? "steady motion" : "motion";
-    return system->acceleration > 1e-9 || (system->auxiliary_states > 0 && !is_steady(system)) ? "initial position"
-                                                                                               : "equilibrium";
+    return system->acceleration > 1e-9 || (system->own_states > 0 && !is_steady(system)) ? "initial position"
+                                                                                         : "equilibrium";
 }
 
 static void warn(const kt_linear_system *system, const char *state) {
