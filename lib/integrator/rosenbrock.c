@@ -165,8 +165,8 @@ static double size_of(const kt_integrator *it, const double *x) {
     return kt_newton_of(it)->slack * sqrt(kt_newton_square(it, x) / (double)it->counted);
 }
 
-/* f(Y) + J U of stage i, computed as U / (h gamma) - rest / h. begin_prediction writes the second term before the
- * stage is solved. predict_stage adds the first term afterwards. */
+/* f(Y) + J U of stage i, computed as U / (h gamma) - rest / h. The function begin_prediction writes the second term
+ * before the stage is solved. Afterwards predict_stage adds the first term. */
 static void begin_prediction(kt_integrator *it, int i, const double *rest, double h) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD);
     for (size_t l = 0; l < it->sizes.n && predicts_stage(it, i); l++)

@@ -27,7 +27,7 @@ void kt_model_copy_one(const kt_model *model, void *memory) {
 }
 
 #if KT_HAS_SWITCHES
-/* Copies the block of a whole variants. Returns the copy of the given member. */
+/* Copies the block of all variants. Returns the copy of the given member. */
 static kt_model *copy_variants(const kt_model *model, void *memory) {
     const kt_variants *from = model->variants;
     kt_variants *to = memory;

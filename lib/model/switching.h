@@ -109,7 +109,7 @@ static inline const kt_model *kt_variants_closed(const kt_model *model) {
                : NULL;
 }
 
-/* Copies one model, without the others of its variants. */
+/* Copies one model, without its other variants. */
 void kt_model_copy_one(const kt_model *model, void *memory);
 
 /* Initialises data for another model, whose data fit in their memory. Counts continue. */

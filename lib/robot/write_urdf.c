@@ -3,9 +3,9 @@
  * A link has the frame of its body. The `origin` of its joint is our joint frame, and the axis is in this frame. Joints
  * of several coordinates have links without mass between them.
  *
- * Gravity in URDF is along -z. Another direction g turns the mechanism as a whole, by the rotation R with R g along -z:
- * origins of joints on the world are multiplied by it. With c = u . z and u = -g / |g|, the shortest rotation from u to
- * z is
+ * Gravity in URDF is along -z. If g has another direction, the rotation R turns the mechanism as a whole, so that R g
+ * is along -z. The origins of joints on the world are multiplied by R. With u = -g / |g| and c = u . z, the shortest
+ * rotation from u to z is
  *
  *     R = c 1 + [u x z]x + (u x z) (u x z)' / (1 + c),
  *

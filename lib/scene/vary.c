@@ -45,7 +45,7 @@ struct kt_scene_variables {
     double *parameters; /* values of all parameters, now */
     int parameter_count;
     int *
-        assigned_state; /* for each parameter that follows events: the index of its state in the description; else -1 */
+        assigned_state; /* of each parameter: the index of its state in the description if it follows events; else -1 */
     bool *is_set;       /* of each: an event sets it */
     int assigned_count; /* how many follow events; the states are the first ones */
     kt_pending_binding *pending; /* while the scene is read */
@@ -245,7 +245,7 @@ static void reject_assignment(kt_reader *r, kt_node *node) {
                       node->kind == KT_NODE_TEXT ? kt_name_quote(node->of.text).text : "this");
 }
 
-/* Records which number of the description each number is. */
+/* Records which number of the description each bound number is. */
 static void check_assignments(kt_reader *r, const kt_scene *scene) {
     kt_scene_variables *v = r->scene->varying;
     for (size_t i = 0; i < v->pending_count; i++)

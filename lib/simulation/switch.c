@@ -1,6 +1,6 @@
 /* Loops and effects that are switched on and off while a simulation runs.
  *
- * The simulation changes to another model of the variants (model/switching.h). All arrays have room for each of them.
+ * The simulation changes to another variant of the model (model/switching.h). All arrays have room for each of them.
  * Loops that are switched on exert an impulse: velocities are projected in the mass metric,
  *
  *     v+ = v + M^-1 A' lambda,   A v+ = b'

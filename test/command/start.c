@@ -273,8 +273,8 @@ KT_TEST(contacts_that_start_inside_are_judged_together_by_every_command) {
     kt_check_text("at rest", kt_shell("$K check t.yaml").out, "t.yaml: ok\n");
 }
 
-/* A spring with k L = 10 * 0.1 = 1 N between coincident centres has no direction, and neither has an attraction. A
- * spring of length 0 needs none, and ends that are 1 mm apart have one. */
+/* Between coincident centres a spring with k L = 1 N has no direction, and neither has an attraction. A spring of
+ * length 0 needs none. Ends that are 1 mm apart have one. */
 KT_TEST(forces_without_a_direction_at_the_start_are_reported) {
     static const char scene[] = "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n"
                                 "  - {name: a, joint: {type: prismatic, axis: [1, 0, 0]}, mass: 1}\n"

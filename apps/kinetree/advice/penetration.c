@@ -205,7 +205,7 @@ static bool needs_direction(const kt_effect *effect) {
 }
 
 /* Warns of a spring or an attraction whose ends coincide, up to the rounding of their positions. Its force has no
- * direction there, and the engine leaves the force out. */
+ * direction there, or one that rounding decides. */
 static int warn_of_direction(const start *s, const kt_effect *effect) {
     const bool is_spring = effect->type == KT_EFFECT_SPRING;
     if (!needs_direction(effect))
