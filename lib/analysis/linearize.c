@@ -337,11 +337,11 @@ static void write_output(kt_linearization *l, const kt_system_arrays *out, const
                     position += x;
                     size += fabs(x);
                 }
-                const size_t place = j * rows + 6 * m + i;
-                out->output[place] = position;
-                out->output_error[place] = 4.0 * DBL_EPSILON * size;
-                out->output[place + 3] = l->derivative[j * f + 3 * nv + 3 * m + i];
-                out->output_error[place + 3] = l->derivative_error[j * f + 3 * nv + 3 * m + i];
+                const size_t index = j * rows + 6 * m + i;
+                out->output[index] = position;
+                out->output_error[index] = 4.0 * DBL_EPSILON * size;
+                out->output[index + 3] = l->derivative[j * f + 3 * nv + 3 * m + i];
+                out->output_error[index + 3] = l->derivative_error[j * f + 3 * nv + 3 * m + i];
             }
     }
 }

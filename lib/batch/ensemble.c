@@ -174,7 +174,7 @@ static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, doub
         const kt_interval *in = &e->lane[i].attempt.plan.interval;
         const kt_simulation *s = e->lane[i].member.simulation;
         e->t[i] = c == 1.0 ? in->end : in->t + c * in->h;
-        if (kt_lane_is_in(mask, i) && s->corners.any)
+        if (kt_lane_is_in(mask, i) && s->breakpoints.any)
             e->t[i] = kt_simulation_time_inside(s, e->t[i]);
     }
     e->kernels->rate(model, e->work, at.q, at.v, slope);

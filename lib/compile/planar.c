@@ -242,15 +242,15 @@ static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t 
 
 static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
-static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int32_t plane) {
-    const kt_link *link = &m->link[m->n.spatial + place - 1];
+static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int32_t plane) {
+    const kt_link *link = &m->link[m->n.spatial + index - 1];
     const int32_t up = link->parent, k = link->axis;
     const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
-    const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + place - 1), &m->plane[plane]);
+    const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + index - 1), &m->plane[plane]);
     const kt_vec3 at = kt_mat3_apply_transposed(above, link->at);
     const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
     const bool slides = kt_link_lengths(link) > 0;
-    m->planar[place] = (kt_planar_link){
+    m->planar[index] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
         .size = link->size,
@@ -266,24 +266,24 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t place, int
         .branches = link->branches,
         .leads = link->leads,
     };
-    kt_planar_rest *rest = &m->planar_rest[place];
+    kt_planar_rest *rest = &m->planar_rest[index];
     rest->plane = plane;
     kt_v4_from_mat3(kt_mat3_transpose(own), rest->axes);
-    kt_planar_link_set_inertia(m, place);
+    kt_planar_link_set_inertia(m, index);
 }
 
 void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
     int32_t plane = -1;
-    for (size_t place = 1; KT_HAS_PLANE && place < m->n.planar; place++) {
-        const kt_link *link = &m->link[m->n.spatial + place - 1];
+    for (size_t index = 1; KT_HAS_PLANE && index < m->n.planar; index++) {
+        const kt_link *link = &m->link[m->n.spatial + index - 1];
         const int32_t own = body[body[link->body].tree].plane;
         if (own != plane) {
             kt_plane_set_weights(m, &m->plane[own]);
-            m->plane[own].first = (int32_t)place;
+            m->plane[own].first = (int32_t)index;
         }
         plane = own;
-        place_link(m, body, place, plane);
-        m->plane[plane].last = (int32_t)place + 1;
+        place_link(m, body, index, plane);
+        m->plane[plane].last = (int32_t)index + 1;
     }
     m->sweep = !KT_HAS_PLANE || m->n.planar == 0 ? KT_SWEEP_SPATIAL
                : m->n.spatial > 1                ? KT_SWEEP_MIXED

@@ -73,7 +73,7 @@ void kt_link_load(kt_model *model, const kt_body_record *body);
 /* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
 void kt_link_add_inertia(kt_model *model, int32_t index);
 /* Sets the part of a planar link that follows from the inertia of its link. */
-void kt_planar_link_set_inertia(kt_model *model, size_t place);
+void kt_planar_link_set_inertia(kt_model *model, size_t index);
 /* Sets gravity along the axes of a plane. */
 void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
 

@@ -13,12 +13,12 @@ void kt_link_load(kt_model *model, const kt_body_record *body) {
     link->mass += body->mass;
 }
 
-void kt_planar_link_set_inertia(kt_model *model, size_t place) {
-    const kt_link *link = &model->link[model->n.spatial + place - 1];
-    const kt_mat3 own = kt_mat3_transpose(kt_v4_mat3(model->planar_rest[place].axes));
+void kt_planar_link_set_inertia(kt_model *model, size_t index) {
+    const kt_link *link = &model->link[model->n.spatial + index - 1];
+    const kt_mat3 own = kt_mat3_transpose(kt_v4_mat3(model->planar_rest[index].axes));
     const kt_vec3 moment = kt_mat3_apply_transposed(own, link->moment);
     const kt_sym3 *j = &link->inertia;
-    kt_planar_link *planar = &model->planar[place];
+    kt_planar_link *planar = &model->planar[index];
     planar->moment[0] = moment.x;
     planar->moment[1] = moment.y;
     planar->inertia = kt_link_lengths(link) > 0 ? kt_vec3_dot(own.z, kt_sym3_apply(*j, own.z))

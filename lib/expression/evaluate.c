@@ -10,7 +10,7 @@
  * and the derivatives of 1 / cosh(8000). A result that is not finite is evaluated again, with numbers of any exponent
  * (wide.h).
  */
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "expression/expression.h"
 #include "expression/wide.h"
 

@@ -66,10 +66,10 @@ static inline bool kt_operator_is_binary(kt_operator code) {
     }
 }
 
-/* The order that kt_expression_next_corner (corner.h) returns with a time at which its search was cut. */
-enum { KT_CORNER_CUT = 5 };
+/* The order that kt_expression_next_breakpoint (breakpoint.h) returns with a time at which its search was cut. */
+enum { KT_BREAKPOINT_CUT = 5 };
 
 /* The operations on bounds that all searches of a run may take. A processor of 2026 executes them within 2 s. */
-enum { KT_CORNER_OPERATIONS = 8000000 };
+enum { KT_BREAKPOINT_OPERATIONS = 8000000 };
 
 #endif

@@ -75,8 +75,8 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
 }
 
 const kt_expression *kt_formula_of(const kt_model *model, const kt_effect_record *effect, int k) {
-    const size_t place = effect->formula[k];
-    return place > 0 ? (const kt_expression *)(const void *)(model->number + place - 1) : NULL;
+    const size_t index = effect->formula[k];
+    return index > 0 ? (const kt_expression *)(const void *)(model->number + index - 1) : NULL;
 }
 
 static int evaluate_law(const kt_effect_record *effect, const double *values, double out[6]) {

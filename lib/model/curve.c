@@ -1,4 +1,4 @@
-/* Curves, which are compiled functions of time: their values with two derivatives, and their corners.
+/* Curves, which are compiled functions of time: their values with two derivatives, and their breakpoints.
  *
  *   constant    y = a
  *   sine        y = a + b sin(c t + d),  c = 2 pi frequency
@@ -413,42 +413,46 @@ static int jump_at_row(const double *rows, int count, int k) {
     return 0;
 }
 
-bool kt_curve_has_corners(const kt_curve *curve) {
+bool kt_curve_has_breakpoints(const kt_curve *curve) {
     if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
         return true;
     return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
 }
 
-static kt_corner next_row(const double *rows, int count, double t) {
+static kt_breakpoint next_row(const double *rows, int count, double t) {
     for (int k = t < rows[ROW_T] ? 0 : find_row(rows, count, t) + 1; k < count; k++) {
         const int order = jump_at_row(rows, count, k);
         if (order > 0 && rows[(size_t)k * ROW_SIZE + ROW_T] > t)
-            return (kt_corner){rows[(size_t)k * ROW_SIZE + ROW_T], order};
+            return (kt_breakpoint){rows[(size_t)k * ROW_SIZE + ROW_T], order};
     }
-    return (kt_corner){HUGE_VAL, 0};
+    return (kt_breakpoint){HUGE_VAL, 0};
 }
 
-static kt_corner corner_of_parts(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
-    kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
+static kt_breakpoint breakpoint_of_parts(const kt_curve *curve, const double *numbers, double t, double until,
+                                         int64_t *left) {
+    kt_breakpoint first = {HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
     for (int i = 0; i < curve->count; i++) {
         const kt_curve part = part_of(curve, numbers, i);
-        const kt_corner corner = kt_curve_next_corner(&part, numbers, t, until, left);
-        if (corner.time < first.time || (corner.time == first.time && corner.order < first.order))
-            first = corner;
+        const kt_breakpoint breakpoint = kt_curve_next_breakpoint(&part, numbers, t, until, left);
+        if (breakpoint.time < first.time || (breakpoint.time == first.time && breakpoint.order < first.order))
+            first = breakpoint;
     }
     return first;
 }
 
-kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
-    if (!kt_curve_has_corners(curve))
-        return (kt_corner){HUGE_VAL, 0};
+kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
+                                       int64_t *left) {
+    if (!kt_curve_has_breakpoints(curve))
+        return (kt_breakpoint){HUGE_VAL, 0};
     if (curve->type == KT_FUNCTION_TABLE)
         return next_row(numbers + curve->first, curve->count, t);
     if (has_parts(curve->type))
-        return corner_of_parts(curve, numbers, t, until, left);
+        return breakpoint_of_parts(curve, numbers, t, until, left);
     if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
-        return kt_curve_formula_corner(curve, numbers, t, until, left);
-    return t < curve->c ? (kt_corner){curve->c, 2} : t < curve->d ? (kt_corner){curve->d, 2} : (kt_corner){HUGE_VAL, 0};
+        return kt_curve_formula_breakpoint(curve, numbers, t, until, left);
+    return t < curve->c   ? (kt_breakpoint){curve->c, 2}
+           : t < curve->d ? (kt_breakpoint){curve->d, 2}
+                          : (kt_breakpoint){HUGE_VAL, 0};
 }
 
 /* The quarter period of a product of sines of frequencies f and g is that of f + g, which it has. */

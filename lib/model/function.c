@@ -217,7 +217,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_EXPRESSION] =
         {
             .name = "expression",
-            .help = KT_WORDS("a formula of t and parameters; steps end at its corners and where its shape turns"),
+            .help = KT_WORDS("a formula of t and parameters; steps end at its breakpoints and where its shape turns"),
             .formula =
                 KT_WORDS("y = f(t)    + - * / ^, comparisons, sin cos tan asin acos atan atan2 sinh cosh tanh exp\n"
                          "            log sqrt abs sign min max hypot step(x) clamp(x, a, b)"),

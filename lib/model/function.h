@@ -43,23 +43,24 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
 double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
 
 /* A breakpoint: a time at which a derivative jumps. */
-typedef struct kt_corner {
+typedef struct kt_breakpoint {
     double time; /* HUGE_VAL: there is none */
     int order;   /* of the lowest derivative that jumps, from 0 for the value; above 2: a higher one, or none */
-} kt_corner;
+} kt_breakpoint;
 
 /* At breakpoints above this order nothing jumps. Steps end there to resolve the shape of a formula. */
-enum { KT_CORNER_ORDER_MAX = 3 };
+enum { KT_BREAKPOINT_ORDER_MAX = 3 };
 
 /* Whether the function has breakpoints: a ramp's start and end, and rows of a table at which its pieces differ. Between
  * two breakpoints it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
-bool kt_curve_has_corners(const kt_curve *curve);
+bool kt_curve_has_breakpoints(const kt_curve *curve);
 
 /* Returns the first breakpoint after t; those of formulas are sought up to `until`. *left is reduced by the operations
- * of the search (expression/corner.h).
+ * of the search (expression/breakpoint.h).
  * Cost: O(1). For a table O(log rows), plus 1 for each row without a breakpoint. For a formula some hundred
  * evaluations. */
-kt_corner kt_curve_next_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left);
+kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
+                                       int64_t *left);
 
 /* The longest step whose stages resolve the function between two breakpoints. It is a quarter of a sine's period. A
  * product of sines counts as a sine with the sum of their frequencies. HUGE_VAL for all others. */

@@ -7,7 +7,7 @@
  */
 #include "model/function_formula.h"
 
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 
 #include <math.h>
 #include <string.h>
@@ -93,10 +93,11 @@ double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, doub
 
 /* ---- breakpoints ------------------------------------------------------------------------------------------------- */
 
-kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left) {
-    kt_corner first = {HUGE_VAL, KT_CORNER_ORDER_MAX};
+kt_breakpoint kt_curve_formula_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
+                                          int64_t *left) {
+    kt_breakpoint first = {HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
     if (curve->type == KT_FUNCTION_BUMP)
-        return (kt_corner){t < curve->c ? curve->c : t < curve->d ? curve->d : HUGE_VAL, KT_CORNER_ORDER_MAX};
-    first.time = kt_expression_next_corner(formula_of(curve, numbers), t, until, left, &first.order);
+        return (kt_breakpoint){t < curve->c ? curve->c : t < curve->d ? curve->d : HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
+    first.time = kt_expression_next_breakpoint(formula_of(curve, numbers), t, until, left, &first.order);
     return first;
 }

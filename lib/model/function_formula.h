@@ -16,7 +16,8 @@ size_t kt_curve_formula_numbers(const kt_function *function);
 void kt_curve_formula_compile(const kt_function *function, double *numbers, kt_curve *curve);
 void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, double t);
-kt_corner kt_curve_formula_corner(const kt_curve *curve, const double *numbers, double t, double until, int64_t *left);
+kt_breakpoint kt_curve_formula_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
+                                          int64_t *left);
 
 /* The symbols of kt_expression_parse of which t is the only one, and a formula that it reads with them. */
 KT_INNER kt_symbols kt_time_symbols(void);

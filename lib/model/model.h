@@ -139,7 +139,8 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(kt_variable_record, variable, n->variable, "of formulas, effect by effect")                                      \
     X(kt_path_point_record, path_point, n->path_point, "of the paths of effects, effect by effect")                    \
     X(kt_path_link, path_link, n->path_link, "of the paths of effects, effect by effect")                              \
-    X(kt_curve, time_part, n->time_part, "parts of formulas that depend on time alone, where steps end at corners")    \
+    X(kt_curve, time_part, n->time_part,                                                                               \
+      "parts of formulas that depend on time alone, where steps end at breakpoints")                                   \
     X(kt_effect_record, state, KT_OWN_STATES(n),                                                                       \
       "rates of auxiliary states: formulas, as those of an effect in a joint")                                         \
     KT_MODEL_MASS_FIELDS(X)                                                                                            \

@@ -64,7 +64,7 @@ typedef struct kt_simulation_memory {
     double event_since;    /* s, from where instants within one fixed step, or one interval, are counted */
     uint64_t event_many;   /* the number of these instants */
     uint64_t event_missed; /* the number of last steps that were to end at an event and did not reach it */
-    uint64_t corners;      /* breakpoints at which steps ended */
+    uint64_t breakpoints;  /* breakpoints at which steps ended */
     uint64_t event_cuts;   /* searches of events that reached their limit; the first one: */
     double event_cut_time; /* s, the beginning of its step */
     int64_t event_cut_of;  /* its event */
@@ -98,11 +98,11 @@ typedef struct kt_contact_memory {
 
 /* The memory of an event. */
 typedef struct kt_event_memory {
-    int64_t side;     /* the last sign of its value; 0: not available */
-    uint64_t count;   /* how often it has happened */
-    double size;      /* the largest |value| along the last step */
-    double corner;    /* its first breakpoint after the beginning of an earlier step; NaN: not available */
-    int64_t disarmed; /* by the caller */
+    int64_t side;      /* the last sign of its value; 0: not available */
+    uint64_t count;    /* how often it has happened */
+    double size;       /* the largest |value| along the last step */
+    double breakpoint; /* its first breakpoint after the beginning of an earlier step; NaN: not available */
+    int64_t disarmed;  /* by the caller */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
@@ -115,10 +115,10 @@ typedef struct kt_event_root {
 
 /* The search for roots of an event along a step. */
 typedef struct kt_event_search {
-    int side;      /* the sign of its value at the beginning of the next panel; 0: not available */
-    int spent;     /* the number of its values that the step has taken */
-    double size;   /* the largest |value| so far */
-    double corner; /* the next breakpoint; NaN: not available */
+    int side;          /* the sign of its value at the beginning of the next panel; 0: not available */
+    int spent;         /* the number of its values that the step has taken */
+    double size;       /* the largest |value| so far */
+    double breakpoint; /* the next breakpoint; NaN: not available */
 } kt_event_search;
 
 /* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */
@@ -131,8 +131,8 @@ typedef enum kt_cached {
     KT_CACHED_EVALUATION, /* all results of the evaluation that gave `slope`, if it is the slope of the present state */
 } kt_cached;
 
-/* Breakpoints of functions of time and of a caller's own forces (corner.c): those next to the present time, in s. */
-typedef struct kt_corners {
+/* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the nearest ones, in s. */
+typedef struct kt_breakpoints {
     bool any;                /* steps end at breakpoints */
     bool fixed;              /* there are breakpoints, and steps are fixed */
     kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
@@ -140,7 +140,7 @@ typedef struct kt_corners {
     bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
     double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
     double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
-} kt_corners;
+} kt_breakpoints;
 
 /* A part of the last step, along which powers were integrated (balance.c). */
 enum { KT_PANEL_TERMS = 13 };
@@ -363,7 +363,7 @@ struct kt_simulation {
     kt_right_hand_side *acceleration; /* the caller's, or NULL */
     kt_projection *projection;        /* the caller's, or NULL */
     void *user;                       /* passed to these two callbacks */
-    kt_corners corners;
+    kt_breakpoints breakpoints;
     bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
     bool watches_ends;           /* nor over changes of functions of time behind their last stage */
     bool lacks_end_stage;        /* the method has no stage at the end of its steps */
@@ -500,7 +500,7 @@ static inline void kt_simulation_put_works(const kt_simulation *simulation, cons
 /* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,
  * it is the limit from inside of the step. */
 static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
-    const kt_corners *c = &simulation->corners;
+    const kt_breakpoints *c = &simulation->breakpoints;
     return t == c->end ? c->before : t == c->begin ? c->after : t;
 }
 

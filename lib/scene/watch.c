@@ -49,7 +49,7 @@ struct kt_scene_watch {
 };
 
 /* The first breakpoint after t of the parts that depend on time alone (kt_event.corner). */
-static double next_corner(void *user, double t) {
+static double next_watch_breakpoint(void *user, double t) {
     const watched *w = user;
     if (w->coupled != NULL)
         return kt_scene_next_sample(w->coupled->step, t);
@@ -308,7 +308,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
     const kt_event added = {.name = name,
                             .function = evaluate_watched,
                             .action = to->call_count > 0 || acts || couples ? act : NULL,
-                            .corner = to->formula.part_count > 0 || couples ? next_corner : NULL,
+                            .corner = to->formula.part_count > 0 || couples ? next_watch_breakpoint : NULL,
                             .user = to,
                             .direction = event->direction,
                             .record = event->record || acts,

@@ -128,13 +128,13 @@ static bool has_coupled_mass(const kt_step_work *w) {
 }
 
 /* to += factor F_i e for all unit vectors e, with quaternions. */
-static void add_whole(const kt_step_work *w, size_t i, size_t place, double factor, size_t m, double *to) {
+static void add_whole(const kt_step_work *w, size_t i, size_t block, double factor, size_t m, double *to) {
     const size_t N = numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
         unit[j] = 1.0;
-        kt_slope_change(w, place, w->stage + i * N, unit, xi, change);
+        kt_slope_change(w, block, w->stage + i * N, unit, xi, change);
         for (size_t l = 0; l < N; l++)
             to[j * m + l] += factor * change[l];
         unit[j] = 0.0;
@@ -203,18 +203,18 @@ static void correct(const kt_step_work *w, kt_coupled c) {
     kt_coupled_solve(w, c, w->correction);
 }
 
-/* Computes F at a stage, into the place of one of the stages that are solved together. a: its accelerations. For trees,
+/* Computes F at a stage, into the block of one of the stages that are solved together. a: its accelerations. For trees,
  * it computes M F, and M (kt_stiffness_evaluate). */
-static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, const double *a, bool inputs,
+static kt_status differentiate(kt_step_work *w, size_t stage, size_t block, const double *a, bool inputs,
                                kt_error *error) {
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const size_t n = model->n.v;
     if (has_coupled_mass(w)) {
-        double *by_q = w->by_q + place * n * n, *by_v = w->by_v + place * n * n;
+        double *by_q = w->by_q + block * n * n, *by_v = w->by_v + block * n * n;
         const double *q = w->stage + stage * numbers_of(w);
         const kt_dynamic_state at = {kt_step_time(step, stage), q, q + model->n.q, step->tau, step->external};
-        const kt_stiffness_matrices to = {.mass = w->mass + place * n * n, .stiffness = by_q, .damping = by_v};
+        const kt_stiffness_matrices to = {.mass = w->mass + block * n * n, .stiffness = by_q, .damping = by_v};
         kt_status status = kt_slip_reject(model, "kt_step", error);
         if (status == KT_OK)
             status = kt_stiffness_evaluate_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
@@ -225,7 +225,7 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t place, cons
         }
         return status;
     }
-    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, place, inputs,
+    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, block, inputs,
                                     error);
 }
 

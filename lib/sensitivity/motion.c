@@ -158,7 +158,7 @@ static kt_status begin(motion *m, kt_simulation *simulation, void *work, size_t 
 
 /* The time of the slopes at t. At a breakpoint at either end of a step, slopes are evaluated inside of the step. */
 static double time_inside(const kt_simulation *simulation, double t) {
-    const kt_corners *c = &simulation->corners;
+    const kt_breakpoints *c = &simulation->breakpoints;
     return !c->any ? t : t == c->end ? c->before : t == c->begin ? c->after : t;
 }
 
@@ -317,7 +317,7 @@ static kt_status move_and_fire(motion *m, double t, kt_error *error) {
     kt_copy(simulation->state, m->y, simulation->size.state * sizeof *m->y);
     simulation->event_time = (double)NAN;
     simulation->cached = KT_CACHED_NOTHING;
-    kt_simulation_forget_corners(simulation);
+    kt_simulation_forget_breakpoints(simulation);
     return simulation->watch->fire(simulation, NULL, NULL, error);
 }
 

@@ -183,23 +183,23 @@ static void run_step(lanes_work *w, int k, const double *state) {
 }
 
 /* kt_adjoint_keep, at a checkpoint, and then kt_adjoint_recall from it. */
-static void keep(lanes_work *w, size_t place) {
+static void keep(lanes_work *w, size_t index) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
-        memcpy(w->kept + (place * w->n.s + i) * one, accelerations(w, i), one * sizeof *w->kept);
-    memcpy(w->after + place * N, w->next, N * sizeof *w->next);
-    w->taken[place] = true;
+        memcpy(w->kept + (index * w->n.s + i) * one, accelerations(w, i), one * sizeof *w->kept);
+    memcpy(w->after + index * N, w->next, N * sizeof *w->next);
+    w->taken[index] = true;
 }
 
-static void recall(lanes_work *w, int k, size_t place, const double *state) {
+static void recall(lanes_work *w, int k, size_t index, const double *state) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     begin_step(w, k);
     for (size_t i = 0; i < w->n.s; i++) {
         (void)set_stage(w, i, state);
-        memcpy(accelerations(w, i), w->kept + (place * w->n.s + i) * one, one * sizeof *w->kept);
+        memcpy(accelerations(w, i), w->kept + (index * w->n.s + i) * one, one * sizeof *w->kept);
     }
     combine(w, state, w->method->b, w->n.s, w->raw);
-    memcpy(w->next, w->after + place * N, N * sizeof *w->next);
+    memcpy(w->next, w->after + index * N, N * sizeof *w->next);
 }
 
 /* Evaluates the cost of a lane at the start of step k. Its gradients are written behind the state in w->one unless `by`

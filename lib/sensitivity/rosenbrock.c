@@ -155,15 +155,15 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
 }
 
 /* Computes f_y at a state into a place of by_q and by_v (0: that of J), and f_p. */
-static kt_status differentiate(kt_step_work *w, size_t place, double t, const double *y, const double *a, size_t held,
+static kt_status differentiate(kt_step_work *w, size_t block, double t, const double *y, const double *a, size_t held,
                                kt_error *error) {
-    kt_status status = kt_step_differentiate_at(w, t, y, a, place, held > 0, error);
+    kt_status status = kt_step_differentiate_at(w, t, y, a, block, held > 0, error);
     if (status == KT_OK && held && w->parameter)
         status = kt_parameter_stage(w, t, y, a, error);
     return status;
 }
 
-/* Computes the stages. With `held` columns, f_p at the start stays in its place. */
+/* Computes the stages. With `held` columns, f_p at the start stays in its block. */
 static kt_status run(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     kt_step_start(w, q, v);
     kt_status status = kt_step_slope(w, w->step->t, w->y, w->slope, error);
@@ -192,16 +192,16 @@ static void start_of(const kt_step_work *w, size_t k, double *dy) {
     memcpy(dy + nq, w->start_v + k * kt_padded_v(w->model), kt_rate_numbers(w->model) * sizeof *dy);
 }
 
-/* to_k += factor (f_y dy_k + f_p dp_k - less_k) for all columns, with the derivatives of a place. The change dy_k of
+/* to_k += factor (f_y dy_k + f_p dp_k - less_k) for all columns, with the derivatives of a block. The change dy_k of
  * column k is at dy + k N, or at the start if dy is NULL. less may be NULL, too. */
-static void add_changes(kt_step_work *w, double factor, size_t place, const double *y, const double *dy,
+static void add_changes(kt_step_work *w, double factor, size_t block, const double *y, const double *dy,
                         const double *less, size_t held, double *to) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
     const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
     double *start = w->unit_state, *change = start + N, *xi = change + N;
     for (size_t k = 0; k < w->states + held; k++) {
         start_of(w, k, start);
-        kt_slope_change(w, place, y, dy ? dy + k * N : start, xi, change);
+        kt_slope_change(w, block, y, dy ? dy + k * N : start, xi, change);
         if (k >= w->states)
             add(change + nq, 1.0, by_held + (k - w->states) * n, n);
         if (less)

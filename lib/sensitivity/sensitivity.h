@@ -435,13 +435,13 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
  * a is NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
 /* Computes the derivatives, with those of auxiliary states, at any time and state y with given accelerations. They go
- * to the blocks of a place among stages that are solved together. */
-KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
+ * to the matrices with the index `block`, of stages that are solved together. */
+KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t block,
                                               bool inputs, kt_error *error);
 
-/* The change of the slope (E(q) v, a, f) at y for a change dy, both of N numbers, with the derivatives of a place. The
+/* The change of the slope (E(q) v, a, f) at y for a change dy, both of N numbers, with the derivatives of a block. The
  * n numbers xi are scratch for the rotations of dy. */
-void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out);
+void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const double *dy, double *xi, double *out);
 
 /* Computes the tangents of a step, into w->next and w->end: w->states columns, and `held` columns of held inputs. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);

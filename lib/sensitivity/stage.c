@@ -62,12 +62,12 @@ static void join_states(double *matrix, size_t n, size_t m, const double *below,
     }
 }
 
-kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t place,
+kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t block,
                                    bool inputs, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), e = n + m;
     const kt_dynamic_state at = {t, y, y + model->n.q, w->step->tau, w->step->external};
-    const kt_forward_matrices by = {w->by_q + place * e * e, w->by_v + place * e * e, inputs ? w->by_tau : NULL};
+    const kt_forward_matrices by = {w->by_q + block * e * e, w->by_v + block * e * e, inputs ? w->by_tau : NULL};
     if (!(KT_HAS_FORMULAS && m > 0))
         return differentiate(w, &at, NULL, a, &by, error);
     const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
@@ -89,10 +89,10 @@ static void add(double *y, double factor, const double *x, size_t n) {
         y[l] += factor * x[l];
 }
 
-void kt_slope_change(const kt_step_work *w, size_t place, const double *y, const double *dy, double *xi, double *out) {
+void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const double *dy, double *xi, double *out) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model);
-    const double *by_q = w->by_q + place * e * e, *by_v = w->by_v + place * e * e;
+    const double *by_q = w->by_q + block * e * e, *by_v = w->by_v + block * e * e;
     kt_tangent_rate(model, y, y + nq, dy, dy + nq, out);
     kt_tangent_drop(model, y, dy, xi);
     memset(out + nq, 0, e * sizeof *out);

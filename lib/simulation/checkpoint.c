@@ -354,7 +354,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         simulation->contact_calls->follow(simulation);
 #endif
     simulation->gap_time = simulation->event_time = (double)NAN;
-    kt_simulation_forget_corners(simulation);
+    kt_simulation_forget_breakpoints(simulation);
     simulation->memory.piece = memory.piece;
     if (size->panel > 0)
         simulation->panel->known = false;

@@ -199,7 +199,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
 
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    kt_simulation_recall_corners(simulation);
+    kt_simulation_recall_breakpoints(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     const double *y = kt_integrator_state(simulation->integrator);
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);

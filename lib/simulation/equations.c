@@ -179,7 +179,7 @@ static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
 static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
-    const double at = simulation->corners.any ? kt_simulation_time_inside(simulation, t) : t;
+    const double at = simulation->breakpoints.any ? kt_simulation_time_inside(simulation, t) : t;
     const double *state = y;
     kt_simulation_use_states(simulation, y);
 #if KT_HAS_QUASI_STATICS
@@ -314,7 +314,7 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
 #endif
     const bool projects =
         simulation->closes_loops || simulation->size.quaternion > 0 || kt_simulation_balances_forces(simulation);
-    kt_integrator_callbacks callbacks = {simulation->corners.any ? evaluate_slope_inside : evaluate_slope,
+    kt_integrator_callbacks callbacks = {simulation->breakpoints.any ? evaluate_slope_inside : evaluate_slope,
                                          projects ? project_state : NULL, simulation};
     if (KT_HAS_FORMULAS && (simulation->size.x > 0 || kt_simulation_balances_forces(simulation)))
         callbacks.rhs = evaluate_slope_of_states;
@@ -324,17 +324,17 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
 /* ---- the model --------------------------------------------------------------------------------------------------- */
 
 void kt_simulation_follow_model(kt_simulation *simulation) {
-    const bool adapts = !(simulation->step > 0.0), corners = kt_simulation_has_corners(simulation->model);
+    const bool adapts = !(simulation->step > 0.0), breakpoints = kt_simulation_has_breakpoints(simulation->model);
     simulation->groups = kt_loop_group_count(simulation->model);
     simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
-    simulation->corners.any = adapts && (simulation->corners.own != NULL || corners);
-    simulation->corners.fixed = !adapts && corners;
+    simulation->breakpoints.any = adapts && (simulation->breakpoints.own != NULL || breakpoints);
+    simulation->breakpoints.fixed = !adapts && breakpoints;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
-    simulation->watches_ends = corners && adapts && simulation->lacks_end_stage;
+    simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;
     if (KT_HAS_GAP && simulation->size.gap > 0)
         (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;
-    kt_simulation_forget_corners(simulation);
+    kt_simulation_forget_breakpoints(simulation);
 }
 
 kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {

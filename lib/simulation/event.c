@@ -388,17 +388,17 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
 
 /* The first breakpoint of an event after t, and the index of that event. A breakpoint is searched again only after it
  * is passed: a search costs more than a step. */
-static double next_corner(kt_simulation *simulation, double t, size_t *of) {
+static double next_event_breakpoint(kt_simulation *simulation, double t, size_t *of) {
     double next = HUGE_VAL;
     for (size_t k = 0; k < simulation->event_count; k++) {
         const kt_event *event = &simulation->event[k];
-        double *corner = &simulation->event_search[k].corner;
+        double *breakpoint = &simulation->event_search[k].breakpoint;
         if (event->corner == NULL || !is_armed(simulation, k))
             continue;
-        if (!(t < *corner))
-            *corner = event->corner(event->user, t);
-        if (*corner > t && *corner < next) {
-            next = *corner;
+        if (!(t < *breakpoint))
+            *breakpoint = event->corner(event->user, t);
+        if (*breakpoint > t && *breakpoint < next) {
+            next = *breakpoint;
             *of = k;
         }
     }
@@ -450,7 +450,7 @@ static void begin_search(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
                                                         .spent = simulation->event_search[k].spent,
-                                                        .corner = simulation->event_memory[k].corner};
+                                                        .breakpoint = simulation->event_memory[k].breakpoint};
 }
 
 /* The largest number of values that the step has taken so far for one event. */
@@ -541,8 +541,8 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
     const double count = count_panels(simulation, t1 - t0, &r);
     while (status == KT_OK && from < t1 && from <= *first + together(*first)) {
         const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
-                     corner = next_corner(simulation, from, &r.of);
-        const double to = end_of_panel(simulation, from, fmin(even, corner), t1, &r);
+                     breakpoint = next_event_breakpoint(simulation, from, &r.of);
+        const double to = end_of_panel(simulation, from, fmin(even, breakpoint), t1, &r);
         if (may_shorten && r.cut && r.half > t0 + shortest(simulation, t0)) {
             *shorter = r.half;
             break;
@@ -588,7 +588,7 @@ static void pass(kt_simulation *simulation, bool fires) {
         const int side = sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;
         simulation->event_memory[k].size = simulation->event_search[k].size;
-        simulation->event_memory[k].corner = simulation->event_search[k].corner;
+        simulation->event_memory[k].breakpoint = simulation->event_search[k].breakpoint;
         if (due || side != 0)
             simulation->event_memory[k].side = due ? simulation->event_root[k].side : side;
     }

@@ -37,9 +37,9 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             simulation->size.event);
     const size_t k = simulation->event_count++;
     simulation->event[k] = *event;
-    simulation->event_memory[k] = (kt_event_memory){.corner = (double)NAN};
+    simulation->event_memory[k] = (kt_event_memory){.breakpoint = (double)NAN};
     simulation->event_root[k] = (kt_event_root){.due = 0};
-    simulation->event_search[k] = (kt_event_search){.corner = (double)NAN};
+    simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
     simulation->event_time = (double)NAN;
     if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
         simulation->watch = &kt_event_watch_all;
@@ -64,7 +64,7 @@ kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, b
     if (armed != (simulation->event_memory[k].disarmed == 0)) {
         simulation->event_memory[k].disarmed = !armed;
         simulation->event_memory[k].side = 0;
-        simulation->event_memory[k].corner = (double)NAN;
+        simulation->event_memory[k].breakpoint = (double)NAN;
         simulation->event_root[k] = (kt_event_root){.due = 0};
         simulation->event_time = (double)NAN;
     }

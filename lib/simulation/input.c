@@ -47,7 +47,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
-        kt_simulation_forget_corners(simulation);
+        kt_simulation_forget_breakpoints(simulation);
         kt_simulation_note_jump(simulation);
     }
     simulation->memory.pending = simulation->memory.changed = false;

@@ -353,7 +353,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->records_contacts = settings->options.record_contacts;
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
-    simulation->corners.own = settings->options.corner;
+    simulation->breakpoints.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
     simulation->lacks_inner_stage = KT_HAS_GAP && !kt_simulation_has_inner_stage(settings->method);
     find_quaternions(simulation);

@@ -193,8 +193,8 @@ kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status sta
     if (status == KT_OK) {
         if (KT_HAS_GAP && simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record->time, from);
-        if (status == KT_OK && simulation->corners.fixed)
-            status = kt_simulation_check_corners(simulation, record->time, from);
+        if (status == KT_OK && simulation->breakpoints.fixed)
+            status = kt_simulation_check_breakpoints(simulation, record->time, from);
         if (status == KT_OK)
             status = evaluate_record(simulation, record, from);
         if (status != KT_OK)
@@ -295,8 +295,8 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
 static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     const double *slope;
     kt_status status = kt_simulation_inputs_commit(simulation, from);
-    if (status == KT_OK && simulation->corners.any)
-        status = kt_simulation_pass_corner(simulation, from);
+    if (status == KT_OK && simulation->breakpoints.any)
+        status = kt_simulation_pass_breakpoint(simulation, from);
     if (status == KT_OK)
         status = kt_integrator_derivative(simulation->integrator, &slope, from);
     if (status != KT_OK)

@@ -137,7 +137,7 @@ KT_CHECKED kt_status kt_record_check(unsigned record, kt_error *error);
 /* The first function returns whether functions of time or a caller's effects have breakpoints. The second one returns
  * the longest step that samples functions between their breakpoints, HUGE_VAL for polynomials. Cost: O(loops +
  * effects). */
-bool kt_simulation_has_corners(const kt_model *model);
+bool kt_simulation_has_breakpoints(const kt_model *model);
 double kt_simulation_longest_step(const kt_model *model);
 
 /* The shortest piece of a function of time between two breakpoints, or a quarter of a sine's period. Pieces count if
@@ -147,7 +147,7 @@ KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double dur
 /* Ends steps at breakpoints. The first function comes before a step, or before the slope at the present time is
  * requested. At a breakpoint with a jump of the accelerations, it forgets the slopes of earlier steps and the last
  * step's interpolant. The second function reduces *t_limit to the next breakpoint if that comes first. */
-KT_CHECKED kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error);
+KT_CHECKED kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
 
 /* Whether the method has a stage between the ends of its steps. */
@@ -158,13 +158,13 @@ bool kt_simulation_has_inner_stage(const kt_method *method);
 bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit);
 
 /* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function there. */
-KT_CHECKED kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_error *error);
+KT_CHECKED kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, kt_error *error);
 
 /* After a checkpoint: restores the breakpoints at both ends of the step that ended at the present time. */
-void kt_simulation_recall_corners(kt_simulation *simulation);
+void kt_simulation_recall_breakpoints(kt_simulation *simulation);
 
 /* Lets breakpoints be searched anew, since functions of time, or the time itself, have changed. */
-void kt_simulation_forget_corners(kt_simulation *simulation);
+void kt_simulation_forget_breakpoints(kt_simulation *simulation);
 
 /* Contacts and stops that a step has leapt over (gap.c), in models with such effects. */
 bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is at the end of each step */

@@ -79,7 +79,7 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    0};
     counts.iterations.capped += (uint32_t)from.capped;
 #if KT_HAS_EVENTS
-    counts.corners = simulation->memory.corners;
+    counts.corners = simulation->memory.breakpoints;
 #endif
     return counts;
 }
@@ -106,8 +106,8 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
 kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, kt_error *from) {
     simulation->cause.code = KT_OK;
     kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
-    if (status == KT_OK && simulation->corners.any) {
-        status = kt_simulation_pass_corner(simulation, from);
+    if (status == KT_OK && simulation->breakpoints.any) {
+        status = kt_simulation_pass_breakpoint(simulation, from);
         kt_simulation_clip_step(simulation, t_limit);
     }
     return status;
@@ -262,12 +262,12 @@ static void forget_events(kt_simulation *simulation) {
     kt_simulation_memory *m = &simulation->memory;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_memory[k] = (kt_event_memory){
-            .corner = (double)NAN, .disarmed = KT_HAS_EVENTS ? simulation->event_memory[k].disarmed : 0};
+            .breakpoint = (double)NAN, .disarmed = KT_HAS_EVENTS ? simulation->event_memory[k].disarmed : 0};
     simulation->event_time = (double)NAN;
     m->fires = m->stopped = 0;
     m->event_instants = m->event_row = m->event_shrinking = 0;
 #if KT_HAS_EVENTS
-    m->event_many = m->event_missed = m->event_cuts = m->corners = 0;
+    m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
 #endif
 }
 
@@ -294,7 +294,7 @@ static kt_status start_at(kt_simulation *simulation, double t, double *q, double
     if (status != KT_OK)
         return status;
     simulation->gap_time = (double)NAN;
-    kt_simulation_forget_corners(simulation);
+    kt_simulation_forget_breakpoints(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
     simulation->memory.crossings = (kt_crossings){.near = 0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
@@ -413,7 +413,7 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double
     simulation->memory.refined = false;
     if (simulation->size.panel > 0)
         simulation->panel->known = false;
-    kt_simulation_forget_corners(simulation);
+    kt_simulation_forget_breakpoints(simulation);
     return KT_OK;
 }
 

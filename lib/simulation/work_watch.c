@@ -46,12 +46,12 @@ static void evaluate_work_watch(kt_simulation *simulation, double at) {
 void kt_simulation_end_powers(kt_simulation *simulation) {
     const double *slope = kt_integrator_known_derivative(simulation->integrator), *evaluated = simulation->end_slope;
     const double t = kt_integrator_time(simulation->integrator);
-    const bool jumps = simulation->corners.any && t == simulation->corners.end;
+    const bool jumps = simulation->breakpoints.any && t == simulation->breakpoints.end;
     simulation->end_slope = NULL;
     if (slope != NULL && slope == evaluated)
         kt_simulation_note_power(simulation, simulation->end_power);
     else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
-        evaluate_work_watch(simulation, jumps ? simulation->corners.before : t);
+        evaluate_work_watch(simulation, jumps ? simulation->breakpoints.before : t);
 }
 
 void kt_simulation_complete_powers(kt_simulation *simulation) {

@@ -1,6 +1,6 @@
 /* The reader of formulas, for any text. It reports the fault and its place, or reads a formula whose value and
  * derivatives agree with each other. It takes no more memory than it requires. */
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "fuzz.h"
 
 #include <math.h>
@@ -52,12 +52,12 @@ static void check_bounds(const kt_expression *formula, double t) {
                  "%.17g is between %.17g and %.17g", value, jet.c[0].lo, jet.c[0].hi);
 }
 
-/* A short formula of x alone, as one of time: bounds hold its value, and corners come one after the other. */
-static void find_corners(const kt_expression *formula) {
+/* A short formula of x alone, as one of time: bounds hold its value, and breakpoints come one after the other. */
+static void find_breakpoints(const kt_expression *formula) {
     enum { MOST = 40 };
     int used[MOST], order = 0;
     const size_t count = kt_expression_symbols(formula, MOST, used);
-    int64_t left = KT_CORNER_OPERATIONS / 16;
+    int64_t left = KT_BREAKPOINT_OPERATIONS / 16;
     double t = -0.5;
     if (formula->count > MOST)
         return;
@@ -66,8 +66,8 @@ static void find_corners(const kt_expression *formula) {
             return;
     for (int k = 0; k < 3 && t < 1e6; k++) {
         check_bounds(formula, t);
-        const double next = kt_expression_next_corner(formula, t, HUGE_VAL, &left, &order);
-        kt_fuzz_must(next > t, "the corner %.17g after %.17g comes later", next, t);
+        const double next = kt_expression_next_breakpoint(formula, t, HUGE_VAL, &left, &order);
+        kt_fuzz_must(next > t, "the breakpoint %.17g after %.17g comes later", next, t);
         t = next;
     }
 }
@@ -85,7 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const kt_status status = kt_expression_parse(text, &symbols, memory, bytes, &formula, &column, &error);
     if (status == KT_OK) {
         evaluate(formula);
-        find_corners(formula);
+        find_breakpoints(formula);
     } else {
         kt_fuzz_must(status == KT_ERROR_SCENE && error.code == status, "it is no formula: %d", (int)status);
         kt_fuzz_must(column >= 1 && (size_t)column <= length + 1, "column %d is in the text", column);

@@ -249,9 +249,9 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
     stop(&b);
 }
 
-/* Corners of formulas of time are roots, whose last bits depend on where the search began: steps behind a checkpoint
- * end at the same. Every step is gone on from. */
-KT_TEST(checkpoints_keep_the_corners_of_formulas_of_time) {
+/* Breakpoints of formulas of time are roots, whose last bits depend on where the search began: steps behind a
+ * checkpoint end at the same. Every step is gone on from. */
+KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
     static const char driven[] =
         "kinetree: 1\n"
         "gravity: [0, 0, -9.81]\n"

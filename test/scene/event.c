@@ -172,9 +172,9 @@ KT_TEST(events_of_a_crank_are_found_in_long_steps) {
     close_run(&r);
 }
 
-/* Three events happen at t = 2. The first ends a part of the step, and the second is its corner. They happen in the
+/* Three events happen at t = 2. The first ends a part of the step, and the second is its breakpoint. They happen in the
  * order of the file, so that x becomes 123. */
-KT_TEST(events_at_a_corner_happen_together_in_order) {
+KT_TEST(events_at_a_breakpoint_happen_together_in_order) {
     static const char text[] = "kinetree: 1\n"
                                "gravity: [0, 0, 0]\n"
                                "bodies:\n"

@@ -1,6 +1,6 @@
 /* Events whose formulas have many features in time: the search for features shares its operations with all searches of
  * the run, also in one that goes on from a checkpoint. Each event that no search missed is compared with samples. */
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "kinetree/scene.h"
 #include "model/function_formula.h"
 #include "simulation/simulation.h"
@@ -106,7 +106,7 @@ static faults compare(const featured *f, const kt_expression *formula, double le
 /* All searches of a run take at most the operations that a run has, of which this one has a part, and the 60 bisections
  * of one more change. A run without cut searches misses no event that samples show. */
 KT_TEST(searches_of_events_share_a_limit) {
-    enum { FORMULAS = 24, LIMIT = KT_CORNER_OPERATIONS / 4 };
+    enum { FORMULAS = 24, LIMIT = KT_BREAKPOINT_OPERATIONS / 4 };
     static featured f;
     kt_random random = kt_random_of_test();
     kt_worst taken = kt_worst_make("operations over the limit"), wrong = kt_worst_make("events without a root");
@@ -125,11 +125,11 @@ KT_TEST(searches_of_events_share_a_limit) {
             continue;
         const double level = kt_expression_evaluate(formula, &at);
         if (begin(&f, "1", text, level)) {
-            f.simulation->memory.sought = KT_CORNER_OPERATIONS - LIMIT;
+            f.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - LIMIT;
             const kt_status status = kt_simulation_run(f.simulation, keep, &f, &error);
             if (status != KT_OK)
                 kt_check_text(text, error.message, "");
-            const double used = (double)(f.simulation->memory.sought - (KT_CORNER_OPERATIONS - LIMIT));
+            const double used = (double)(f.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
             const uint64_t count = kt_simulation_counts_get(f.simulation).cut;
             kt_worst_below(&taken, used, LIMIT + 60.0 * (double)formula->count, "%s", text);
             kt_worst_below(&cuts, (double)count, 16 + 16 * 7, "%s", text);
@@ -167,7 +167,7 @@ KT_TEST(restored_run_cuts_the_same_searches_of_events) {
     kt_error error = {0};
     if (begin(&first, force, formula, 0.3) && begin(&second, force, formula, 0.3) &&
         kt_check_true("room", kt_simulation_state_size(first.simulation) <= sizeof block)) {
-        first.simulation->memory.sought = KT_CORNER_OPERATIONS / 20 * 19;
+        first.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
         kt_check_equal_int("advance", kt_simulation_advance(first.simulation, 1.5, &error), KT_OK);
         const uint64_t before = kt_simulation_counts_get(first.simulation).cut;
         kt_simulation_save(first.simulation, block);

@@ -62,15 +62,16 @@ static double find_fastest(const kt_outcome *outcome, char *text, size_t size, b
 }
 
 /* Finds the cause of steps of this length, and a remedy. */
-static void find_cause(const kt_outcome *outcome, double step, double corners, char *cause, char *remedy, size_t size) {
+static void find_cause(const kt_outcome *outcome, double step, double breakpoints, char *cause, char *remedy,
+                       size_t size) {
     char mode[256];
     bool decays = false;
     const double rate = find_fastest(outcome, mode, sizeof mode, &decays);
     const kt_method *method = kt_method_find(outcome->run->integrator);
     const bool is_explicit = method != NULL && !kt_method_is_implicit(method);
-    if (corners > often) {
+    if (breakpoints > often) {
         (void)snprintf(cause, size, "functions of time change their shape every %.3g s, where steps end",
-                       step / corners);
+                       step / breakpoints);
         (void)snprintf(remedy, size, "Take a slower function of time, or its mean; or shorten the run with --duration");
     } else if (step * rate > resolved && decays && is_explicit) {
         (void)snprintf(cause, size, "the fastest mode is a %s", mode);
@@ -92,12 +93,12 @@ static void find_cause(const kt_outcome *outcome, double step, double corners, c
     }
 }
 
-static void warn_of_steps(kt_outcome *outcome, double step, double left, double corners) {
+static void warn_of_steps(kt_outcome *outcome, double step, double left, double breakpoints) {
     enum { SIZE = 400 };
     char cause[SIZE], remedy[SIZE], time[48];
     const double t = kt_simulation_time(outcome->simulation);
     const double steps = (double)kt_simulation_counts_get(outcome->simulation).steps;
-    find_cause(outcome, step, corners, cause, remedy, SIZE);
+    find_cause(outcome, step, breakpoints, cause, remedy, SIZE);
     write_time((kt_clock() - outcome->pace.begin) / steps * left, time, sizeof time);
     kt_warning warning = kt_warning_of("many_steps", step, "s", remedy);
     warning.time = t;
@@ -112,15 +113,15 @@ static void watch_pace(const kt_simulation *simulation, void *user) {
     kt_pace *pace = &outcome->pace;
     const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
     const double t = kt_simulation_time(simulation), steps = (double)BETWEEN * WINDOW;
-    const uint64_t corners = counts.corners - pace->corners;
+    const uint64_t breakpoints = counts.corners - pace->breakpoints;
     if (pace->said || ++pace->seen % WINDOW != 0)
         return;
     const double step = (t - pace->time) / steps, left = (outcome->run->duration - t) / step;
     pace->time = t;
-    pace->corners = counts.corners;
+    pace->breakpoints = counts.corners;
     pace->said = left > (double)MANY;
     if (pace->said)
-        warn_of_steps(outcome, step, left, (double)corners / steps);
+        warn_of_steps(outcome, step, left, (double)breakpoints / steps);
 }
 
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options) {

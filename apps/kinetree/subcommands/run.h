@@ -107,7 +107,7 @@ typedef struct kt_pace {
     double begin;                 /* s of the clock, of the run */
     double time;                  /* s, where the last window of steps ended */
     uint64_t seen;                /* calls */
-    uint64_t corners;             /* up to there, at which steps ended */
+    uint64_t breakpoints;         /* up to there, at which steps ended */
     bool said;                    /* the warning has been given */
     struct kt_progress *progress; /* its bar is cleared first */
 } kt_pace;

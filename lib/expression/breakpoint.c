@@ -1,10 +1,11 @@
-/* Times at which formulas of time have corners or features. Steps end at these times, so that no step misses a feature.
+/* Times at which formulas of time have breakpoints or features. Steps end at these times, so that no step misses a
+ * feature.
  *
- * A corner is a time at which an operation that is not smooth takes another branch. The sign of its decision changes
- * there: x of abs(x), x - y of min(x, y) and of comparisons. Between two corners a step may still leap over a feature,
- * as a pulse exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end if f', f'' or f''' changes
- * its sign. Between two such times f, f' and f'' are monotone. Every method samples their values at the ends of a step,
- * which then show whether anything happens between.
+ * A breakpoint is a time at which an operation that is not smooth takes another branch. The sign of its decision
+ * changes there: x of abs(x), x - y of min(x, y) and of comparisons. Between two breakpoints a step may still leap over
+ * a feature, as a pulse exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end if f', f'' or f'''
+ * changes its sign. Between two such times f, f' and f'' are monotone. Every method samples their values at the ends of
+ * a step, which then show whether anything happens between.
  *
  * Both are zeros of a function g along time. They are found with exclusion and bisection (Moore, Kearfott and Cloud
  * 2009, chapter 8). In an interval, g has no zero if 0 is outside its bounds (jet.h), and at most one if 0 is outside
@@ -12,16 +13,16 @@
  * are halved, too. The branch may change there without a zero, as that of sqrt(t - 1) < 3 at t = 1. A very short
  * interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that cancel.
  */
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
 
-/* A search for corners, or else for changes of derivatives. */
+/* A search for breakpoints, or else for changes of derivatives. */
 typedef struct search {
     const kt_expression *expression;
-    bool corners;
+    bool breakpoints;
     double after;  /* the time after which changes are sought; a change at that time is excluded */
     double length; /* of the interval that is halved */
     int effort;    /* intervals that this search may still evaluate */
@@ -69,9 +70,9 @@ static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
     s->effort--;
-    const kt_jet jet = bound(s, from, to, s->corners ? meet : NULL, &worst);
+    const kt_jet jet = bound(s, from, to, s->breakpoints ? meet : NULL, &worst);
     double nothing = rounding * jet.size + nothing_at_all, whole = nothing;
-    if (s->corners || jet.defined == KT_DEFINED_NOWHERE)
+    if (s->breakpoints || jet.defined == KT_DEFINED_NOWHERE)
         return worst;
     for (int k = 1; k < KT_JET_ORDER; k++) {
         nothing /= to - from;
@@ -88,7 +89,7 @@ static finding bound_on(search *s, double from, double to) {
 
 /* All branches at a time, or the signs of the derivatives, as a number that changes with each of them. */
 static uint64_t signature_of(search *s, double t) {
-    if (s->corners)
+    if (s->breakpoints)
         return kt_expression_branches(s->expression, &t);
     const kt_jet jet = bound(s, t, t, NULL, NULL);
     uint64_t signs = 0;
@@ -106,11 +107,11 @@ static bool changes_sign(search *s, double from, double to) {
     return false;
 }
 
-/* The first time at which the signature differs from that at `from`; at `to` it does. Corners are found to the last
+/* The first time at which the signature differs from that at `from`; at `to` it does. Breakpoints are found to the last
  * bit: the branch is that of the formula's own rounded values. */
 static double change_between(search *s, double from, double to) {
     const uint64_t before = signature_of(s, from);
-    const double enough = s->corners ? 0.0 : 1e-9 * (to - from);
+    const double enough = s->breakpoints ? 0.0 : 1e-9 * (to - from);
     while (to - from > enough) {
         const double middle = from + 0.5 * (to - from);
         if (!(middle > from) || !(middle < to))
@@ -201,30 +202,33 @@ static int jump_of(const kt_expression *expression) {
     return order;
 }
 
-/* The first corner after t. Times next to 0 are not distinguished from 0. */
-static double next_corner(const kt_expression *expression, double t, double until, int64_t *left, int *order) {
-    search s = {.expression = expression, .corners = true};
+/* The first breakpoint after t. Times next to 0 are not distinguished from 0. */
+static double first_breakpoint_after(const kt_expression *expression, double t, double until, int64_t *left,
+                                     int *order) {
+    search s = {.expression = expression, .breakpoints = true};
     bool known;
     s.left = left;
     const int jump = jump_of(expression);
     double next = jump < 3 ? seek(&s, t, until, &known) : HUGE_VAL;
     if (next < HUGE_VAL)
-        *order = known ? jump : KT_CORNER_CUT;
-    s.corners = false;
+        *order = known ? jump : KT_BREAKPOINT_CUT;
+    s.breakpoints = false;
     const double feature = seek(&s, t, fmin(next, until), &known);
     if (feature < next) {
         next = feature;
-        *order = known ? 4 : KT_CORNER_CUT;
+        *order = known ? 4 : KT_BREAKPOINT_CUT;
     }
     return next;
 }
 
-double kt_expression_next_corner(const kt_expression *expression, double t, double until, int64_t *left, int *order) {
+double kt_expression_next_breakpoint(const kt_expression *expression, double t, double until, int64_t *left,
+                                     int *order) {
     static const double nearest = 1e-30; /* s: from 0 */
     *order = 4;
     if (!(fabs(t) < horizon) || kt_expression_symbols(expression, 0, NULL) == 0)
         return HUGE_VAL;
-    const double next = next_corner(expression, t >= 0.0 ? fmax(t, nearest) : t, fmin(until, horizon), left, order);
+    const double next =
+        first_breakpoint_after(expression, t >= 0.0 ? fmax(t, nearest) : t, fmin(until, horizon), left, order);
     return fabs(next) <= nearest ? 0.0 : next;
 }
 

@@ -1,5 +1,5 @@
-/* Steps end at the corners of functions of time and of a caller's own forces. No pulse between two corners is skipped,
- * and a method keeps its order across jumps of accelerations.
+/* Steps end at the breakpoints of functions of time and of a caller's own forces. No pulse between two breakpoints is
+ * skipped, and a method keeps its order across jumps of accelerations.
  */
 #include "scenes.h"
 
@@ -121,7 +121,7 @@ static void check_fixed(kt_function function, double step, kt_status expected) {
     if (simulation != NULL &&
         kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), expected) &&
         expected != KT_OK) {
-        kt_check_contains("when", error.message, "between corners at 5 and 5.001 s");
+        kt_check_contains("when", error.message, "between breakpoints at 5 and 5.001 s");
         kt_check_contains("remedy", error.message, "take a smaller step, or an adaptive method");
     }
     kt_simulation_free(simulation);
@@ -144,7 +144,7 @@ static int pulse(void *user, double t, double q, double v, double *force, kt_eff
     *force = t >= 7.0 && t < 7.01 ? 1.0 : 0.0;
     return 0;
 }
-static double corner_of_pulse(void *user, double t) {
+static double breakpoint_of_pulse(void *user, double t) {
     (void)user;
     return t < 7.0 ? 7.0 : t < 7.01 ? 7.01 : HUGE_VAL;
 }
@@ -165,24 +165,24 @@ static void check_pulse(const kt_model *model, const kt_simulation_options *opti
     kt_check_near("velocity, m/s", state[1], 0.01, 1e-14);
 }
 
-KT_TEST(corners_of_a_callers_effect_are_where_steps_end) {
+KT_TEST(breakpoints_of_a_callers_effect_are_where_steps_end) {
     static const char *const methods[] = {"dopri5", "dop853", "rodas5p", "radau5", "auto"};
     pushed p;
     push_by(&p, KT_EFFECT_CUSTOM);
     p.effect.joint_force = pulse;
-    p.effect.corner = corner_of_pulse;
+    p.effect.corner = breakpoint_of_pulse;
     kt_model *model = kt_scene_compile(&p.lone.description);
     for (size_t i = 0; model != NULL && i < sizeof methods / sizeof methods[0]; i++)
         check_pulse(model, NULL, methods[i]);
     kt_model_free(model);
 }
 
-KT_TEST(corners_of_a_callers_equations_are_where_steps_end) {
+KT_TEST(breakpoints_of_a_callers_equations_are_where_steps_end) {
     kt_lone lone;
     kt_simulation_options options = kt_simulation_options_default();
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
     options.acceleration = jump_in_equations;
-    options.corner = corner_of_pulse;
+    options.corner = breakpoint_of_pulse;
     kt_model *model = kt_scene_compile(&lone.description);
     if (model != NULL)
         check_pulse(model, &options, "dopri5");
@@ -262,8 +262,8 @@ static kt_model *make_towed(towed *t) {
     return kt_scene_compile(&t->description);
 }
 
-/* The load's position in the trolley, x - f. Both slopes of f'' at a corner are taken from inside the steps. The error
- * is that of the smooth pieces, a few tolerances, and few steps are rejected there. */
+/* The load's position in the trolley, x - f. Both slopes of f'' at a breakpoint are taken from inside the steps. The
+ * error is that of the smooth pieces, a few tolerances, and few steps are rejected there. */
 KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
     towed t;
     kt_model *model = make_towed(&t);
@@ -285,7 +285,7 @@ KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
 /* ---- checkpoints, ticks ------------------------------------------------------------------------------------------ */
 
 /* Saved in the midst of the ramp, and at its start, where a step ends. */
-KT_TEST(restored_run_has_the_same_bits_at_corners) {
+KT_TEST(restored_run_has_the_same_bits_at_breakpoints) {
     static double block[4096];
     towed t;
     kt_error error = {0};
@@ -335,7 +335,7 @@ KT_TEST(restored_run_cuts_the_same_searches) {
         kt_check_above("cut before", (double)before, 10.0);
         kt_check_above("cut behind", (double)(a.cut - before), 10.0);
         kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
-        kt_check_equal_int("corners of the restored run", (long)b.corners, (long)a.corners);
+        kt_check_equal_int("breakpoints of the restored run", (long)b.corners, (long)a.corners);
         kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 1);
     }
     kt_simulation_free(second);

@@ -1,4 +1,4 @@
-/* Breakpoints (corners): times at which the forces or drives of a simulation, or their derivatives, jump.
+/* Breakpoints: times at which the forces or drives of a simulation, or their derivatives, jump.
  *
  * An adaptive method evaluates forces at its stages only. In quiet motion its steps grow tenfold. A later force would
  * then begin and end between two stages. A step might also reach across a breakpoint, where a method has only the order
@@ -10,13 +10,13 @@
  * - A sine, of which a step is at most a quarter of a period (kt_simulation_longest_step).
  *
  * - A formula that is monotone with its first two derivatives, so that the ends of a step determine it
- *   (expression/corner.c).
+ *   (expression/breakpoint.c).
  *
  * The accelerations themselves jump, for example, if a drive's second derivative or the slope of a servo's target
  * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
  * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
  */
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "effect/effect.h"
 #include "integrator/integrator.h"
 #include "simulation/feature.h"
@@ -29,13 +29,13 @@
 /* ---- of the model ------------------------------------------------------------------------------------------------ */
 
 /* A breakpoint of all functions together. The accelerations jump if a derivative jumps that they depend on. */
-typedef struct corner {
+typedef struct breakpoint {
     double time;
     bool jumps, cut; /* cut: a search of features reached its limit */
-} corner;
+} breakpoint;
 
 /* Takes the time into account if it is after t and not after the one found so far. */
-static void meet(corner *first, double t, double time, bool jumps) {
+static void meet(breakpoint *first, double t, double time, bool jumps) {
     if (!(time > t) || time > first->time)
         return;
     first->jumps = jumps || (time == first->time && first->jumps);
@@ -43,24 +43,24 @@ static void meet(corner *first, double t, double time, bool jumps) {
     first->time = time;
 }
 
-/* The next breakpoint of a function. All searches of a run take no more than KT_CORNER_OPERATIONS. */
-static kt_corner seek(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
-    int64_t left = KT_CORNER_OPERATIONS - simulation->memory.sought;
-    const kt_corner next = kt_curve_next_corner(curve, simulation->model->number, t, until, &left);
-    simulation->memory.sought = KT_CORNER_OPERATIONS - left;
+/* The next breakpoint of a function. All searches of a run take no more than KT_BREAKPOINT_OPERATIONS. */
+static kt_breakpoint seek(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
+    int64_t left = KT_BREAKPOINT_OPERATIONS - simulation->memory.sought;
+    const kt_breakpoint next = kt_curve_next_breakpoint(curve, simulation->model->number, t, until, &left);
+    simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - left;
     return next;
 }
 
 /* order: the highest derivative of the function that the accelerations depend on. */
-static void meet_curve(kt_simulation *simulation, corner *first, double t, const kt_curve *curve, int order) {
-    const kt_corner next = seek(simulation, curve, t, first->time);
+static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, const kt_curve *curve, int order) {
+    const kt_breakpoint next = seek(simulation, curve, t, first->time);
     meet(first, t, next.time, next.order <= order);
-    first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_CORNER_CUT && next.time == first->time));
+    first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
 }
 
-static corner next_corner(kt_simulation *simulation, double t) {
+static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
-    corner first = {HUGE_VAL, false, false};
+    breakpoint first = {HUGE_VAL, false, false};
     for (size_t i = 0; i < model->n.loop; i++)
         meet_curve(simulation, &first, t, &model->loop[i].curve, 2);
     for (size_t i = 0; i < model->n.effect; i++) {
@@ -78,14 +78,14 @@ static corner next_corner(kt_simulation *simulation, double t) {
         meet_curve(simulation, &first, t, &model->time_part[i], 0);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
         meet_curve(simulation, &first, t, kt_mass_curve(model, k), 1); /* powers depend on the rates */
-    if (simulation->corners.own != NULL)
-        meet(&first, t, simulation->corners.own(simulation->user, t), true);
+    if (simulation->breakpoints.own != NULL)
+        meet(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;
 }
 
-bool kt_simulation_has_corners(const kt_model *model) {
+bool kt_simulation_has_breakpoints(const kt_model *model) {
     for (size_t i = 0; i < model->n.loop; i++)
-        if (kt_curve_has_corners(&model->loop[i].curve))
+        if (kt_curve_has_breakpoints(&model->loop[i].curve))
             return true;
     if (KT_HAS_FORMULAS && model->n.time_part > 0)
         return true;
@@ -94,12 +94,12 @@ bool kt_simulation_has_corners(const kt_model *model) {
             return true;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        if (effect->corner != NULL || kt_curve_has_corners(&effect->curve[0]) ||
-            kt_curve_has_corners(&effect->curve[1]) || kt_curve_has_corners(&effect->curve[2]))
+        if (effect->corner != NULL || kt_curve_has_breakpoints(&effect->curve[0]) ||
+            kt_curve_has_breakpoints(&effect->curve[1]) || kt_curve_has_breakpoints(&effect->curve[2]))
             return true;
     }
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        if (kt_curve_has_corners(kt_mass_curve(model, k)))
+        if (kt_curve_has_breakpoints(kt_mass_curve(model, k)))
             return true;
     return false;
 }
@@ -120,9 +120,9 @@ double kt_simulation_longest_step(const kt_model *model) {
 static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, int64_t *left,
                              double least) {
     double last = -HUGE_VAL;
-    for (kt_corner c = kt_curve_next_corner(curve, numbers, 0.0, duration, left); c.time < duration;
-         c = kt_curve_next_corner(curve, numbers, c.time, duration, left)) {
-        least = c.order == KT_CORNER_CUT ? least : fmin(least, c.time - last);
+    for (kt_breakpoint c = kt_curve_next_breakpoint(curve, numbers, 0.0, duration, left); c.time < duration;
+         c = kt_curve_next_breakpoint(curve, numbers, c.time, duration, left)) {
+        least = c.order == KT_BREAKPOINT_CUT ? least : fmin(least, c.time - last);
         last = c.time;
     }
     return least;
@@ -130,7 +130,7 @@ static double shortest_piece(const kt_curve *curve, const double *numbers, doubl
 
 double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     double least = kt_simulation_longest_step(model);
-    int64_t left = KT_CORNER_OPERATIONS;
+    int64_t left = KT_BREAKPOINT_OPERATIONS;
     for (size_t i = 0; i < model->n.loop; i++)
         least = shortest_piece(&model->loop[i].curve, model->number, duration, &left, least);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
@@ -145,16 +145,16 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
 
 #if KT_HAS_EVENTS && KT_HAS_FORMULAS
 double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count, double t) {
-    int64_t left = KT_CORNER_OPERATIONS - simulation->memory.sought;
+    int64_t left = KT_BREAKPOINT_OPERATIONS - simulation->memory.sought;
     double next = HUGE_VAL;
     bool cut = false;
     for (int k = 0; k < count; k++) {
         int order;
-        const double found = kt_expression_next_corner(parts[k], t, next, &left, &order);
-        cut = found < next ? order == KT_CORNER_CUT : cut;
+        const double found = kt_expression_next_breakpoint(parts[k], t, next, &left, &order);
+        cut = found < next ? order == KT_BREAKPOINT_CUT : cut;
         next = fmin(next, found);
     }
-    simulation->memory.sought = KT_CORNER_OPERATIONS - left;
+    simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - left;
     simulation->event_cut += cut;
     return next;
 }
@@ -170,46 +170,46 @@ static double aside(const kt_simulation *simulation, double t) {
     return 4.0 * DBL_EPSILON * fmax(fabs(t), simulation->duration) + DBL_MIN;
 }
 
-void kt_simulation_forget_corners(kt_simulation *simulation) {
-    kt_corners *c = &simulation->corners;
+void kt_simulation_forget_breakpoints(kt_simulation *simulation) {
+    kt_breakpoints *c = &simulation->breakpoints;
     c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
 }
 
 /* Finds the breakpoint after t. Returns whether the accelerations jump at t itself. */
 static bool enter_piece(kt_simulation *simulation, double t) {
-    kt_corners *c = &simulation->corners;
+    kt_breakpoints *c = &simulation->breakpoints;
     const double margin = margin_at(t);
     const int64_t before = simulation->memory.sought;
     double last = t;
     bool jumps = false;
-    corner next = next_corner(simulation, nextafter(t - margin, -HUGE_VAL));
+    breakpoint next = next_breakpoint(simulation, nextafter(t - margin, -HUGE_VAL));
     while (next.time <= t + margin) {
         jumps = jumps || next.jumps;
         last = fmax(t, next.time);
-        next = next_corner(simulation, next.time);
+        next = next_breakpoint(simulation, next.time);
     }
     simulation->memory.piece = t;
     simulation->memory.before = before;
-    *c = (kt_corners){.any = true,
-                      .own = c->own,
-                      .from = t,
-                      .next = next.time,
-                      .jumps = next.jumps,
-                      .cut = next.cut,
-                      .begin = jumps ? t : (double)NAN,
-                      .after = last + aside(simulation, last),
-                      .end = (double)NAN};
+    *c = (kt_breakpoints){.any = true,
+                          .own = c->own,
+                          .from = t,
+                          .next = next.time,
+                          .jumps = next.jumps,
+                          .cut = next.cut,
+                          .begin = jumps ? t : (double)NAN,
+                          .after = last + aside(simulation, last),
+                          .end = (double)NAN};
     return jumps;
 }
 
 /* Notes that the step that ends at t ends at a breakpoint. */
-static void end_at_corner(kt_corners *c, double t, double before) {
+static void end_at_breakpoint(kt_breakpoints *c, double t, double before) {
     c->end = t;
     c->before = before;
 }
 
-void kt_simulation_recall_corners(kt_simulation *simulation) {
-    kt_corners *c = &simulation->corners;
+void kt_simulation_recall_breakpoints(kt_simulation *simulation) {
+    kt_breakpoints *c = &simulation->breakpoints;
     const double t = kt_integrator_time(simulation->integrator);
     if (!isnan(c->from) || !(simulation->memory.piece <= t))
         return;
@@ -218,17 +218,17 @@ void kt_simulation_recall_corners(kt_simulation *simulation) {
     (void)enter_piece(simulation, simulation->memory.piece);
     simulation->memory.sought = sought;
     if (KT_HAS_EVENTS && c->jumps && !(t < c->next - margin_at(c->next)))
-        end_at_corner(c, t, fmin(c->next, t) - aside(simulation, c->next));
+        end_at_breakpoint(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }
 
-kt_status kt_simulation_pass_corner(kt_simulation *simulation, kt_error *error) {
-    const kt_corners *c = &simulation->corners;
+kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error) {
+    const kt_breakpoints *c = &simulation->breakpoints;
     const double t = kt_integrator_time(simulation->integrator);
-    kt_simulation_recall_corners(simulation);
+    kt_simulation_recall_breakpoints(simulation);
     if (c->from <= t && t < c->next - margin_at(c->next))
         return KT_OK;
 #if KT_HAS_EVENTS
-    simulation->memory.corners += t >= c->next - margin_at(c->next);
+    simulation->memory.breakpoints += t >= c->next - margin_at(c->next);
 #endif
     const bool jumps = enter_piece(simulation, t);
     if (KT_HAS_FORMULAS)
@@ -253,14 +253,14 @@ bool kt_simulation_has_inner_stage(const kt_method *method) {
  * symmetry. */
 static void end_within_piece(const kt_simulation *simulation, double *t_limit) {
     static const double part = 0.4;
-    const kt_corners *c = &simulation->corners;
+    const kt_breakpoints *c = &simulation->breakpoints;
     const double inside = c->from + part * (c->next - c->from);
     if (inside > kt_integrator_time(simulation->integrator) + margin_at(c->next) && inside < *t_limit)
         *t_limit = inside;
 }
 
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
-    kt_corners *c = &simulation->corners;
+    kt_breakpoints *c = &simulation->breakpoints;
     const double margin = margin_at(c->next);
     c->end = (double)NAN;
     if (simulation->lacks_inner_stage && isfinite(c->next))
@@ -270,7 +270,7 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
     if (c->next < *t_limit - margin)
         *t_limit = c->next;
     if (c->jumps)
-        end_at_corner(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
+        end_at_breakpoint(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
 }
 
 /* ---- after a step of a method that does not see its end ---------------------------------------------------------- */
@@ -294,7 +294,7 @@ static bool changes_behind(const kt_curve *curve, const double *numbers, const d
 bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit) {
     static const double last_known = 2.0 / 3.0; /* where the third step of rkc4 begins */
     const kt_model *model = simulation->model;
-    const kt_corners *c = &simulation->corners;
+    const kt_breakpoints *c = &simulation->breakpoints;
     const double t0 = kt_integrator_previous_time(simulation->integrator),
                  t1 = kt_integrator_time(simulation->integrator);
     const double time[3] = {c->begin == t0 ? c->after : t0, t0 + last_known * (t1 - t0), c->end == t1 ? c->before : t1};
@@ -337,10 +337,10 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
 
 /* The first breakpoint after t with a jump of any order. HUGE_VAL if there is none before `until`. */
 static double next_jump(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
-    kt_corner next = {t, KT_CORNER_ORDER_MAX + 1};
-    while (next.order > KT_CORNER_ORDER_MAX && next.time < until) {
+    kt_breakpoint next = {t, KT_BREAKPOINT_ORDER_MAX + 1};
+    while (next.order > KT_BREAKPOINT_ORDER_MAX && next.time < until) {
         next = seek(simulation, curve, next.time, until);
-        simulation->memory.cut += next.order == KT_CORNER_CUT && next.time < until;
+        simulation->memory.cut += next.order == KT_BREAKPOINT_CUT && next.time < until;
     }
     return next.time < until ? next.time : HUGE_VAL;
 }
@@ -360,7 +360,7 @@ static bool is_missed(kt_simulation *simulation, const kt_curve *curve, double t
            !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
 }
 
-kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_error *error) {
+kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, kt_error *error) {
     const kt_model *model = simulation->model;
     double a = 0.0, b = 0.0;
     bool missed = false;
@@ -377,8 +377,9 @@ kt_status kt_simulation_check_corners(kt_simulation *simulation, double t, kt_er
         missed = is_missed(simulation, kt_mass_curve(model, k), t, &a, &b);
     if (!missed)
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_STEP, "functions of time",
-                        "no stage of the step of %g s evaluates the forces at t = %.9g s, between corners at %.9g and "
-                        "%.9g s; take a smaller step, or an adaptive method, whose steps end at corners",
-                        simulation->step, t, a, b);
+    return kt_error_set(
+        error, KT_ERROR_STEP, "functions of time",
+        "no stage of the step of %g s evaluates the forces at t = %.9g s, between breakpoints at %.9g and "
+        "%.9g s; take a smaller step, or an adaptive method, whose steps end at breakpoints",
+        simulation->step, t, a, b);
 }

@@ -1,8 +1,8 @@
-/* Corners and features of formulas of time, compared with dense samples of the formula and with exact times. */
+/* Breakpoints and features of formulas of time, compared with dense samples of the formula and with exact times. */
 #include "check.h"
 #include "steep.h"
 
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "expression/part.h"
 #include "model/function_formula.h"
 
@@ -21,10 +21,10 @@ static const kt_expression *formula(const char *text, double memory[MEMORY]) {
     return expression;
 }
 
-/* The next corner of a search that may take all operations of a run. */
-static double next_corner(const kt_expression *f, double t, double until, int *order) {
-    int64_t left = KT_CORNER_OPERATIONS;
-    return kt_expression_next_corner(f, t, until, &left, order);
+/* The next breakpoint of a search that may take all operations of a run. */
+static double next_breakpoint(const kt_expression *f, double t, double until, int *order) {
+    int64_t left = KT_BREAKPOINT_OPERATIONS;
+    return kt_expression_next_breakpoint(f, t, until, &left, order);
 }
 
 /* ---- bounds ------------------------------------------------------------------------------------------------------ */
@@ -138,9 +138,9 @@ KT_TEST(bounds_hold_where_there_is_no_value) {
     kt_check_equal_int("outside", outside, 0);
 }
 
-/* ---- corners ----------------------------------------------------------------------------------------------------- */
+/* ---- breakpoints ------------------------------------------------------------------------------------------------- */
 
-KT_TEST(corners_are_where_branches_change) {
+KT_TEST(breakpoints_are_where_branches_change) {
     static const struct {
         const char *text;
         int count, order;
@@ -168,7 +168,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_true(rows[i].text, f != NULL);
         while (f != NULL && found < rows[i].count && steps++ < 200) {
             int order;
-            t = next_corner(f, t, HUGE_VAL, &order);
+            t = next_breakpoint(f, t, HUGE_VAL, &order);
             if (order > 3)
                 continue;
             kt_check_equal_int("order", order, rows[i].order);
@@ -178,7 +178,7 @@ KT_TEST(corners_are_where_branches_change) {
         kt_check_equal_int("found", found, rows[i].count);
         for (steps = 0; f != NULL && rows[i].count < 4 && t < 1e11 && steps < 100; steps++) {
             int order;
-            t = next_corner(f, t, HUGE_VAL, &order);
+            t = next_breakpoint(f, t, HUGE_VAL, &order);
             kt_check_true("no more", order > 3);
         }
     }
@@ -186,14 +186,14 @@ KT_TEST(corners_are_where_branches_change) {
 
 /* The first searched interval ends at `1/1024` s, the next at `3/1024` s. This branch changes after the last
  * interval. */
-KT_TEST(corners_are_found_at_ends_of_intervals) {
+KT_TEST(breakpoints_are_found_at_ends_of_intervals) {
     double memory[MEMORY];
     int order = 4;
     for (int k = 1; k < 4096; k = 2 * k + 1) {
         char text[40];
         (void)snprintf(text, sizeof text, "t <= %.10f", k / 1024.0);
         const kt_expression *f = formula(text, memory);
-        kt_check_near(text, f != NULL ? next_corner(f, 0.0, HUGE_VAL, &order) : -1.0, k / 1024.0,
+        kt_check_near(text, f != NULL ? next_breakpoint(f, 0.0, HUGE_VAL, &order) : -1.0, k / 1024.0,
                       4.0 * DBL_EPSILON * k / 1024.0);
         kt_check_equal_int("order", order, 0);
     }
@@ -213,7 +213,7 @@ KT_TEST(formulas_are_monotone_between_features) {
             enum { SAMPLES = 60 };
             int order, signs[2] = {0, 0};
             const double from = t;
-            t = fmin(next_corner(f, t, HUGE_VAL, &order), 8.0);
+            t = fmin(next_breakpoint(f, t, HUGE_VAL, &order), 8.0);
             pieces++;
             for (int k = 1; k < SAMPLES; k++) {
                 const double at = from + (t - from) * (0.001 + 0.998 * k / SAMPLES), rate = 1.0;
@@ -263,7 +263,7 @@ KT_TEST(features_of_random_pulses_are_found) {
         (void)snprintf(text, sizeof text, "%.17g%s((t - %.17g)/%.17g)%s", height, p->before, c, w, p->behind);
         const kt_expression *f = formula(text, memory);
         for (double t = c - 50.0 * w; f != NULL && t < c + 50.0 * w && count < 64; count++)
-            found[count] = t = next_corner(f, t, HUGE_VAL, &order);
+            found[count] = t = next_breakpoint(f, t, HUGE_VAL, &order);
         for (int k = 0; k < 2 * p->count; k++) {
             const double u = k % 2 ? -p->u[k / 2] : p->u[k / 2];
             double nearest = HUGE_VAL;
@@ -291,8 +291,8 @@ KT_TEST(searches_have_an_end) {
         const kt_expression *f = formula(rows[i].text, memory);
         int order, count = 0, cut = 0;
         for (double t = rows[i].cut ? 6.0 : 0.0; f != NULL && t < 10.0 && count < 100; count++) {
-            t = next_corner(f, t, 10.0, &order);
-            cut += t < 10.0 && order == KT_CORNER_CUT;
+            t = next_breakpoint(f, t, 10.0, &order);
+            cut += t < 10.0 && order == KT_BREAKPOINT_CUT;
         }
         kt_check_below(rows[i].text, count, rows[i].cut ? 20.0 : 8.0);
         kt_check_true("cut", rows[i].cut == (cut > 0));
@@ -302,7 +302,7 @@ KT_TEST(searches_have_an_end) {
 /* The operations of all searches of a run are limited, and so are the searches that are cut: 16 for each factor e of
  * the time after the first 16/1024 s, and 16 before. Every change has at most 60 bisections more. */
 KT_TEST(searches_of_random_formulas_share_a_limit) {
-    enum { FORMULAS = 60, LIMIT = KT_CORNER_OPERATIONS / 50, MOST_CUT = 16 + 16 * 7 };
+    enum { FORMULAS = 60, LIMIT = KT_BREAKPOINT_OPERATIONS / 50, MOST_CUT = 16 + 16 * 7 };
     kt_random random = kt_random_of_test();
     kt_worst taken = kt_worst_make("operations over the limit"), most = kt_worst_make("cut");
     int formulas_cut = 0;
@@ -316,8 +316,8 @@ KT_TEST(searches_of_random_formulas_share_a_limit) {
         int64_t left = LIMIT;
         int order, cut = 0;
         for (double t = 0.0; f != NULL && t < 10.0 && left > -LIMIT;) {
-            t = kt_expression_next_corner(f, t, 10.0, &left, &order);
-            cut += t < 10.0 && order == KT_CORNER_CUT;
+            t = kt_expression_next_breakpoint(f, t, 10.0, &left, &order);
+            cut += t < 10.0 && order == KT_BREAKPOINT_CUT;
         }
         formulas_cut += cut > 0;
         const double more = f != NULL ? 60.0 * (double)f->count : 0.0;
@@ -350,12 +350,12 @@ KT_TEST(features_are_found_behind_numbers_that_are_too_large) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const kt_expression *f = formula(rows[i].text, memory);
         int order;
-        kt_check_near(rows[i].text, f != NULL ? next_corner(f, 1e-3, HUGE_VAL, &order) : -1.0, rows[i].first,
+        kt_check_near(rows[i].text, f != NULL ? next_breakpoint(f, 1e-3, HUGE_VAL, &order) : -1.0, rows[i].first,
                       1e-6 * rows[i].first);
     }
     const kt_expression *f = formula("tanh(1000*t)", memory);
     int order;
-    kt_check_equal_int("none behind", f != NULL && next_corner(f, 0.5, HUGE_VAL, &order) > 1e9, true);
+    kt_check_equal_int("none behind", f != NULL && next_breakpoint(f, 0.5, HUGE_VAL, &order) > 1e9, true);
 }
 
 /* ---- parts ------------------------------------------------------------------------------------------------------- */

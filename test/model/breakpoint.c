@@ -1,4 +1,4 @@
-/* The corners of functions of time, compared with one-sided differences of the functions' values. */
+/* The breakpoints of functions of time, compared with one-sided differences of the functions' values. */
 #include "check.h"
 
 #include "model/function.h"
@@ -32,34 +32,35 @@ static double jump(const curve *c, double t, int order, double *rounding) {
     return fabs(right[order] - left[order]);
 }
 
-/* All corners from -1 on, and their orders. Derivatives below the order are continuous, and the derivative of this
+/* All breakpoints from -1 on, and their orders. Derivatives below the order are continuous, and the derivative of this
  * order jumps (a third derivative cannot be computed). */
-static void check_corners(const char *name, kt_function function, int count, const double *times, const int *orders) {
+static void check_breakpoints(const char *name, kt_function function, int count, const double *times,
+                              const int *orders) {
     const curve c = compiled(function);
     double t = -1.0, rounding;
     int64_t left = 1;
     kt_worst continuous = kt_worst_make("continuous below");
-    kt_check_equal_int(name, kt_curve_has_corners(&c.of), count > 0);
+    kt_check_equal_int(name, kt_curve_has_breakpoints(&c.of), count > 0);
     for (int k = 0; k < count; k++) {
-        const kt_corner corner = kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL, &left);
-        kt_check_near("time, s", corner.time, times[k], 0.0);
-        if (!kt_check_equal_int("order", corner.order, orders[k]) || corner.order < 1)
+        const kt_breakpoint breakpoint = kt_curve_next_breakpoint(&c.of, c.numbers, t, HUGE_VAL, &left);
+        kt_check_near("time, s", breakpoint.time, times[k], 0.0);
+        if (!kt_check_equal_int("order", breakpoint.order, orders[k]) || breakpoint.order < 1)
             return;
-        for (int order = 0; order < corner.order && order < 3; order++) {
-            const double by = jump(&c, corner.time, order, &rounding);
-            kt_worst_below(&continuous, by, rounding, "%g s, order %d", corner.time, order);
+        for (int order = 0; order < breakpoint.order && order < 3; order++) {
+            const double by = jump(&c, breakpoint.time, order, &rounding);
+            kt_worst_below(&continuous, by, rounding, "%g s, order %d", breakpoint.time, order);
         }
-        if (corner.order < 3) /* the least of all is 1/3 */
-            kt_check_above("jumps", jump(&c, corner.time, corner.order, &rounding), 0.1);
-        t = corner.time;
+        if (breakpoint.order < 3) /* the least of all is 1/3 */
+            kt_check_above("jumps", jump(&c, breakpoint.time, breakpoint.order, &rounding), 0.1);
+        t = breakpoint.time;
     }
     if (count > 0)
         kt_check_worst(&continuous);
-    kt_check_equal_int("no further one", kt_curve_next_corner(&c.of, c.numbers, t, HUGE_VAL, &left).time == HUGE_VAL,
-                       1);
+    kt_check_equal_int("no further one",
+                       kt_curve_next_breakpoint(&c.of, c.numbers, t, HUGE_VAL, &left).time == HUGE_VAL, 1);
 }
 
-#define KT_CORNERS(name, function, ...)                                                                                \
+#define KT_BREAKPOINTS(name, function, ...)                                                                            \
     do {                                                                                                               \
         const struct {                                                                                                 \
             double t;                                                                                                  \
@@ -71,27 +72,29 @@ static void check_corners(const char *name, kt_function function, int count, con
             times[i] = list[i].t;                                                                                      \
             orders[i] = list[i].order;                                                                                 \
         }                                                                                                              \
-        check_corners(name, function, (int)(sizeof list / sizeof list[0]), times, orders);                             \
+        check_breakpoints(name, function, (int)(sizeof list / sizeof list[0]), times, orders);                         \
     } while (0)
 
-KT_TEST(corners_of_functions_are_where_derivatives_jump) {
+KT_TEST(breakpoints_of_functions_are_where_derivatives_jump) {
     static const double bell[] = {1.0, 0.0, 2.0, 3.0, 3.5, 1.0, 4.0, 0.5};
     static const double kinked[] = {1.0, 0.0, 2.0, 0.0, 3.0, 2.0, 4.0, 4.0, 5.0, 4.0};
-    KT_CORNERS("ramp", kt_function_ramp(0.0, 2.0, 1.0, 3.0), {1.0, 2}, {3.0, 2});
-    KT_CORNERS("linear", kt_function_table(bell, 8, KT_INTERPOLATION_LINEAR), {1.0, 1}, {2.0, 1}, {3.5, 1}, {4.0, 1});
-    KT_CORNERS("spline", kt_function_table(bell, 8, KT_INTERPOLATION_CUBIC), {1.0, 1}, {2.0, 3}, {3.5, 3}, {4.0, 1});
-    KT_CORNERS("monotone", kt_function_table(bell, 8, KT_INTERPOLATION_MONOTONE), {1.0, 1}, {2.0, 2}, {3.5, 2},
-               {4.0, 1});
-    /* Rows on one line are no corners: `0 to 2` rests, as before the table, and `2 to 4` is one line. */
-    KT_CORNERS("rows on lines", kt_function_table(kinked, 10, KT_INTERPOLATION_LINEAR), {2.0, 1}, {4.0, 1});
+    KT_BREAKPOINTS("ramp", kt_function_ramp(0.0, 2.0, 1.0, 3.0), {1.0, 2}, {3.0, 2});
+    KT_BREAKPOINTS("linear", kt_function_table(bell, 8, KT_INTERPOLATION_LINEAR), {1.0, 1}, {2.0, 1}, {3.5, 1},
+                   {4.0, 1});
+    KT_BREAKPOINTS("spline", kt_function_table(bell, 8, KT_INTERPOLATION_CUBIC), {1.0, 1}, {2.0, 3}, {3.5, 3},
+                   {4.0, 1});
+    KT_BREAKPOINTS("monotone", kt_function_table(bell, 8, KT_INTERPOLATION_MONOTONE), {1.0, 1}, {2.0, 2}, {3.5, 2},
+                   {4.0, 1});
+    /* Rows on one line are no breakpoints: `0 to 2` rests, as before the table, and `2 to 4` is one line. */
+    KT_BREAKPOINTS("rows on lines", kt_function_table(kinked, 10, KT_INTERPOLATION_LINEAR), {2.0, 1}, {4.0, 1});
 }
 
-KT_TEST(functions_without_corners_have_none) {
+KT_TEST(functions_without_breakpoints_have_none) {
     static const double c[] = {1.0, 2.0, 3.0};
-    check_corners("constant", kt_function_constant(2.0), 0, NULL, NULL);
-    check_corners("sine", kt_function_sine(1.0, 2.0, 0.5, 1.0), 0, NULL, NULL);
-    check_corners("polynomial", kt_function_polynomial(c, 3), 0, NULL, NULL);
-    check_corners("level ramp", kt_function_ramp(2.0, 2.0, 1.0, 3.0), 0, NULL, NULL);
+    check_breakpoints("constant", kt_function_constant(2.0), 0, NULL, NULL);
+    check_breakpoints("sine", kt_function_sine(1.0, 2.0, 0.5, 1.0), 0, NULL, NULL);
+    check_breakpoints("polynomial", kt_function_polynomial(c, 3), 0, NULL, NULL);
+    check_breakpoints("level ramp", kt_function_ramp(2.0, 2.0, 1.0, 3.0), 0, NULL, NULL);
 }
 
 KT_TEST(longest_step_is_a_quarter_of_a_period) {
