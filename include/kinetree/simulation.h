@@ -96,6 +96,11 @@ typedef struct kt_simulation_options {
     kt_contact_scheme contact; /* KT_CONTACT_STEPS: with run->step, and without run->integrator; default: events */
     bool equals_model; /* `acceleration` has the model's results, with unchanged rates (kt_native_use). The default
                           method, derivatives and watch_works are then those of a simulation without it */
+    uint64_t
+        steps_per_call; /* the number of steps, accepted and rejected together, that one call of kt_simulation_step,
+                                kt_simulation_advance or kt_simulation_tick may take, so that the time of a tick has a
+                                bound; 0: no limit. If a call needs more steps, it fails with KT_ERROR_STEP and names
+                                the event or contact at which the steps were repeated. The next call goes on */
 } kt_simulation_options;
 
 /* Limits of kt_simulation_options.event_evaluations. */
@@ -204,7 +209,7 @@ KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation
  * end at multiples of it, and additionally at a t_limit between two multiples. On failure the state keeps its bits.
  * Errors: each has the time, and the name of the body if one is at fault.
  *   KT_ERROR_NOT_FINITE, KT_ERROR_SINGULAR, KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
- *   KT_ERROR_STEP: the step is too small, there is no progress, or max_steps is used up.
+ *   KT_ERROR_STEP: the step is too small, there is no progress, or max_steps or steps_per_call is used up.
  *   KT_ERROR_ARGUMENT: t_limit is not after the current time.
  *   KT_ERROR_CONSTRAINT, with the names of the loops that do not close. The code also covers loops that change with
  *     time and cannot be closed from now on: they are out of reach or contradict each other. The message then has the

@@ -250,6 +250,12 @@ static void find_grid(kt_integrator *it) {
     m->grid = (int64_t)(m->on_grid ? near : floor(k));
 }
 
+void kt_integrator_limit_call(kt_integrator *it, uint64_t tries) {
+    it->tries_in_call = tries;
+    it->tries_end = tries > 0 ? it->memory.counts.steps + it->memory.counts.rejected + tries : 0;
+    it->used_up = false;
+}
+
 void kt_integrator_retreat(kt_integrator *it, double step) {
     kt_integrator_memory *m = &it->memory;
     if (!m->has_previous)

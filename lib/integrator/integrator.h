@@ -164,7 +164,10 @@ struct kt_integrator {
     bool matrices_known;     /* implicit: Newton's matrices in memory are those that the history describes */
     int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 if it is in none */
     double quadrature_error; /* see kt_integrator_quadrature_error */
-    size_t blamed;           /* component that caused the last step to fail; n: none */
+    uint64_t tries_end; /* the number of steps and rejected steps beyond which the present call has no more; 0: none */
+    uint64_t tries_in_call; /* how many the call may take */
+    bool used_up;           /* the call needed more of them */
+    size_t blamed;          /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 
@@ -179,6 +182,10 @@ void kt_integrator_retreat(kt_integrator *it, double step);
 /* Like kt_integrator_jump to the present state, for changed inputs of the right-hand side. The state remains. smooth:
  * the inputs are samples of smooth signals, and slopes from before continue them. */
 void kt_integrator_change(kt_integrator *it, bool smooth);
+
+/* Begins a call that may take so many steps, accepted and rejected together; 0: no limit. If it needs more,
+ * it->used_up is set, and the step fails. */
+void kt_integrator_limit_call(kt_integrator *it, uint64_t tries);
 
 /* f(t, y) at the present time and state if it is in memory; otherwise NULL. */
 const double *kt_integrator_known_derivative(const kt_integrator *it);

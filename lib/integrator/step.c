@@ -148,6 +148,17 @@ static void commit(kt_integrator *it, const kt_plan_of_try *p, bool changed, dou
         it->family->accept(it);
 }
 
+/* Whether the present call may take another try (kt_integrator_limit_call). */
+static kt_status count_try(kt_integrator *it, kt_error *error) {
+    if (it->tries_end == 0 || it->memory.counts.steps + it->memory.counts.rejected < it->tries_end)
+        return KT_OK;
+    char where[64];
+    it->used_up = true;
+    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    return kt_error_set(error, KT_ERROR_STEP, where, "the %llu steps of a call are used up",
+                        (unsigned long long)it->tries_in_call);
+}
+
 /* ---- adaptive ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) {
@@ -360,7 +371,10 @@ static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed,
         return kt_try_report(it, &r, "", error);
     a->proposed = fmin(a->proposed, longest_step(it));
     a->retried = true;
-    return a->proposed < a->least ? report_too_small(it, a->least, failed, error) : plan_next(it, a, error);
+    if (a->proposed < a->least)
+        return report_too_small(it, a->least, failed, error);
+    const kt_status status = count_try(it, error);
+    return status == KT_OK ? plan_next(it, a, error) : status;
 }
 
 /* Accepts the step, or plans a shorter one. */
@@ -399,10 +413,13 @@ size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_error *error) {
     it->blamed = it->sizes.n;
     *a = (kt_attempt){.t_limit = t_limit, .plan = {.interval = {.t = it->memory.t, .y = it->y}}};
+    kt_status status = it->tries_end > 0 ? count_try(it, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
     if (!(it->options.step > 0.0))
         return begin_adaptive(it, a, error);
     kt_try r;
-    const kt_status status = plan_fixed(it, t_limit, &a->plan, error);
+    status = plan_fixed(it, t_limit, &a->plan, error);
     if (status != KT_OK)
         return status;
     return prepare(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);

@@ -373,6 +373,8 @@ struct kt_simulation {
     double far_time;             /* the end of the last step, if it can have reached no boundary; else NaN */
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* the number of events */
+    size_t event_latest;         /* the event of the last instant, or at which a step was repeated; event_count: none */
+    uint64_t steps_per_call;     /* the most tries of steps in a call; 0: no limit */
 #if KT_HAS_EVENTS
     size_t contact_count;         /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */

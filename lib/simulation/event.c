@@ -628,6 +628,13 @@ static size_t aim_of(const kt_simulation *simulation) {
     return k;
 }
 
+/* Remembers an event for which a step is repeated (steps_per_call). */
+static void remember_due(kt_simulation *simulation) {
+    for (size_t k = simulation->event_count; k-- > 0;)
+        if (simulation->event_root[k].due)
+            simulation->event_latest = k;
+}
+
 static kt_status reject_event_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
                                    kt_error *error) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
@@ -666,6 +673,7 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : kt_simulation_end_within(simulation, instant);
     kt_integrator_retreat(simulation->integrator, instant - t0);
+    remember_due(simulation);
     *again = instant - t0 > shortest(simulation, instant);
     *t_limit = instant;
     if (!*again) { /* no step is so short: the event happens at the present state */

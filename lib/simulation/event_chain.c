@@ -77,6 +77,7 @@ static bool comes_to_rest(kt_simulation *simulation, size_t k) {
 /* Counts an instant of events. Returns an error if such instants have no end. */
 kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
+    simulation->event_latest = k;
     const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
     memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;

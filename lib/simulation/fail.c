@@ -224,10 +224,28 @@ kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status
 }
 #endif
 
+/* A call that has taken all of its steps (kt_simulation_options.steps_per_call). */
+static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *error) {
+    const size_t k = simulation->event_latest;
+    const bool contact = k < kt_simulation_contact_events(simulation);
+    char where[KT_WHERE_SIZE + 32], last[160] = "";
+    (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
+    if (k < simulation->event_count)
+        (void)snprintf(last, sizeof last, ", the last one at the %s '%.60s'", contact ? "contact" : "event",
+                       simulation->event[k].name);
+    return kt_error_set(error, KT_ERROR_STEP, where,
+                        "the %llu steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "
+                        "shorter calls. The next call goes on from here",
+                        (unsigned long long)simulation->steps_per_call, last,
+                        contact ? "give the contact a larger rest_velocity or a smaller restitution, " : "");
+}
+
 static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
     const kt_error *cause = &simulation->cause;
     char where[KT_WHERE_SIZE + 32], advice[ADVICE];
     kt_error end;
+    if (simulation->integrator->used_up)
+        return report_call_used_up(simulation, error);
     if (is_end_of_loops(simulation, from->code, &end)) {
         (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
         return kt_error_set(

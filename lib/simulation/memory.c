@@ -105,7 +105,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     const kt_simulation_options *given = options;
     if (KT_HAS_SIZES || options == NULL) {
         own = kt_simulation_options_default();
-        given = KT_OPTIONS(kt_simulation_options, equals_model, &own, options, error);
+        given = KT_OPTIONS(kt_simulation_options, steps_per_call, &own, options, error);
     }
     if (KT_HAS_SIZES && given == NULL)
         return KT_ERROR_ARGUMENT;
@@ -347,6 +347,7 @@ static kt_status fill(kt_simulation *simulation, const kt_simulation_request *se
     simulation->acceleration = settings->options.acceleration;
     simulation->projection = settings->options.projection;
     simulation->user = settings->options.user;
+    simulation->steps_per_call = settings->options.steps_per_call;
 #if KT_HAS_EVENTS
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
 #endif

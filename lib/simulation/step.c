@@ -157,7 +157,7 @@ static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt
 #endif
     kt_status status = try_watched_step(simulation, t_limit, error);
 #if KT_HAS_EVENTS
-    while (status != KT_OK && simulation->contacts != NULL &&
+    while (status != KT_OK && simulation->contacts != NULL && !simulation->integrator->used_up &&
            simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
         simulation->cause.code = error->code = KT_OK;
         status = try_watched_step(simulation, t_limit, error);
@@ -191,6 +191,19 @@ static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_err
     return status == KT_OK ? kt_simulation_fire(simulation, error) : status;
 }
 
+/* Begins and ends a call that may take steps_per_call steps. */
+static void begin_call(kt_simulation *simulation) {
+    simulation->memory.stopped = 0;
+    simulation->event_latest = simulation->event_count;
+    kt_integrator_limit_call(simulation->integrator, simulation->steps_per_call);
+}
+
+static kt_status end_call(kt_simulation *simulation, kt_status status) {
+    kt_integrator_limit_call(simulation->integrator, 0);
+    kt_simulation_skip_records(simulation);
+    return status;
+}
+
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
@@ -198,12 +211,11 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
     if (!(t_limit > t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_limit", "%.17g s is not after the current time, %.17g s",
                             t_limit, t);
-    simulation->memory.stopped = 0;
+    begin_call(simulation);
     kt_status status = kt_simulation_fire(simulation, error);
     if (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0))
         status = step_and_fire(simulation, t_limit, error);
-    kt_simulation_skip_records(simulation);
-    return status;
+    return end_call(simulation, status);
 }
 
 kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error) {
@@ -213,7 +225,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     if (!(t_end >= t) || !isfinite(t_end))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
-    simulation->memory.stopped = 0;
+    begin_call(simulation);
 #if KT_HAS_EVENTS
     simulation->memory.event_many = 0; /* each call may take so many instants (event_chain.c) */
 #endif
@@ -221,8 +233,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
            kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);
-    kt_simulation_skip_records(simulation);
-    return status;
+    return end_call(simulation, status);
 }
 
 double kt_simulation_period_end(const kt_simulation *simulation, double period) {

@@ -177,6 +177,52 @@ KT_TEST(limit_of_bounces_is_that_of_a_tick) {
     kt_model_free(model);
 }
 
+/* A call takes no more steps than its options allow, accepted and rejected together. It fails with the name of the
+ * contact, and the next call goes on. */
+static void limit_calls(const kt_model *model, const char *method, double step, uint64_t most) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    run.integrator = method;
+    run.step = step;
+    options.steps_per_call = most;
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_error error = {0};
+    int used_up = 0, named = 0, others = simulation == NULL;
+    uint64_t worst = 0, steps = 0, calls = 0;
+    for (int tick = 1; others == 0 && tick <= 40 && calls < 10000; calls++) {
+        const kt_status status = kt_simulation_advance(simulation, 0.01 * tick, &error);
+        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        worst = counts.steps + counts.rejected - steps > worst ? counts.steps + counts.rejected - steps : worst;
+        steps = counts.steps + counts.rejected;
+        used_up += status == KT_ERROR_STEP;
+        named += status == KT_ERROR_STEP && strstr(error.message, "contact 'anvil.lower'") != NULL;
+        others += status != KT_OK && (status != KT_ERROR_STEP || strstr(error.message, "steps_per_call") == NULL);
+        tick += status == KT_OK;
+    }
+    kt_check_below("steps of a call", (double)worst, (double)most + 0.5);
+    kt_check_above("calls that fail", used_up, 0.0);
+    kt_check_equal_int("of them name the contact", named, used_up);
+    kt_check_equal_int("other failures", others, 0);
+    if (simulation != NULL)
+        kt_check_near("reached, s", kt_simulation_time(simulation), 0.4, 1e-15);
+    kt_simulation_free(simulation);
+}
+
+KT_TEST(steps_of_a_call_have_the_limit_of_the_options) {
+    static const char *const methods[] = {"rk4", "dopri5", "radau5", "heun"};
+    kt_lone r;
+    kt_effect limit;
+    kt_lone_make(&r, KT_JOINT_PRISMATIC, 1.0);
+    add_stop(&r, &limit, 0.0, 0.9);
+    limit.name = "anvil";
+    r.body.joint.position[0] = 1e-3;
+    r.description.gravity = kt_vec3_make(-g, 0.0, 0.0);
+    kt_model *model = kt_scene_compile(&r.description);
+    for (int i = 0; model != NULL && i < 4; i++)
+        limit_calls(model, methods[i], i % 3 == 0 ? 1e-3 : 0.0, 24);
+    kt_model_free(model);
+}
+
 /* A trunk of 6 kg on a light foot, which springs hold. */
 typedef struct light_foot {
     kt_body body[3];
