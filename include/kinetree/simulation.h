@@ -420,7 +420,8 @@ typedef struct kt_contact_counts {
     uint64_t pivots;      /* of complementarity problems: at most 50 for each contact that touches. With friction of
                              contacts: steps of Newton's method */
     uint64_t jammed;      /* no acceleration obeys Coulomb's law here or near: an impulse stops the slip */
-    double dissipated;    /* by impacts, J; in time stepping by all impulses */
+    double dissipated;    /* by impacts, J, with the kinetic energy of bounces and slip that a contact holds at rest; in
+                             time stepping by all impulses */
     uint64_t closed, failures;    /* time stepping: closed contacts of all steps; impulses not found to 1e-7 */
     double supplied, penetration; /* time stepping: J, by impulses; the largest depth within a step, m or rad */
 } kt_contact_counts;

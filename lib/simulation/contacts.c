@@ -126,6 +126,18 @@ static void count_changes(kt_simulation *simulation) {
     }
 }
 
+/* Adds to *lost the energy that closed contacts and sticking friction take without an impulse of an impact: a bounce or
+ * slip that comes to rest, or that is held, still has a speed. The projection onto the loops removes it. A change of
+ * velocities that is rounding takes none. */
+static kt_status add_holds(kt_simulation *simulation, const double *y, double *lost, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    double held = 0.0;
+    const kt_status status = kt_simulation_find_loss(simulation, c->v, y, &held, error);
+    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed)
+        *lost += held;
+    return status;
+}
+
 /* Commits contacts: the model of the set that follows, and the state after impulses. approach: the speed before
  * the impulses; 0: no impulses. */
 static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
@@ -148,6 +160,8 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
     memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
     status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
     status = kt_contacts_check_rates(simulation, t, simulation->y + simulation->size.nq, approach, status, error);
+    if (status == KT_OK)
+        status = add_holds(simulation, simulation->y, &lost, error);
     if (status == KT_OK && accounts)
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
     if (status == KT_OK && balanced) {

@@ -60,12 +60,15 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
                         residual.position, most);
 }
 
-/* Computes d'M d / 2 of the change of velocities d from v to those in y. */
-static kt_status find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss, kt_error *error) {
+kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
+                                  kt_error *error) {
     double *d = simulation->a;
     for (size_t i = 0; i < simulation->size.nv; i++)
         d[i] = y[simulation->size.nq + i] - v[i];
-    const kt_status status = kt_kinematics_update(simulation->model, simulation->data, y, d, NULL, error);
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_status status = kt_simulation_date_masses(simulation, kt_integrator_time(simulation->integrator), error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(simulation->model, simulation->data, y, d, NULL, error);
     if (status == KT_OK)
         *loss = kt_kinetic_energy(simulation->model, simulation->data);
     return status;
@@ -85,7 +88,7 @@ static kt_status close_state(kt_simulation *simulation, kt_simulation_energy *be
     if (status == KT_OK)
         status = kt_simulation_find_energy(simulation, y, after, error);
     if (status == KT_OK)
-        status = find_loss(simulation, v, y, &loss, error);
+        status = kt_simulation_find_loss(simulation, v, y, &loss, error);
     if (status != KT_OK || !kt_simulation_is_balanced(simulation))
         return status;
     /* A loop that does not move supplies nothing: the remaining difference is rounding of the loss. */
