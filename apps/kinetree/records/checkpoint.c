@@ -224,7 +224,7 @@ static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_f
 }
 
 int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines) {
-    json_t *reported = kt_marks_describe(&outcome->marks);
+    json_t *reported = kt_marks_save(&outcome->marks);
     json_object_set_new(reported, "warnings", kt_warnings_describe(&outcome->warnings));
     kt_error error = {0};
     if (json_object_set_new(reported, "fmus", kt_fmus_save(outcome->scene, outcome->events, &error)) != 0) {

@@ -15,6 +15,20 @@ void kt_marks_add(kt_marks *marks, const kt_record *record) {
         marks->mark[marks->count++] = (kt_mark){record->time, record->event->name};
 }
 
+void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
+    const uint64_t now = seen->impacts + seen->closings + seen->openings + seen->sticks + seen->slips + seen->jammed;
+    kt_contact_mark *last = &marks->contact;
+    if (last->any && record->time == last->time && now != last->transitions) {
+        last->moved = true;
+        last->moved_at = record->time;
+    }
+    last->any = true;
+    last->time = record->time;
+    last->transitions = now;
+    if (last->moved && record->time == last->moved_at)
+        kt_marks_add(marks, record);
+}
+
 json_t *kt_marks_describe(const kt_marks *marks) {
     json_t *list = json_array();
     for (int i = 0; i < marks->count; i++)
@@ -23,12 +37,33 @@ json_t *kt_marks_describe(const kt_marks *marks) {
     return json_pack("{s:o, s:b}", "marks", list, "marks_cut", (int)marks->is_cut);
 }
 
+json_t *kt_marks_save(const kt_marks *marks) {
+    json_t *object = kt_marks_describe(marks);
+    const kt_contact_mark *last = &marks->contact;
+    if (last->any)
+        json_object_set_new(object, "contact",
+                            json_pack("{s:f, s:I}", "time", last->time, "transitions", (json_int_t)last->transitions));
+    if (last->moved)
+        json_object_set_new(object, "contact_moved", json_real(last->moved_at));
+    return object;
+}
+
+static void read_contact(kt_contact_mark *to, const json_t *object) {
+    const json_t *contact = json_object_get(object, "contact"), *moved = json_object_get(object, "contact_moved");
+    to->any = contact != NULL;
+    to->time = json_number_value(json_object_get(contact, "time"));
+    to->transitions = (uint64_t)json_integer_value(json_object_get(contact, "transitions"));
+    to->moved = moved != NULL;
+    to->moved_at = json_number_value(moved);
+}
+
 bool kt_marks_read(kt_marks *marks, json_t *object) {
     const json_t *list = json_object_get(object, "marks");
     const size_t count = json_array_size(list);
     *marks = (kt_marks){.is_cut = json_is_true(json_object_get(object, "marks_cut"))};
     if (!json_is_array(list) || count > KT_MARKS_MAX)
         return false;
+    read_contact(&marks->contact, object);
     for (size_t i = 0; i < count; i++) {
         const json_t *mark = json_array_get(list, i), *time = json_object_get(mark, "time");
         const char *name = json_string_value(json_object_get(mark, "name"));

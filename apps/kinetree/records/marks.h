@@ -15,9 +15,20 @@ typedef struct kt_mark {
     const char *name; /* the event's */
 } kt_mark;
 
+/* The last record of a hard contact, and the last one after a transition. An instant of several contacts spans records,
+ * and a checkpoint may lie between them. */
+typedef struct kt_contact_mark {
+    bool any;             /* there was such a record, */
+    bool moved;           /* and one after a transition */
+    double time;          /* s, of the record */
+    double moved_at;      /* s, of the record after a transition */
+    uint64_t transitions; /* of hard contacts until the record */
+} kt_contact_mark;
+
 typedef struct kt_marks {
     int count;
     bool is_cut; /* there were more */
+    kt_contact_mark contact;
     kt_mark mark[KT_MARKS_MAX];
     json_t *read; /* owns the names of those that were read; NULL: none were */
 } kt_marks;
@@ -26,11 +37,19 @@ typedef struct kt_marks {
  * that was added last is not added again. */
 void kt_marks_add(kt_marks *marks, const kt_record *record);
 
+/* Adds the event of a hard contact if an impact or a transition happens at its instant. A contact may also arrive or
+ * part within rounding while others carry the body, which changes nothing. The contacts of one instant may change
+ * together, at the first of their events. `seen`: the counts at the record. */
+void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
+
 /* Returns a new object with "marks", a list of {time, name}, and "marks_cut". */
 json_t *kt_marks_describe(const kt_marks *marks);
 
-/* Reads the marks of an object of kt_marks_describe, which may have other members. Returns false if the object has no
- * valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
+/* Returns a new object with all members of `marks`, for checkpoints. */
+json_t *kt_marks_save(const kt_marks *marks);
+
+/* Reads the marks of an object of kt_marks_describe or kt_marks_save, which may have other members. Returns false if the
+ * object has no valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
 bool kt_marks_read(kt_marks *marks, json_t *object);
 void kt_marks_free(kt_marks *marks);
 

@@ -36,20 +36,6 @@ static bool stays_blown_up(kt_outcome *outcome) {
 /* Returns whether a record is a frame of a view. Frames are evenly spaced, except for the end of the run. */
 static bool is_frame(const kt_record *record) { return record->event == NULL || record->event->stop; }
 
-/* Marks an instant of hard contacts if an impact or a transition happens there. A contact may also arrive or part
- * within rounding while others carry the body, which changes nothing. The contacts of one instant may change together,
- * at the first of their events. */
-static void mark_contact(kt_sinks *sinks, const kt_record *record) {
-    const kt_contact_counts seen = kt_simulation_contacts(sinks->outcome->simulation);
-    const uint64_t now = seen.impacts + seen.closings + seen.openings + seen.sticks + seen.slips + seen.jammed;
-    if (record->time == sinks->contact_time && now != sinks->transitions)
-        sinks->moved_at = record->time;
-    sinks->contact_time = record->time;
-    sinks->transitions = now;
-    if (record->time == sinks->moved_at)
-        kt_marks_add(&sinks->outcome->marks, record);
-}
-
 int kt_take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = kt_cpu_clock();
@@ -58,7 +44,8 @@ int kt_take_record(const kt_record *record, void *user) {
         return -1;
     }
     if (record->index == KT_INDEX_CONTACT) {
-        mark_contact(sinks, record);
+        const kt_contact_counts seen = kt_simulation_contacts(sinks->outcome->simulation);
+        kt_marks_add_contact(&sinks->outcome->marks, record, &seen);
         return 0;
     }
     kt_marks_add(&sinks->outcome->marks, record);

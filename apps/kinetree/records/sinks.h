@@ -18,11 +18,9 @@ typedef struct kt_sinks {
     kt_outcome *outcome;
     kt_mode_watch *modes; /* NULL: none */
     const kt_checkpoint *checkpoint;
-    double aside;                  /* s, CPU time for writing, which does not count as cost of the simulation */
-    uint64_t transitions;          /* of hard contacts, at their last record */
-    double contact_time, moved_at; /* s, of this record, and of the last one after a transition */
-    bool failed;                   /* a line could not be written */
-    bool pauses;                   /* the run pauses for a checkpoint */
+    double aside; /* s, CPU time for writing, which does not count as cost of the simulation */
+    bool failed;  /* a line could not be written */
+    bool pauses;  /* the run pauses for a checkpoint */
 } kt_sinks;
 
 /* Takes a record; user: the sinks. Returns 0 to go on, 1 for a checkpoint that is due, and -1 after a failure, which is

@@ -85,8 +85,6 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
                       .progress = &progress,
                       .outcome = outcome,
                       .checkpoint = checkpoint,
-                      .contact_time = NAN,
-                      .moved_at = NAN,
                       .modes = modes};
     double before = outcome->cpu_seconds, start = kt_cpu_clock();
     kt_status status;
