@@ -20,6 +20,7 @@ typedef struct kt_contact {
                              that slips backwards, or that is released */
     bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
     bool leaves;          /* its reaction, or its stick, has ended at this instant */
+    bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
     uint64_t bit;         /* its loop is on; 0: contacts share bits (model/switching.h) */
     double sign;          /* of the residual if the contact is open; 1 for friction */
     int effect;           /* friction: the effect; contacts: -1 */
@@ -46,6 +47,7 @@ typedef struct kt_contact {
     X(double, gap, s->n, "of all contacts")                                                                            \
     X(double, W, s->list * s->list, "J M^-1 J' of the rows that touch")                                                \
     X(double, u, s->list, "their rates")                                                                               \
+    X(double, w, s->list, "their accelerations under the reactions; of contacts alone")                                \
     X(double, L, s->list *(s->nv + 1), "scratch: Cholesky factor of independent rows, at most nv, and of a row")       \
     X(int, independent, s->list, "scratch: these rows")                                                                \
     X(double, e, s->n, "restitutions of an impact")                                                                    \
@@ -128,6 +130,9 @@ static const double kt_contact_resting = 1e-9;
 static const double kt_contact_touching = 1e-11;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double kt_contact_rounding = 1e-11;
+
+/* The acceleration of a contact that grazes, as a part of the sum of its terms. */
+static const double kt_contact_grazing = 1e-9;
 
 /* Whether the contact is closed, or friction sticks, in a model. */
 static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
@@ -289,6 +294,17 @@ KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_m
  * impulse without a collision is needed (kt_contacts_jam). */
 KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u,
                                                  double *lost, kt_error *error);
+/* Finds contacts that may graze, at the rates u before impulses. */
+void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
+/* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations under
+ * the reactions.
+ *
+ * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. They leave a rotation
+ * free, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A contact that
+ * grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing` of its terms,
+ * and it does not depend on the other closed contacts. It opens when its reaction falls below twice the reaction that
+ * belongs to this part. */
+void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */
 uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W);

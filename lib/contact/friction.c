@@ -304,5 +304,11 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     counts->undecided += c->solution->count > 1;
     counts->shared += c->solution->shares;
     apply(simulation);
+    for (int i = 0; i < c->meeting; i++)
+        c->w[i] = HUGE_VAL;
+    for (int i = 0; i < c->problem->n; i++)
+        if (c->posed[i] < c->meeting)
+            c->w[c->posed[i]] = c->solution->u[c->problem->item[i].row];
+    kt_contacts_close_grazing(simulation, W, u, c->w);
     return KT_OK;
 }

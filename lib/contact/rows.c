@@ -214,7 +214,9 @@ static void set_units(const struct kt_contacts *c, const kt_model *model, double
         if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]) ||
             !kt_contact_is_closed(model, &c->item[c->item[k].of]))
             continue;
-        const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
+        const kt_contact *contact = &c->item[c->item[k].of];
+        const double least = -contact->simulation->contact_state[contact->index].opens_at;
+        const double normal = fmax(c->reaction[kt_contact_row(model, contact)], least);
         for (int component = 0; component < 2 && normal > 0.0; component++)
             unit[kt_contact_row(model, &c->item[k]) + component] = sqrt(normal);
     }

@@ -22,13 +22,14 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
 static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
     const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
+    const double opens_at = friction->simulation->contact_state[friction->of].opens_at;
     if (!kt_contact_is_closed(model, contact))
         return 1.0;
     if (kt_contact_is_closed(model, friction)) {
         if (at->t < friction->simulation->contact_state[k].held)
             return 1.0;
         const double *tangent = c->reaction + kt_contact_row(model, friction);
-        return kt_contact_coefficient(model, friction) * c->reaction[kt_contact_row(model, contact)] -
+        return kt_contact_coefficient(model, friction) * (c->reaction[kt_contact_row(model, contact)] - opens_at) -
                kt_hypot(tangent[0], tangent[1]);
     }
     return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at + turned;
@@ -55,7 +56,8 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         if (kt_contact_is_released(contact))
             c->value[k] = 1.0;
         else if (k < c->sides)
-            c->value[k] = closed ? reaction : c->gap[k] - contact->simulation->contact_state[k].closes_at;
+            c->value[k] = closed ? reaction - contact->simulation->contact_state[k].opens_at
+                                 : c->gap[k] - contact->simulation->contact_state[k].closes_at;
         else if (!kt_contact_rubs(c, k))
             c->value[k] =
                 closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);

@@ -85,6 +85,7 @@ typedef struct kt_contact_memory {
     double slip[2];        /* of a contact: the direction in which it slips */
     double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
+    double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
     double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
     double ended_at, held; /* s, when its stick ended last; until when it sticks whatever its reserve */

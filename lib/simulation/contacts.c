@@ -99,7 +99,7 @@ static void open_all(kt_simulation *simulation) {
     simulation->memory.set = set;
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
-        simulation->contact_state[k].closes_at = 0.0;
+        simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
         simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
         simulation->contact_state[k].held = -HUGE_VAL;
     }
@@ -240,6 +240,8 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
             u[i] = 0.0;
         approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
     }
+    if (status == KT_OK)
+        kt_contacts_find_grazing(simulation, u);
     for (int k = 0; approach > 0.0 && k < c->sides; k++) /* after impulses, all reactions are possible */
         c->item[k].leaves = false;
     if (status == KT_OK && approach > 0.0)

@@ -1,4 +1,4 @@
-/* Bounces of hard stops and slip of light feet that come to rest, and the limit of the number of bounces. */
+/* Bounces of hard stops, slip of light feet and boxes that come to rest, and the limit of the number of bounces. */
 #include "kinetree/simulation.h"
 
 #include <float.h>
@@ -522,4 +522,89 @@ KT_TEST(slow_parting_is_not_ended_by_rounding) {
     }
     kt_check_worst(&gap);
     kt_check_below("steps", (double)most, 205.0);
+}
+
+/* A box on the plane z = 0, with four or eight corners that stick. */
+enum { CORNERS = 8 };
+typedef struct crate {
+    kt_body body;
+    kt_marker marker[CORNERS];
+    kt_effect effect[CORNERS];
+    kt_description description;
+} crate;
+
+static void make_crate(crate *s, const double half[3], int corners, double friction, double speed) {
+    static const char *const names[CORNERS] = {"a", "b", "c", "d", "e", "f", "g", "h"};
+    *s = (crate){.body = kt_body_default(), .description = kt_description_default()};
+    s->body.name = "box";
+    s->body.joint.type = KT_JOINT_FREE;
+    s->body.joint.position[2] = half[2];
+    s->body.joint.velocity[0] = speed;
+    s->body.mass = 2.0;
+    s->body.inertia.xx = 2.0 / 3.0 * (half[1] * half[1] + half[2] * half[2]);
+    s->body.inertia.yy = 2.0 / 3.0 * (half[0] * half[0] + half[2] * half[2]);
+    s->body.inertia.zz = 2.0 / 3.0 * (half[0] * half[0] + half[1] * half[1]);
+    s->body.markers = s->marker;
+    s->body.marker_count = corners;
+    for (int i = 0; i < corners; i++) {
+        const kt_vec3 at = {i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]};
+        s->marker[i] = (kt_marker){.name = names[i], .at = at};
+        s->effect[i] = kt_effect_default();
+        s->effect[i].name = names[i];
+        s->effect[i].type = KT_EFFECT_CONTACT;
+        s->effect[i].between[0].body = "box";
+        s->effect[i].between[0].marker = names[i];
+        s->effect[i].friction = friction;
+        s->effect[i].restitution = 0.3;
+    }
+    s->description.bodies = &s->body;
+    s->description.body_count = 1;
+    s->description.effects = s->effect;
+    s->description.effect_count = corners;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, -g);
+}
+
+/* A box may rest on two corners, with its centre of mass above the line between them. It could turn about this line,
+ * and rounding turns it. Its third corner then closes without a reaction, and the box rests from there on. Its energy
+ * never grows. Unless such a corner closes, steps are rejected up to 7,171 times. */
+KT_TEST(box_at_rest_takes_few_steps) {
+    static const char *const methods[] = {"dopri5", "radau5", "heun"};
+    kt_random random = kt_random_of_test();
+    kt_worst growth = kt_worst_make("growth of the energy, relative"), height = kt_worst_make("height, relative");
+    uint64_t rejected = 0;
+    for (int i = 0; i < 36; i++) {
+        double half[3];
+        crate s;
+        for (int k = 0; k < 3; k++)
+            half[k] = kt_random_uniform(&random, 0.05, 0.5);
+        const double tips = fmin(fmin(half[0], half[1]) / half[2], 1.0);
+        make_crate(&s, half, i % 2 ? CORNERS : CORNERS / 2, tips * kt_random_uniform(&random, 0.1, 0.8),
+                   i % 4 < 2 ? 0.0 : 0.5);
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = start(model, methods[i % 3], 0.0, KT_RECORD_ENERGY);
+        const double scale = 2.0 * g * half[2];
+        double before = HUGE_VAL;
+        kt_error error = {0};
+        kt_status status = simulation != NULL ? KT_OK : KT_ERROR_MEMORY;
+        for (int k = 1; status == KT_OK && k <= 20; k++) {
+            kt_record record = {0};
+            status = kt_simulation_advance(simulation, 0.5 * k, &error);
+            if (status == KT_OK)
+                status = kt_simulation_sense(simulation, &record, &error);
+            if (k > 1)
+                kt_worst_below(&growth, fmax((record.kinetic + record.potential - before) / scale, 0.0), 1e-12,
+                               "run %d", i);
+            before = record.kinetic + record.potential;
+        }
+        if (kt_fine(methods[i % 3], status, &error)) {
+            const uint64_t count = kt_simulation_counts_get(simulation).rejected;
+            kt_worst_near(&height, kt_simulation_positions(simulation)[2] / half[2], 1.0, 1e-12, "run %d", i);
+            rejected = count > rejected ? count : rejected;
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_worst(&growth);
+    kt_check_worst(&height);
+    kt_check_below("rejected steps", (double)rejected, 30.0);
 }
