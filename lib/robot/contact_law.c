@@ -6,7 +6,9 @@
  * Under a friction force T the contact creeps, with the `impratio` r, at the speed
  *     v = A T (1 - d) / (d b r).
  * For a pyramidal cone, the first factor applies to v, and the second factor applies to A N:
- *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / (2 r).
+ *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / ((condim - 1) r),
+ * since 2 (condim - 1) edges carry N, each with the compliance 2 (1 + mu^2) mu^2 / r of a contact without friction, and
+ * two of them carry T.
  *
  * A contact here has the force
  *     N = K x^m (1 + 3/2 c x').
@@ -66,7 +68,7 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
     const double a = fmax(mobility, mobility_least / mass), weight = mass * (gravity > 0.0 ? gravity : 9.81);
     const double mu = law->condim > 1.0 ? law->friction : 0.0,
                  edges = cone->is_pyramid && mu > 0.0 ? 1.0 + mu * mu : 1.0;
-    const double across = edges > 1.0 ? edges * mu * mu / (2.0 * cone->ratio) : 1.0;
+    const double across = edges > 1.0 ? edges * mu * mu / ((law->condim - 1.0) * cone->ratio) : 1.0;
     double k, b;
     spring_of(law, cone->shortest, &k, &b);
     const double x1 = depth_under(law, k, across * a, weight / 8.0), d = impedance_at(law, x1);

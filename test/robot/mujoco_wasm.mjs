@@ -53,6 +53,18 @@ function copy_folder_of(file) {
     copy(folder_of_models);
 }
 
+// Exports refer to meshes elsewhere.
+function copy_files_of(file) {
+    for (const [, name] of fs.readFileSync(file, "utf8").matchAll(/<mesh [^>]*file="([^"]*)"/g)) {
+        const from = path.resolve(path.dirname(file), name.replaceAll("&amp;", "&"));
+        if (!fs.existsSync(from) || mujoco.FS.analyzePath(from).exists)
+            continue;
+        mujoco.FS.mkdirTree(path.dirname(from));
+        mujoco.FS.writeFile(from, fs.readFileSync(from));
+        copied.push(from);
+    }
+}
+
 function say(...rows) {
     process.stdout.write(rows.map((row) => Array.from(row ?? []).join(" ") + "\n").join(""));
 }
@@ -114,8 +126,11 @@ function describe(file) {
 function rest(file, seconds) {
     const model = mujoco.MjModel.from_xml_path(file), data = new mujoco.MjData(model);
     mujoco.mj_resetDataKeyframe(model, data, 0);
-    while (data.time < seconds)
+    for (let before = 0; data.time < seconds; before = data.time) {
         mujoco.mj_step(model, data);
+        if (data.time <= before)
+            throw new Error("the motion is unstable, and was reset");
+    }
     say(["read", model.nq], data.qpos);
     for (const thing of [data, model])
         thing.delete();
@@ -125,6 +140,7 @@ for (const file of files) {
     say([file]);
     try {
         copy_folder_of(file);
+        copy_files_of(file);
         if (states.startsWith("rest="))
             rest(file, Number(states.slice(5)));
         else

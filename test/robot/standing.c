@@ -30,14 +30,20 @@ static bool write_robot(const char *path, kt_random *random) {
     FILE *to = fopen(path, "w");
     const bool is_elliptic = kt_random_int(random, 0, 1) == 1, is_first = kt_random_int(random, 0, 1) == 1;
     const double low = real(random, 0.5, 0.9), trunk = real(random, 5.0, 30.0);
-    const int kind = kt_random_int(random, 0, 3);
+    static const int all[] = {3, 4, 6};
+    const int kind = kt_random_int(random, 0, 3), dimensions = all[kt_random_int(random, 0, 2)];
     if (to == NULL)
         return false;
-    fprintf(to, "<mujoco><option cone='%s' impratio='%.3g'/><default><geom contype='0' conaffinity='1'/>",
-            is_elliptic ? "elliptic" : "pyramidal", real(random, 1.0, 20.0));
-    fprintf(to, "<default class='foot'><geom mass='.1' priority='%d' friction='%.3g' margin='%.3g' solref='%.3g %.3g' ",
-            is_first, real(random, 0.4, 1.0), real(random, 0.0, 0.003), real(random, 0.01, 0.03),
-            real(random, 0.8, 1.2));
+    fprintf(to,
+            "<mujoco><option cone='%s' impratio='%.3g'/><default><geom contype='0' "
+            "conaffinity='1'/>",
+            is_elliptic ? "elliptic" : "pyramidal", real(random, 1.0, 10.0));
+    fprintf(
+        to,
+        "<default class='foot'><geom mass='.1' condim='%d' priority='%d' friction='%.3g' margin='%.3g' solref='%.3g "
+        "%.3g' ",
+        dimensions, is_first, real(random, 0.4, 1.0), real(random, 0.0, 0.003), real(random, 0.015, 0.03),
+        real(random, 0.8, 1.2));
     fprintf(
         to,
         "solimp='%.3g %.3g %.3g'/></default></default><asset><mesh name='wedge' vertex='-.04 -.03 -.02 .04 -.03 -.02 "
@@ -168,6 +174,27 @@ KT_TEST(contacts_have_the_stiffness_of_the_file) {
     kt_check_near("height of the ground and the margin", ground->between[1].at.z, -1.99, 1e-15);
     kt_check_near("radius", floor->radius, 0.1, 0.0);
     kt_scene_free(&scene);
+}
+
+/* On a pyramidal cone, the edges of a contact share its force: K = k d^2 / (1 - d) (condim - 1) r / ((1 + mu^2) mu^2). A
+ * torsional and a rolling friction have edges, too. */
+KT_TEST(edges_of_a_pyramid_share_the_force_of_a_contact) {
+    static const int dimensions[] = {3, 4, 6};
+    for (size_t i = 0; i < sizeof dimensions / sizeof *dimensions; i++) {
+        const double mu = 0.7, ratio = 5.0, alone = 1.0 / (4e-4 * 0.1), n = dimensions[i];
+        char text[1000];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><option impratio='5'/><default><geom solimp='.9 .9 .001' solref='.02 1' friction='.7'/>"
+                       "</default><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/>"
+                       "<geom size='.1' mass='1' condim='%d'/></body></worldbody></mujoco>",
+                       dimensions[i]);
+        if (!kt_check_equal_int("contacts", contacts_of(text, &with_contacts, &scene), 1))
+            continue;
+        const double expected = alone * (n - 1.0) * ratio / ((1.0 + mu * mu) * mu * mu);
+        kt_check_near("stiffness", scene.description.effects[0].stiffness, expected, 1e-8 * expected);
+        kt_scene_free(&scene);
+    }
 }
 
 static const kt_vec3 half_axes[] = {{.1, .07, .01}, {.04, .03, .02}, {.03, .1, .03}, {.1, .05, .001}};
