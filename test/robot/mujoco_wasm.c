@@ -8,6 +8,7 @@
  * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader rejects
  * is reported. */
 #include "../scene_files.h"
+#include "answer.h"
 #include "check.h"
 #include "draw.h"
 #include "equality.h"
@@ -24,18 +25,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { STATES = 20, NAME = 200 };
-
-typedef struct body {
-    char name[NAME];
-    double mass;
-    int ours, placed; /* -1: none; the one whose frame it has */
-} body;
-
-typedef struct joint {
-    char name[NAME];
-    int type, q, v, body, carrier; /* carrier: our body that it moves */
-} joint;
+enum { STATES = 20 };
 
 /* A model of theirs, and ours of the same file. The vectors of both are in the order of theirs. */
 typedef struct pair {
@@ -43,16 +33,11 @@ typedef struct pair {
     kt_model *model;
     bool is_tree; /* no loops but the lengths of tendons */
     kt_data *data;
-    int body_count, joint_count, nq, nv, equality_count, activation_count;
-    body *bodies;
-    joint *joints;
-    char (*equalities)[NAME];
-    double *torquescales; /* of equalities */
-    double *of;           /* T: our velocities by theirs, in columns */
-    bool is_ours;         /* an export of a bundled scene, which may have neither gravity nor springs */
+    answer theirs;
+    double *of;   /* T: our velocities by theirs, in columns */
+    bool is_ours; /* an export of a bundled scene, which may have neither gravity nor springs */
     double *q, *v, *a, *tau, *matrix;
     double *product, *reduced, *along; /* M T, T' M T, T' f */
-    double *qpos, *qvel, *mass, *bias, *force, *qacc, *xpos, *xmat, *residual, *act;
 } pair;
 
 static int equalities_compared, lengths_compared; /* of all files and states; of all files */
@@ -61,82 +46,11 @@ typedef struct findings {
     kt_worst weight, mass, bias, place, turn, force, acceleration, residual;
 } findings;
 
-/* ---- reading ----------------------------------------------------------------------------------------------------- */
-
-/* The next word, as a number. */
-static bool read_number(FILE *from, double *value) {
-    char word[64], *end = word;
-    if (fscanf(from, "%63s", word) == 1)
-        *value = strtod(word, &end);
-    return end != word && *end == '\0';
-}
-
-static bool read_numbers(FILE *from, double *values, size_t count) {
-    for (size_t i = 0; i < count; i++)
-        if (!read_number(from, &values[i]))
-            return false;
-    return true;
-}
-
-/* Counts and indices, up to six. */
-static bool read_integers(FILE *from, int count, int *const *values) {
-    double read[6];
-    if (!read_numbers(from, read, (size_t)count))
-        return false;
-    for (int i = 0; i < count; i++)
-        *values[i] = (int)read[i];
-    return true;
-}
-
-static size_t state_size(const pair *p) {
-    const size_t nv = (size_t)p->nv;
-    return (size_t)p->nq + nv * nv + 4 * nv + 12 * (size_t)p->body_count + 6 * (size_t)p->equality_count +
-           (size_t)p->activation_count;
-}
-
-static bool read_header(FILE *from, pair *p) {
-    if (!read_integers(
-            from, 6,
-            (int *const[]){&p->body_count, &p->joint_count, &p->nq, &p->nv, &p->equality_count, &p->activation_count}))
-        return false;
-    const size_t bodies = (size_t)p->body_count, nq = (size_t)p->nq, nv = (size_t)p->nv;
-    p->bodies = calloc(bodies + 1, sizeof *p->bodies);
-    p->joints = calloc((size_t)p->joint_count + 1, sizeof *p->joints);
-    p->equalities = calloc((size_t)p->equality_count + 1, sizeof *p->equalities);
-    p->torquescales = calloc((size_t)p->equality_count + 1, sizeof *p->torquescales);
-    p->qpos = calloc(state_size(p) + 1, sizeof *p->qpos);
-    if (p->bodies == NULL || p->joints == NULL || p->equalities == NULL || p->torquescales == NULL || p->qpos == NULL)
-        return false;
-    p->qvel = p->qpos + nq;
-    p->mass = p->qvel + nv;
-    p->bias = p->mass + nv * nv;
-    p->force = p->bias + nv;
-    p->qacc = p->force + nv;
-    p->xpos = p->qacc + nv;
-    p->xmat = p->xpos + 3 * bodies;
-    p->residual = p->xmat + 9 * bodies;
-    p->act = p->residual + 6 * (size_t)p->equality_count;
-    for (int i = 0; i < p->body_count; i++)
-        if (fscanf(from, "%199s", p->bodies[i].name) != 1 || !read_number(from, &p->bodies[i].mass))
-            return false;
-    for (int i = 0; i < p->joint_count; i++) {
-        joint *j = &p->joints[i];
-        if (fscanf(from, "%199s", j->name) != 1 ||
-            !read_integers(from, 4, (int *const[]){&j->type, &j->q, &j->v, &j->body}))
-            return false;
-    }
-    for (int i = 0; i < p->equality_count; i++)
-        if (fscanf(from, "%199s", p->equalities[i]) != 1 || !read_number(from, &p->torquescales[i]))
-            return false;
-    return true;
-}
-
-/* A whole state is in the order of the array. */
-static bool read_state(FILE *from, pair *p) { return read_numbers(from, p->qpos, state_size(p)); }
+/* ---- loading ----------------------------------------------------------------------------------------------------- */
 
 static bool is_theirs(const pair *p, const char *name) {
-    for (int i = 0; i < p->joint_count; i++)
-        if (same_name(name, p->joints[i].name))
+    for (int i = 0; i < p->theirs.joint_count; i++)
+        if (same_name(name, p->theirs.joints[i].name))
             return true;
     return false;
 }
@@ -186,7 +100,7 @@ static bool load(pair *p, const char *path, const kt_robot_options *options) {
         return false;
     }
     const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model);
-    const size_t theirs = (size_t)p->nv;
+    const size_t theirs = (size_t)p->theirs.nv;
     p->of = calloc(nv * theirs + 1, sizeof *p->of);
     p->q = calloc(nq + 3 * nv + nv * nv + (nv + theirs + 1) * theirs + 1, sizeof *p->q);
     if (p->of == NULL || p->q == NULL)
@@ -205,11 +119,7 @@ static void release(pair *p) {
     kt_data_free(p->data);
     kt_model_free(p->model);
     kt_scene_free(&p->scene);
-    free(p->bodies);
-    free(p->joints);
-    free(p->equalities);
-    free(p->torquescales);
-    free(p->qpos);
+    release_answer(&p->theirs);
     free(p->of);
     free(p->q);
 }
@@ -218,7 +128,7 @@ static void release(pair *p) {
 
 /* Our body that a joint of theirs moves: the one whose joint has its name. If there is none, it is the next one after
  * `last`, since both are in the order of the file. */
-static int find_carrier(const pair *p, const joint *theirs, int last) {
+static int find_carrier(const pair *p, const answer_joint *theirs, int last) {
     const kt_description *d = &p->scene.description;
     int next = -1;
     for (int i = 0; i < d->body_count; i++) {
@@ -251,17 +161,17 @@ static void find_lengths(pair *p) {
         const int row = is_length(p, loop) ? find_coordinate(p, loop->terms[0].joint, true) : -1;
         lengths_compared += row >= 0;
         for (int k = 1; k < loop->term_count && row >= 0; k++)
-            for (int j = 0; j < p->joint_count; j++)
-                if (same_name(loop->terms[k].joint, p->joints[j].name))
-                    p->of[p->joints[j].v * nv + row] -= loop->terms[k].coefficient / loop->terms[0].coefficient;
+            for (int j = 0; j < p->theirs.joint_count; j++)
+                if (same_name(loop->terms[k].joint, p->theirs.joints[j].name))
+                    p->of[p->theirs.joints[j].v * nv + row] -= loop->terms[k].coefficient / loop->terms[0].coefficient;
     }
 }
 
 static bool find_names(pair *p) {
     static const int dofs[] = {6, 3, 1, 1}; /* free, ball, slide, hinge */
     int last = -1;
-    for (int i = 0; i < p->joint_count; i++) {
-        joint *j = &p->joints[i];
+    for (int i = 0; i < p->theirs.joint_count; i++) {
+        answer_joint *j = &p->theirs.joints[i];
         last = find_carrier(p, j, last);
         j->carrier = last >= 0 ? our_body(p->model, p->scene.description.bodies[last].name) : -1;
         const kt_coordinates c =
@@ -271,11 +181,12 @@ static bool find_names(pair *p) {
         for (int k = 0; k < c.nv; k++)
             p->of[(j->v + k) * kt_model_nv(p->model) + c.v + k] = 1.0;
     }
-    for (int i = 0; i < p->body_count; i++)
-        p->bodies[i].ours = p->bodies[i].placed = i > 0 ? our_body(p->model, p->bodies[i].name) : 0;
-    for (int i = 0; i < p->joint_count; i++)
-        if (p->joints[i].type == 0) /* a free body's frame may be turned to that of its inertia */
-            p->bodies[p->joints[i].body].placed = p->joints[i].carrier;
+    for (int i = 0; i < p->theirs.body_count; i++)
+        p->theirs.bodies[i].ours = p->theirs.bodies[i].placed =
+            i > 0 ? our_body(p->model, p->theirs.bodies[i].name) : 0;
+    for (int i = 0; i < p->theirs.joint_count; i++)
+        if (p->theirs.joints[i].type == 0) /* a free body's frame may be turned to that of its inertia */
+            p->theirs.bodies[p->theirs.joints[i].body].placed = p->theirs.joints[i].carrier;
     find_lengths(p);
     return true;
 }
@@ -284,11 +195,11 @@ static bool find_names(pair *p) {
 
 static void set_state(pair *p) {
     const int nv = kt_model_nv(p->model);
-    for (int i = 0; i < p->joint_count; i++) {
-        const joint *j = &p->joints[i];
+    for (int i = 0; i < p->theirs.joint_count; i++) {
+        const answer_joint *j = &p->theirs.joints[i];
         const kt_coordinates c = kt_body_coordinates(p->model, j->carrier);
-        memcpy(p->q + c.q, p->qpos + j->q, (size_t)c.nq * sizeof *p->q);
-        memcpy(p->v + c.v, p->qvel + j->v, (size_t)c.nv * sizeof *p->v);
+        memcpy(p->q + c.q, p->theirs.qpos + j->q, (size_t)c.nq * sizeof *p->q);
+        memcpy(p->v + c.v, p->theirs.qvel + j->v, (size_t)c.nv * sizeof *p->v);
     }
     for (int i = 0; i < p->scene.description.loop_count; i++) {
         const kt_loop *loop = &p->scene.description.loops[i];
@@ -297,10 +208,10 @@ static void set_state(pair *p) {
         double sum[2] = {0.0, 0.0};
         const int q = find_coordinate(p, loop->terms[0].joint, false),
                   v = find_coordinate(p, loop->terms[0].joint, true);
-        for (int j = 0; j < p->joint_count; j++) {
-            const double factor = p->of[p->joints[j].v * nv + v];
-            sum[0] += factor * (factor != 0.0 ? p->qpos[p->joints[j].q] : 0.0);
-            sum[1] += factor * (factor != 0.0 ? p->qvel[p->joints[j].v] : 0.0);
+        for (int j = 0; j < p->theirs.joint_count; j++) {
+            const double factor = p->of[p->theirs.joints[j].v * nv + v];
+            sum[0] += factor * (factor != 0.0 ? p->theirs.qpos[p->theirs.joints[j].q] : 0.0);
+            sum[1] += factor * (factor != 0.0 ? p->theirs.qvel[p->theirs.joints[j].v] : 0.0);
         }
         p->q[q] = sum[0];
         p->v[v] = sum[1];
@@ -317,7 +228,7 @@ static double largest(const double *values, size_t count) {
 /* T' f */
 static const double *reduce(const pair *p, const double *ours) {
     const int nv = kt_model_nv(p->model);
-    for (int i = 0; i < p->nv; i++) {
+    for (int i = 0; i < p->theirs.nv; i++) {
         p->along[i] = 0.0;
         for (int k = 0; k < nv; k++)
             p->along[i] += p->of[i * nv + k] * ours[k];
@@ -330,34 +241,35 @@ static const double *reduce(const pair *p, const double *ours) {
 static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double terms,
                            double bound) {
     /* where all forces of an export cancel, rounding is that of forces of the size of the mass matrix */
-    const double floor = p->is_ours ? fmax(1.0, largest(p->mass, (size_t)p->nv * (size_t)p->nv)) : 0.0;
-    const double scale = fmax(largest(theirs, (size_t)p->nv), fmax(0.01 * terms, floor));
-    for (int i = 0; i < p->nv; i++)
+    const double floor =
+        p->is_ours ? fmax(1.0, largest(p->theirs.mass, (size_t)p->theirs.nv * (size_t)p->theirs.nv)) : 0.0;
+    const double scale = fmax(largest(theirs, (size_t)p->theirs.nv), fmax(0.01 * terms, floor));
+    for (int i = 0; i < p->theirs.nv; i++)
         kt_worst_near(worst, ours[i], theirs[i], bound * scale, "%d", i);
 }
 
 static void compare_matrix(kt_worst *worst, const pair *p, double bound) {
-    const double scale = largest(p->mass, (size_t)p->nv * (size_t)p->nv);
+    const double scale = largest(p->theirs.mass, (size_t)p->theirs.nv * (size_t)p->theirs.nv);
     const int nv = kt_model_nv(p->model);
-    for (int i = 0; i < p->nv; i++)
+    for (int i = 0; i < p->theirs.nv; i++)
         for (int k = 0; k < nv; k++) {
             double sum = 0.0;
             for (int l = 0; l < nv; l++)
                 sum += p->matrix[k + nv * l] * p->of[i * nv + l];
             p->product[i * nv + k] = sum;
         }
-    for (int i = 0; i < p->nv; i++)
-        for (int k = 0; k < p->nv; k++) {
+    for (int i = 0; i < p->theirs.nv; i++)
+        for (int k = 0; k < p->theirs.nv; k++) {
             double sum = 0.0;
             for (int l = 0; l < nv; l++)
                 sum += p->of[k * nv + l] * p->product[i * nv + l];
-            kt_worst_near(worst, sum, p->mass[i * p->nv + k], bound * scale, "%d, %d", i, k);
+            kt_worst_near(worst, sum, p->theirs.mass[i * p->theirs.nv + k], bound * scale, "%d, %d", i, k);
         }
 }
 
 static void compare_places(const pair *p, findings *f) {
-    for (int i = 1; i < p->body_count; i++) {
-        const int b = p->bodies[i].placed;
+    for (int i = 1; i < p->theirs.body_count; i++) {
+        const int b = p->theirs.bodies[i].placed;
         if (b < 0)
             continue;
         const kt_pose pose = kt_body_pose(p->model, p->data, b);
@@ -366,9 +278,9 @@ static void compare_places(const pair *p, findings *f) {
         const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
         const double scale = fmax(1.0, kt_vec3_norm(pose.position));
         for (int k = 0; k < 3; k++)
-            kt_worst_near(&f->place, at[k], p->xpos[3 * i + k], 1e-14 * scale, "%s", p->bodies[i].name);
+            kt_worst_near(&f->place, at[k], p->theirs.xpos[3 * i + k], 1e-14 * scale, "%s", p->theirs.bodies[i].name);
         for (int k = 0; k < 9; k++)
-            kt_worst_near(&f->turn, rows[k], p->xmat[9 * i + k], 1e-14, "%s", p->bodies[i].name);
+            kt_worst_near(&f->turn, rows[k], p->theirs.xmat[9 * i + k], 1e-14, "%s", p->theirs.bodies[i].name);
     }
 }
 
@@ -385,13 +297,13 @@ static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, 
     if (!parse_coupling(loop, memory, &formula))
         return false;
     for (int k = 0; k < loop->term_count; k++) {
-        const joint *of = NULL;
-        for (int j = 0; j < p->joint_count; j++)
-            if (same_name(loop->terms[k].joint, p->joints[j].name))
-                of = &p->joints[j];
+        const answer_joint *of = NULL;
+        for (int j = 0; j < p->theirs.joint_count; j++)
+            if (same_name(loop->terms[k].joint, p->theirs.joints[j].name))
+                of = &p->theirs.joints[j];
         if (of == NULL)
             return false;
-        at[k] = p->qpos[of->q];
+        at[k] = p->theirs.qpos[of->q];
         size += fabs(loop->terms[k].coefficient * at[k]);
     }
     kt_worst_near(worst, open_by(loop, formula, at), theirs, 1e-14 * fmax(1.0, size + fabs(theirs)), "%s", loop->name);
@@ -401,18 +313,19 @@ static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, 
 /* Returns how many equalities are compared. */
 static int compare_equalities(const pair *p, kt_worst *worst) {
     int compared = 0;
-    for (int i = 0; i < p->equality_count; i++)
+    for (int i = 0; i < p->theirs.equality_count; i++)
         for (int k = 0; k < p->scene.description.loop_count; k++) {
             const kt_loop *loop = &p->scene.description.loops[k];
-            const double *theirs = p->residual + (size_t)6 * (size_t)i;
-            if (loop->name == NULL || !same_name(loop->name, p->equalities[i]))
+            const double *theirs = p->theirs.residual + (size_t)6 * (size_t)i;
+            if (loop->name == NULL || !same_name(loop->name, p->theirs.equalities[i]))
                 continue;
             if (loop->type == KT_LOOP_COUPLING) {
                 compared += compare_coupling(p, loop, *theirs, worst);
             } else {
                 const kt_end *ends = loop->between;
                 compare_ends(loop, pose_of_end(pose_of_body(p, ends[0].body), &ends[0]),
-                             pose_of_end(pose_of_body(p, ends[1].body), &ends[1]), p->torquescales[i], theirs, worst);
+                             pose_of_end(pose_of_body(p, ends[1].body), &ends[1]), p->theirs.torquescales[i], theirs,
+                             worst);
                 compared++;
             }
         }
@@ -421,10 +334,11 @@ static int compare_equalities(const pair *p, kt_worst *worst) {
 
 /* The file gives the masses. MuJoCo merges links of URDF that are fixed to each other. */
 static void compare_masses(const pair *p, findings *f, double bound) {
-    for (int i = 1; i < p->body_count; i++)
-        if (p->bodies[i].ours >= 0) {
-            const kt_body *b = &p->scene.description.bodies[kt_body_source(p->model, p->bodies[i].ours)];
-            kt_worst_near(&f->weight, b->mass, p->bodies[i].mass, bound * p->bodies[i].mass, "%s", p->bodies[i].name);
+    for (int i = 1; i < p->theirs.body_count; i++)
+        if (p->theirs.bodies[i].ours >= 0) {
+            const kt_body *b = &p->scene.description.bodies[kt_body_source(p->model, p->theirs.bodies[i].ours)];
+            kt_worst_near(&f->weight, b->mass, p->theirs.bodies[i].mass, bound * p->theirs.bodies[i].mass, "%s",
+                          p->theirs.bodies[i].name);
         }
 }
 
@@ -443,16 +357,16 @@ static void compare_forces(pair *p, findings *f, double bound) {
     kt_error error = {0};
     if (kt_effect_forces(p->model, p->data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
         kt_worst_below(&f->force, (double)NAN, 0.0, "%s", error.message);
-    compare_vector(&f->force, p, reduce(p, p->tau), p->force, 0.0, bound);
+    compare_vector(&f->force, p, reduce(p, p->tau), p->theirs.force, 0.0, bound);
     if (p->is_ours) /* a rope of 100 links multiplies rounding by the condition number of its mass matrix */
         return;
     if (kt_acceleration_evaluate(p->model, p->data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
         kt_worst_below(&f->acceleration, (double)NAN, 0.0, "%s", error.message);
-    for (int i = 0; i < p->joint_count; i++) {
-        const kt_coordinates c = kt_body_coordinates(p->model, p->joints[i].carrier);
-        memcpy(p->along + p->joints[i].v, p->a + c.v, (size_t)c.nv * sizeof *p->a);
+    for (int i = 0; i < p->theirs.joint_count; i++) {
+        const kt_coordinates c = kt_body_coordinates(p->model, p->theirs.joints[i].carrier);
+        memcpy(p->along + p->theirs.joints[i].v, p->a + c.v, (size_t)c.nv * sizeof *p->a);
     }
-    compare_vector(&f->acceleration, p, p->along, p->qacc, 0.0, 40.0 * bound);
+    compare_vector(&f->acceleration, p, p->along, p->theirs.qacc, 0.0, 40.0 * bound);
 }
 
 /* The bound is that of matrices, forces and places; accelerations have forty times it. Returns how many equalities are
@@ -464,16 +378,18 @@ static int compare_states(FILE *from, pair *p, double bound) {
                   kt_worst_make("accelerations"), kt_worst_make("residuals of equalities")};
     int equalities = 0;
     for (int n = 0; n < STATES; n++) {
-        const bool is_read = read_state(from, p);
+        const bool is_read = read_state(from, &p->theirs);
         set_state(p);
         if (!is_read || compute(p) != KT_OK) {
             (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
             return 0;
         }
-        if (p->activation_count > 0 && kt_own_state_count(p->model) == p->activation_count)
-            memcpy(kt_own_states(p->model, p->data), p->act, (size_t)p->activation_count * sizeof *p->act);
+        if (p->theirs.activation_count > 0 && kt_own_state_count(p->model) == p->theirs.activation_count)
+            memcpy(kt_own_states(p->model, p->data), p->theirs.act,
+                   (size_t)p->theirs.activation_count * sizeof *p->theirs.act);
         compare_matrix(&f.mass, p, bound);
-        compare_vector(&f.bias, p, reduce(p, p->tau), p->bias, largest(p->mass, (size_t)p->nv * (size_t)p->nv), bound);
+        compare_vector(&f.bias, p, reduce(p, p->tau), p->theirs.bias,
+                       largest(p->theirs.mass, (size_t)p->theirs.nv * (size_t)p->theirs.nv), bound);
         compare_places(p, &f);
         equalities += compare_equalities(p, &f.residual);
         if (p->is_tree)
@@ -508,10 +424,10 @@ static bool compare_next(FILE *from, const model_file *file) {
         return false;
     if (strcmp(said, "read") != 0) {
         kt_note("rejected by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
-    } else if (kt_check_true("it is described", read_header(from, &p))) {
+    } else if (kt_check_true("it is described", read_header(from, &p.theirs))) {
         read = !file->is_only_read && load(&p, path, &options) && find_names(&p);
         for (int n = 0; n < STATES && !read; n++)
-            (void)read_state(from, &p);
+            (void)read_state(from, &p.theirs);
         if (read)
             equalities_compared += compare_states(from, &p, file->bound);
         read = read || file->is_only_read;
