@@ -292,8 +292,9 @@ static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_e
     if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
     explain_force(s, effect, fault, sizeof fault);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        "its force is not finite%s; look for a number or a function of it that is huge there", fault);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its force is not finite%s; %s", fault,
+                        fault[0] != '\0' ? "bound the argument, with max(x, 0) or clamp(x, a, b), or end the run before"
+                                         : "look for a number or a function of it that is huge there");
 }
 
 /* Whether the effect's force or power is not finite. */

@@ -259,9 +259,13 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
         return reject_dead_point(simulation, left, error);
 #endif
     add_time(simulation, where);
-    if (cause->code != KT_OK && from->code == KT_ERROR_STEP)
-        return kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
-                            from->message);
+    if (cause->code != KT_OK && from->code == KT_ERROR_STEP) {
+        const kt_integrator *integrator = simulation->integrator;
+        const bool same = kt_integrator_blamed(integrator) >= integrator->sizes.n; /* no estimate of errors failed */
+        return same ? kt_error_set(error, cause->code, where, "%s (smaller steps did not help)", cause->message)
+                    : kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
+                                   from->message);
+    }
     if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
         return kt_error_set(error, cause->code, where, "%s (the step is fixed at %g s: %s)", cause->message,
                             simulation->step, advise_fixed(simulation, advice));

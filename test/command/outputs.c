@@ -21,8 +21,7 @@ KT_TEST(run_that_fails_leaves_the_result_of_an_earlier_one) {
     kt_ran ran = kt_shell("$K run p.yaml " FAILING " --out o.csv --summary o.json");
     kt_check_equal_int("exit code", ran.code, 4);
     kt_check_contains("words", ran.err,
-                      "its records until then are in o.csv.partial, and o.csv, which "
-                      "an earlier run has left, is not touched");
+                      "the run stopped early; its records are in o.csv.partial. o.csv of an earlier run is unchanged");
     kt_check_contains("report", ran.err, "summary: o.json.partial");
     kt_expect(0, NULL, "cmp o.csv good.csv && cmp o.json good.json");
     kt_check_above("lines of the part", kt_count_lines(kt_read_file("o.csv.partial")), 10);
@@ -39,7 +38,7 @@ KT_TEST(run_that_fails_leaves_its_records_where_there_is_no_earlier_result) {
     make_scene();
     kt_ran ran = kt_shell("$K run p.yaml " FAILING " --out o.csv --summary o.json");
     kt_check_equal_int("exit code", ran.code, 4);
-    kt_check_contains("words", ran.err, "the run did not come to its end: its records until then are in o.csv\n");
+    kt_check_contains("words", ran.err, "the run stopped early; its records are in o.csv\n");
     kt_check_contains("report", ran.err, "summary: o.json\n");
     kt_check_true("nothing of parts", strstr(ran.err, "partial") == NULL);
     kt_expect(0, NULL, "test ! -e o.csv.partial -a ! -e o.json.partial");
@@ -49,7 +48,7 @@ KT_TEST(run_that_fails_leaves_its_records_where_there_is_no_earlier_result) {
     json_decref(root);
     /* A second one finds this result, and does not touch it. */
     kt_expect(0, NULL, "cp o.csv first.csv");
-    kt_expect(4, "are in o.csv.partial, and o.csv, which an earlier run has left,",
+    kt_expect(4, "its records are in o.csv.partial. o.csv of an earlier run is unchanged",
               "$K run p.yaml " FAILING " --quiet --out o.csv");
     kt_expect(0, NULL, "cmp o.csv first.csv; cmp o.csv.partial first.csv");
 }
@@ -70,7 +69,7 @@ KT_TEST(run_that_comes_to_a_contradiction_keeps_its_records) {
     kt_write_file("p.yaml", parting);
     kt_ran ran = kt_shell("$K run p.yaml --out o.csv --interval 0.01");
     kt_check_equal_int("exit code", ran.code, 3);
-    kt_check_contains("words", ran.err, "its records until then are in o.csv\n");
+    kt_check_contains("words", ran.err, "its records are in o.csv\n");
     const char *text = kt_read_file("o.csv");
     const int last = kt_count_lines(text) - 1;
     /* The rod is stretched out when s = 2, at 0.5 s. The interval of records is 0.01 s. */
@@ -89,7 +88,7 @@ KT_TEST(failed_run_is_resumed_to_the_same_records) {
                   "%s $K run p.yaml " FAILING " --quiet --out o.csv --checkpoint o.state --checkpoint-interval 1e-9",
                   earlier[i]);
         kt_expect(0, NULL, "cp %s good.csv; test -s good.csv", part);
-        kt_expect(4, "are in o.csv.partial, and o.csv, which an earlier run has left,",
+        kt_expect(4, "its records are in o.csv.partial. o.csv of an earlier run is unchanged",
                   "$K run p.yaml " FAILING " --quiet --out o.csv --resume o.state");
         kt_expect(0, NULL, "cmp o.csv.partial good.csv");
         kt_expect(i == 0 ? 0 : 1, NULL, "cmp -s o.csv good.csv");

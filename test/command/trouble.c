@@ -44,7 +44,8 @@ KT_TEST(write_errors_are_said_and_end_in_four) {
     kt_expect(4, "standard output cannot be written: No space left", "$K integrators >/dev/full");
     kt_expect(4, "standard output cannot be written: No space left", "$K run --help >/dev/full");
     kt_expect(4, "is the disk full?", "$K make chain >/dev/full");
-    kt_expect(4, "none/o.csv cannot be written: No such file", "$K run p.yaml --quiet --out none/o.csv");
+    kt_expect(4, "none/o.csv cannot be written: No such file or directory; create the folder none first",
+              "$K run p.yaml --quiet --out none/o.csv");
     kt_expect(4, "none/o.json cannot be written: No such file",
               "$K run p.yaml --quiet --out o.csv --summary none/o.json");
 }

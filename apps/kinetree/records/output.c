@@ -276,6 +276,18 @@ int kt_check_files(const char *command, const kt_file_use *uses, int count) {
     return -1;
 }
 
+/* Prints why a file cannot be written, by errno. */
+static void say_unwritable(const char *path) {
+    const int reason = errno;
+    char *folder = folder_of(path);
+    struct stat status;
+    if (reason == ENOENT && *path != '\0' && folder != NULL && stat(folder, &status) != 0 && errno == ENOENT)
+        kt_say("%s cannot be written: %s; create the folder %s first", path, strerror(reason), folder);
+    else
+        kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(reason));
+    free(folder);
+}
+
 int kt_check_writable(const char *path) {
     struct stat status;
     if (path == NULL || is_stream(path))
@@ -296,6 +308,6 @@ int kt_check_writable(const char *path) {
             return -1;
         errno = reason;
     }
-    kt_say("%s cannot be written: %s", *path != '\0' ? path : "a file without a name", strerror(errno));
+    say_unwritable(path);
     return KT_EXIT_INTEGRATION;
 }

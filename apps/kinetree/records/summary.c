@@ -314,13 +314,17 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
 
 static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 
-/* Prints "3 bodies, 1 loop, 1 degree of freedom". */
+/* Prints "3 bodies, 1 loop, 1 degree of freedom". The loops are those of the scene: a hard contact is a loop of the
+ * model. */
 static void say_size(const kt_outcome *outcome) {
-    int bodies = kt_model_body_count(outcome->model) - 1, loops = kt_loop_count(outcome->model);
+    const int bodies = kt_model_body_count(outcome->model) - 1, loops = outcome->scene->description.loop_count;
+    const unsigned long long contacts = kt_simulation_contacts(outcome->simulation).count;
     kt_mobility dof = kt_model_mobility(outcome->model);
     fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
     if (loops > 0)
         fprintf(stderr, ", %d loop%s", loops, plural(loops));
+    if (contacts > 0)
+        fprintf(stderr, ", %llu hard contact%s", contacts, plural((long long)contacts));
     fprintf(stderr, ", %d degree%s of freedom", dof.minimal, plural(dof.minimal));
 }
 
@@ -364,6 +368,17 @@ static void say_cost(const kt_outcome *outcome, double time) {
     if (outcome->cpu_seconds > 0.0 && time > 0.0)
         fprintf(stderr, ": %.3g times real time", time / outcome->cpu_seconds);
     fputc('\n', stderr);
+}
+
+/* The change is that from the first record to a later one. */
+static void say_energy(const kt_outcome *outcome) {
+    const kt_energy_watch *energy = &outcome->energy;
+    if (energy->records > 1 && energy->energetics == KT_ENERGY_CONSERVED)
+        fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", energy->start, energy->change);
+    else if (energy->records > 1)
+        fprintf(stderr, "  total energy %g J at the start, change at most %.2g J\n", energy->start, energy->change);
+    else if (energy->records > 0)
+        fprintf(stderr, "  total energy %g J at the start\n", energy->start);
 }
 
 static void say_file(const char *what, const char *path) {
@@ -416,9 +431,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     say_size(outcome);
     say_method(outcome);
     say_cost(outcome, time);
-    if (outcome->energy.records > 0)
-        fprintf(stderr, "  total energy %g J, %s at most %.2g J\n", outcome->energy.start,
-                outcome->energy.energetics == KT_ENERGY_CONSERVED ? "drift" : "change", outcome->energy.change);
+    say_energy(outcome);
     if (outcome->energy.has_balance) {
         const kt_work work = kt_simulation_work(outcome->simulation);
         fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
@@ -427,7 +440,8 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     if (kt_energy_not_watched(outcome) != NULL)
         fprintf(stderr, "  energy not watched: %s\n", kt_energy_not_watched(outcome));
     if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
-        fprintf(stderr, "  loops closed to %.2g m or rad, %.2g m/s or rad/s\n", outcome->constraint.position,
+        fprintf(stderr, "  %s closed to %.2g m or rad, %.2g m/s or rad/s\n",
+                outcome->scene->description.loop_count > 0 ? "loops" : "active contacts", outcome->constraint.position,
                 outcome->constraint.velocity);
     say_contacts(outcome);
     say_missed(outcome);

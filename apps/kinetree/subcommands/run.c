@@ -162,11 +162,9 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
 
 static void say_part(const char *part, const char *out) {
     if (strcmp(part, out) == 0)
-        kt_say("the run did not come to its end: its records until then are in %s", out);
+        kt_say("the run stopped early; its records are in %s", out);
     else
-        kt_say("the run did not come to its end: its records until then are in %s, and %s, which an earlier run has "
-               "left, is not touched",
-               part, out);
+        kt_say("the run stopped early; its records are in %s. %s of an earlier run is unchanged", part, out);
 }
 
 /* Ends the file of records, under the name in `parts` if the run has failed, and writes the other results. Returns the

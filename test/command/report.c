@@ -1,0 +1,62 @@
+/* The report of a run on the terminal: its counts, its energy, and the messages of a run that ends early. */
+#include "shell.h"
+
+#include <string.h>
+
+static const char pendulum[] = "kinetree: 1\n"
+                               "gravity: [0, -9.81, 0]\n"
+                               "bodies:\n"
+                               "  - name: rod\n"
+                               "    mass: 1\n"
+                               "    shape: {type: rod, to: [0, -1, 0]}\n"
+                               "    joint: {type: revolute, axis: z, position: 60 deg}\n";
+
+/* A ball whose hard contact is a loop of the model, although the scene has no loops. */
+KT_TEST(report_counts_hard_contacts_apart_from_loops) {
+    kt_write_file("ball.yaml", "kinetree: 1\n"
+                               "gravity: [0, 0, -9.81]\n"
+                               "bodies:\n"
+                               "  - name: ball\n"
+                               "    joint: {type: free, position: {position: [0, 0, 1]}}\n"
+                               "    mass: 1\n"
+                               "    shape: {type: sphere, radius: 0.1}\n"
+                               "effects:\n"
+                               "  - {type: contact, point: ball, radius: 0.1, plane: world, restitution: 0.5}\n"
+                               "simulate: {duration: 1}\n");
+    const kt_ran ran = kt_shell("$K run ball.yaml --out /dev/null");
+    kt_check_equal_int("code", ran.code, 0);
+    kt_check_contains("counts", ran.err, "  1 body, 1 hard contact, 6 degrees of freedom, ");
+    kt_check_equal_int("loops", kt_count_of(ran.err, "loop"), 0);
+}
+
+/* Its energy is 9.81 / 2 (1 - cos 60 deg) J below that of the start in its lowest position. The report says of which
+ * instant the energy is, unless the energy is constant. */
+KT_TEST(report_names_the_instant_of_an_energy_that_changes) {
+    kt_write_file("rod.yaml", pendulum);
+    kt_expect(0, "  total energy -2.4525 J, drift at most ", "$K run rod.yaml --out /dev/null");
+    kt_expect(0, "  total energy -2.4525 J at the start, change at most 2.5 J\n",
+              "(cat rod.yaml; echo 'effects: [{type: joint_damper, joint: rod, damping: 20}]') >damped.yaml; "
+              "$K run damped.yaml --duration 60 --out /dev/null");
+}
+
+/* Only the first record has an energy, so that no change is known. */
+KT_TEST(report_of_one_record_has_no_change_of_energy) {
+    kt_write_file("rod.yaml", pendulum);
+    const kt_ran ran = kt_shell("(cat rod.yaml; echo 'effects: [{type: joint_spring, joint: rod, stiffness: 1e8}]') "
+                                ">stiff.yaml; $K run stiff.yaml --step 0.01 --out o.csv");
+    kt_check_equal_int("code", ran.code, 4);
+    kt_check_contains("energy", ran.err, "J at the start\n");
+    kt_check_equal_int("change", kt_count_of(ran.err, "change at most"), 0);
+}
+
+/* sqrt(position) ends where the rod passes the vertical. The remedy is one for the formula, not for its numbers. */
+KT_TEST(formula_outside_its_domain_has_a_remedy_of_its_own) {
+    kt_write_file("rod.yaml", pendulum);
+    const kt_ran ran = kt_shell("(cat rod.yaml; echo 'effects: [{name: f, type: expression, joint: rod, force: "
+                                "\"sqrt(position.rod)\"}]') >root.yaml; $K run root.yaml --quiet --out o.csv");
+    kt_check_equal_int("code", ran.code, 4);
+    kt_check_contains("fault", ran.err, "effect 'f' (expression) on joint 'rod', t = 0.");
+    kt_check_contains("remedy", ran.err, "is not defined); bound the argument, with max(x, 0) or clamp(x, a, b)");
+    kt_check_contains("steps", ran.err, "(smaller steps did not help)\n");
+    kt_check_equal_int("the engine's own words", kt_count_of(ran.err, "right-hand side"), 0);
+}
