@@ -283,6 +283,29 @@ KT_TEST(picture_of_a_run_shows_what_is_recorded) {
 
 /* Eleven joints: the first eight rest, the ninth turns slowly, the last ones fast, one trembles by rounding. A residual
  * falls to 1e-222. */
+/* `state` is recorded by default, and a column by a formula is recorded since the scene asks for it. A table without
+ * any known quantity is drawn as a whole. */
+KT_TEST(plot_shows_states_and_columns_by_formulas_by_default) {
+    kt_write_file("rc.yaml", "kinetree: 1\n"
+                             "bodies:\n"
+                             "  - {name: rotor, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                             "states: {current: {initial: 1, rate: -current}}\n"
+                             "effects: [{type: expression, joint: rotor, force: 2*current}]\n"
+                             "simulate: {duration: 1}\n"
+                             "output: {columns: {lag: current - velocity.rotor}, record: [position, state]}\n");
+    kt_expect(0, NULL, "$K run rc.yaml --quiet --out rc.csv");
+    kt_expect(0, "picture: rc.svg", "$K plot rc.csv");
+    const char *svg = kt_read_file("rc.svg");
+    kt_check_equal_int("auxiliary states", kt_count_of(svg, ">Auxiliary states<"), 1);
+    kt_check_equal_int("own columns", kt_count_of(svg, ">Values<"), 1);
+    kt_check_equal_int("the column", kt_count_of(svg, ">lag<"), 1);
+    kt_check_equal_int("the time is no value", kt_count_of(svg, ">time<"), 0);
+    kt_write_file("other.csv", "t,a,b.c\n0,1,2\n1,2,4\n2,0,9\n");
+    kt_expect(0, "picture: other.svg", "$K plot other.csv");
+    svg = kt_read_file("other.svg");
+    kt_check_equal_int("a and b.c", kt_count_of(svg, ">a<") + kt_count_of(svg, ">b.c<"), 2);
+}
+
 KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
     char text[8192];
     size_t used = 0;

@@ -18,6 +18,7 @@ const kt_column_kind kt_column_kinds[] = {
     {"effect", " [W]", "Powers of effects", "W", false, false, false},
     {"momentum", ".px|.py|.pz", "Momentum", "kg m/s", false, false, false},
     {"momentum", ".lx|.ly|.lz", "Angular momentum", "kg m\u00b2/s", false, false, false},
+    {"state", NULL, "Auxiliary states", NULL, true, false, false},
     {"energy", NULL, "Energies", "J", true, false, true},
     {"constraint", NULL, "Loops open by", "rad or m, and per second", true, true, true},
     {"bearing", ".fx|.fy|.fz", "Bearings: forces", "N", false, false, false},
@@ -51,6 +52,10 @@ int kt_column_kind_of(const char *name) {
             (kt_column_kinds[k].ends == NULL || kt_column_ends(name, kt_column_kinds[k].ends)))
             return k;
     return KT_COLUMN_KINDS - 1;
+}
+
+bool kt_column_is_own(const char *name) {
+    return kt_column_kind_of(name) == KT_COLUMN_KINDS - 1 && strchr(name, '.') == NULL && strcmp(name, "time") != 0;
 }
 
 bool kt_column_has_own_unit(const char *name) {

@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-enum { KT_COLUMN_KINDS = 22, KT_COLUMN_MARKER = 4 /* places of markers */ };
+enum { KT_COLUMN_KINDS = 23, KT_COLUMN_MARKER = 4 /* places of markers */ };
 
 /* The kind of a column follows from its name: from the part before the first point, and from the ending. `ends` lists
  * the endings, with '|' between them. NULL accepts every ending. On a logarithmic axis, a column that may be a residual
@@ -26,5 +26,8 @@ bool kt_column_ends(const char *name, const char *ends);
 
 /* Returns whether a column is an own column of the scene with a unit. */
 bool kt_column_has_own_unit(const char *name);
+
+/* Returns whether a column is an own column of the scene: `columns` names it without points. The time is none. */
+bool kt_column_is_own(const char *name);
 
 #endif

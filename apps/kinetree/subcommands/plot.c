@@ -52,7 +52,8 @@ const kt_usage kt_usage_plot = {
     .least = 1,
     .most = -1,
     .about = "Draws the records of 'kinetree run' ('-': standard input).\n"
-             "The default is positions, forces of effects, energies and the openings of loops, against time.\n"
+             "The default is positions, auxiliary states, forces of effects, energies, the openings of loops and\n"
+             "columns by formulas, against time.\n"
              "Each quantity shows the columns that vary most, without columns of rounding noise.\n"
              "If a marker is drawn against a marker, both axes have one scale.\n"
              "Several results, and the runs of an HDF5 file, are drawn over each other.\n"

@@ -247,13 +247,15 @@ static bool is_default(const char *name) {
     return kt_column_kinds[kt_column_kind_of(name)].is_default || kt_column_has_own_unit(name);
 }
 
+/* Adds the quantities that are drawn by default, and the own columns of the scene. A table without these quantities,
+ * such as one of another program, is drawn as a whole. */
 static void add_default(kt_chart *chart) {
     bool has_kinds = false;
     for (int i = 0; i < chart->table->columns; i++)
         has_kinds = has_kinds || is_default(chart->table->names[i]);
     for (int i = 0; i < chart->table->columns; i++)
-        if (has_kinds ? is_default(chart->table->names[i])
-                      : chart->table->cells + (size_t)i * chart->table->rows != chart->x)
+        if ((!has_kinds || is_default(chart->table->names[i]) || kt_column_is_own(chart->table->names[i])) &&
+            chart->table->cells + (size_t)i * chart->table->rows != chart->x)
             add_column(chart, i);
     add_panels(chart);
 }
