@@ -60,3 +60,28 @@ KT_TEST(formula_outside_its_domain_has_a_remedy_of_its_own) {
     kt_check_contains("steps", ran.err, "(smaller steps did not help)\n");
     kt_check_equal_int("the engine's own words", kt_count_of(ran.err, "right-hand side"), 0);
 }
+
+/* Gravity along the axis of the only joint. Hanging straight down is an equilibrium, and any spring may hold a scene. */
+KT_TEST(run_in_which_nothing_moves_is_doubted) {
+    static const char words[] = "warning: nothing has moved: the scene starts at rest, and gravity does not accelerate";
+    kt_write_file("rod.yaml", pendulum);
+    kt_expect(0, words, "$K run rod.yaml --set gravity=[0,0,-9.81] --out /dev/null");
+    kt_expect(0, "has neither effects nor gravity. Give the scene gravity",
+              "$K run rod.yaml --set gravity=[0,0,0] --out /dev/null");
+    kt_expect(0, "does not accelerate it; compare gravity with the axes of the joints",
+              "$K check rod.yaml --set gravity=[0,0,-9.81]");
+    kt_expect(0, words, "$K run rod.yaml --set bodies.rod.joint.position=0 --out /dev/null");
+    kt_ran ran = kt_shell("$K run rod.yaml --set gravity=[0,0,0] --set bodies.rod.joint.velocity=1 --out /dev/null");
+    kt_check_equal_int("a rod that turns", kt_count_of(ran.err, "nothing has moved"), 0);
+    ran = kt_shell("(cat rod.yaml; echo 'effects: [{type: joint_spring, joint: rod, stiffness: 1}]') >held.yaml; "
+                   "$K run held.yaml --set bodies.rod.joint.position=0 --out /dev/null");
+    kt_check_equal_int("a spring", kt_count_of(ran.err, "nothing has moved"), 0);
+}
+
+KT_TEST(run_with_gravity_in_millimetres_is_doubted) {
+    kt_write_file("rod.yaml", pendulum);
+    kt_expect(0, "warning: gravity is 9810 m/s^2, a thousand times that of the earth. Give all lengths in metres",
+              "$K run rod.yaml --set gravity=[0,-9810,0] --duration 0.1 --out /dev/null");
+    const kt_ran ran = kt_shell("$K run rod.yaml --duration 0.1 --out /dev/null");
+    kt_check_equal_int("on the earth", kt_count_of(ran.err, "warning"), 0);
+}

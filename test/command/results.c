@@ -279,7 +279,7 @@ KT_TEST(energy_that_is_given_or_taken_is_no_drift) {
                  "simulate: {duration: 0.1}\n%s\n",
                  scenes[i].more);
         kt_write_file("e.yaml", text);
-        snprintf(words, sizeof words, "J, %s at most ", scenes[i].word);
+        snprintf(words, sizeof words, "%s at most ", scenes[i].word);
         kt_check_contains(scenes[i].more, kt_shell("$K run e.yaml --out /dev/null").err, words);
     }
 }

@@ -207,7 +207,7 @@ KT_TEST(check_warns_and_ends_well) {
     kt_expect(0, "Start it 0.2 m further along the plane's normal [0, -1, 0]", "$K check b.yaml");
 
     kt_write_file("a.yaml", "kinetree: 1\ngravity: [0, 0, -9.81]\n"
-                            "bodies: [{name: a, joint: {type: revolute, position: 120}, mass: 1,\n"
+                            "bodies: [{name: a, joint: {type: revolute, position: 120, velocity: 1}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
     kt_expect(
         0,
@@ -222,7 +222,7 @@ KT_TEST(check_warns_and_ends_well) {
                "in radians") == NULL);
     kt_check_text("ok", kt_shell("$K check a.yaml").out, "a.yaml: ok, 1 warning\n");
     kt_write_file("a.yaml", "kinetree: 1\ngravity: [0, 0, -9.81]\n"
-                            "bodies: [{name: a, joint: {type: revolute, position: 720.5 deg}, mass: 1,\n"
+                            "bodies: [{name: a, joint: {type: revolute, position: 720.5 deg, velocity: 1}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");
     kt_expect(0, NULL, "$K check a.yaml");
 
@@ -233,7 +233,7 @@ KT_TEST(check_warns_and_ends_well) {
     kt_write_file("z.yaml", "kinetree: 1\nbodies:\n"
                             "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
                             "loops: [{name: stop, type: weld, between: [a, world]}]\n");
-    kt_expect(0, "z.yaml: warning: nothing can move: the joints have 1 degrees of freedom", "$K check z.yaml");
+    kt_expect(0, "z.yaml: warning: nothing can move: the joints have 1 degree of freedom,", "$K check z.yaml");
     kt_write_file("z.yaml", "kinetree: 1\n");
     kt_expect(0, "z.yaml: warning: nothing can move: there are no bodies; add some under 'bodies'", "$K check z.yaml");
     kt_write_file("z.yaml", "kinetree: 1\nstates: {x: {initial: 1, rate: \"sin(t) - x\"}}\n");

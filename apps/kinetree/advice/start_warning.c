@@ -41,6 +41,14 @@ static void warn_of_until(kt_outcome *outcome) {
                 outcome->scene->until.when);
 }
 
+/* Warns of a gravity that is given in millimetres. `check` doubts others, too. */
+static void warn_of_gravity(kt_outcome *outcome) {
+    const double size = kt_vec3_norm(outcome->scene->description.gravity);
+    const kt_warning warning = kt_warning_of("gravity", size, "m/s^2", "Give all lengths in metres, and 9.81");
+    if (size > 9000.0 && size < 11000.0)
+        kt_warn(&outcome->warnings, &warning, "gravity is %.6g m/s^2, a thousand times that of the earth", size);
+}
+
 /* Lists the items that an import has left out, but no details. They were printed when the scene was read. */
 static void list_notes(kt_outcome *outcome) {
     const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
@@ -57,6 +65,7 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     warn_of_long_step(outcome);
     warn_of_jumps(outcome);
     warn_of_until(outcome);
+    warn_of_gravity(outcome);
     (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);

@@ -82,9 +82,9 @@ static void check_mobility(check *c) {
         warn(c, "nothing can move: all joints are fixed; give a body a joint that moves");
     else
         warn(c,
-             "nothing can move: the joints have %d degrees of freedom, and the loops take all of them (%d independent "
-             "equations); leave a loop out, or choose types with fewer equations",
-             f.tree, f.rank);
+             "nothing can move: the joints have %d degree%s of freedom, and the loops take all of them (%d independent "
+             "equation%s); leave a loop out, or choose types with fewer equations",
+             f.tree, f.tree == 1 ? "" : "s", f.rank, f.rank == 1 ? "" : "s");
 }
 
 /* Warns of joints whose motion is prescribed by two loops. The loops agree in the initial state, but may disagree
@@ -112,6 +112,11 @@ static void check_gravity(check *c) {
     if (size == 0.0 && kt_model_mobility(c->model).minimal > 0 && stays_at_rest(c))
         warn(c, "nothing sets it in motion: it is at rest, there are no effects, and no gravity; was 'gravity: [0, 0, "
                 "-9.81]' forgotten?");
+    else if (kt_model_mobility(c->model).minimal > 0 && stays_at_rest(c))
+        warn(c,
+             "nothing sets it in motion: it is at rest, there are no effects, and gravity [%.6g, %.6g, %.6g] does "
+             "not accelerate it; compare gravity with the axes of the joints, or give it another start",
+             g.x, g.y, g.z);
     else if (size > 9000.0 && size < 11000.0)
         warn(c, "gravity is %.6g m/s^2, a thousand times that of the earth; lengths are in metres here: 9.81", size);
     else if (size > 100.0)

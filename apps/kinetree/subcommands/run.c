@@ -319,6 +319,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         start_interrupt(arguments, &results);
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_interrupt_end();
+        kt_warn_of_rest(outcome);
         kt_warn_of_step(outcome, modes);
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);

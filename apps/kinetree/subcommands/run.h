@@ -210,6 +210,8 @@ const char *kt_energy_not_watched(const kt_outcome *outcome);
 /* Warns if a motion with adaptive steps passed near a singular position and has a large error of the energy. The error
  * is large if it exceeds the usual error of such steps. */
 void kt_warn_of_passages(kt_outcome *outcome);
+/* Warns if the scene was at rest from the start to the end, without effects and drives. */
+void kt_warn_of_rest(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 
