@@ -1,0 +1,47 @@
+/* The value of one event's function, and its first root in a panel of a step (event_root.c). */
+#ifndef KT_SIMULATION_EVENT_ROOT_H
+#define KT_SIMULATION_EVENT_ROOT_H
+
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+
+/* Samples of a panel. The last row of values is that of the beginning of the step. */
+enum { KT_EVENT_SAMPLES = KT_EVENT_VALUES - 1 };
+
+/* Values that the search of a panel takes in any case: of its samples, and of a root. */
+enum { KT_EVENT_ROOT_STEPS = 128, KT_EVENT_AT_LEAST = KT_EVENT_SAMPLES - 1 + KT_EVENT_ROOT_STEPS };
+
+/* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
+KT_INLINE double kt_event_together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
+
+KT_INLINE int kt_sign_of(double value) { return (value > 0.0) - (value < 0.0); }
+
+/* The size that rounding of times in a step is relative to. A step from t = 0 would shrink without end towards a root
+ * there. It is bounded by a rounding of the end of its first try: in a rounding of this time, no state changes. */
+double kt_event_extent_of_times(const kt_simulation *simulation, double t);
+
+/* The width to which a root is enclosed, s. */
+double kt_event_least_width(const kt_simulation *simulation, double t);
+
+/* Whether event k is searched: it is armed, and its limit is not reached. */
+bool kt_event_is_armed(const kt_simulation *simulation, size_t k);
+
+/* Evaluates g of event k, or of all armed events, in the state y. */
+KT_CHECKED kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
+                                       kt_error *error);
+KT_CHECKED kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const double *y, double *values,
+                                           kt_error *error);
+
+/* The error of a caller's function or action, `what`, that returned the code. */
+kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
+                        kt_error *error);
+
+/* Finds the first root of event k in a panel in its direction, and the side behind it. times: those of the samples,
+ * whose values are in simulation->event_value. HUGE_VAL if there is none: then the side of g behind the panel is kept.
+ * */
+KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
+                                        int *side, kt_error *error);
+
+#endif
