@@ -39,7 +39,7 @@ typedef void kt_robot_lost(void *user, const char *what, int count);
  *     body. A massless slider that a coupling moves becomes a fixed tendon. A screw becomes a hinge and a slide. A free
  *     joint on another body becomes three slides and a ball.
  *   - If MuJoCo rejects moments of inertia, they are raised by the smallest sufficient amount. Masses below 1e-15 kg
- *     are raised likewise.
+ *     are raised likewise. In URDF, so are those of fixed bodies with moments of inertia, which MuJoCo leaves out.
  * The callback `lost` (may be NULL) is called for all omissions and changes. If the description cannot be written,
  * nothing is written.
  * Errors: KT_ERROR_MODEL if the description is wrong; in URDF also for a screw or a spherical joint. KT_ERROR_FILE,

@@ -4,6 +4,7 @@
 #include "base/require.h"
 #include "model/joint_name.h"
 
+#include <float.h>
 #include <locale.h>
 #include <stdio.h>
 #include <string.h>
@@ -194,6 +195,10 @@ static bool report_moments(kt_export *x) {
         kt_export_lose(x, text);
     for (int i = 0; i < x->lightened; i++)
         kt_export_lose(x, "bodies that move without mass, with some 1e-15 kg, since MuJoCo rejects them");
+    for (int i = 0; i < x->weighted; i++)
+        kt_export_lose(x,
+                       "fixed bodies with moments of inertia and without mass, with some 1e-14 kg, since MuJoCo leaves "
+                       "them out");
     return true;
 }
 
@@ -211,6 +216,8 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
         !kt_export_find_meshes(x, is_urdf ? NULL : ".stl .obj .msh"))
         return out_of_memory(error);
     x->least = is_urdf ? 1.5e-14 : 1.5e-15;
+    x->least_fixed = is_urdf ? x->least : 0.0;
+    x->spare = is_urdf ? 32.0 * DBL_EPSILON : 0.0;
     for (int i = 0; i < x->d->effect_count; i++)
         take_effect(x, &x->d->effects[i], format);
     for (int i = 0; i < x->d->loop_count; i++)

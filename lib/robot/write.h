@@ -94,9 +94,12 @@ typedef struct kt_export {
     kt_loop const **tendons; /* couplings of several joints, or of one */
     int tendon_count;
     const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
-    int raised, lightened;   /* bodies whose moments were raised, and those that got a mass */
+    int raised, lightened;   /* bodies whose moments were raised, and those that got a mass since they move */
+    int weighted;            /* bodies without a joint that got a mass since they have moments */
     double most_raised;      /* kg m^2 */
     double least;            /* the smallest mass and moment that the format's readers accept */
+    double least_fixed;      /* the smallest mass of a body without a joint that readers do not leave out */
+    double spare; /* by how much of itself the largest moment is below the sum of the others, if it is turned */
     struct {
         const char *what;
         int count;

@@ -6,7 +6,13 @@
  *
  * Here a moment below the least becomes the least, and a and b grow by (c - a - b) / 2 each. This is the smallest
  * change that is shared equally. It concerns axes that a mechanism in a plane does not turn about. Such moments are
- * written about principal axes, since a matrix would round them. */
+ * written about principal axes, since a matrix would round them.
+ *
+ * MuJoCo turns the moments of URDF into the frame of the body and finds the principal ones again. Their errors are some
+ * eps c. If the axes are not those of the body, a + b becomes (1 + spare) c, with a spare of 32 eps.
+ *
+ * MuJoCo merges the links of URDF that are fixed to each other, and leaves out those without mass, even if they have
+ * moments. These get the least mass. */
 #include "algebra/principal.h"
 #include "robot/write.h"
 
@@ -25,14 +31,14 @@ static void sort_last(double *m[3]) {
 }
 
 /* Raises moments, and returns the largest change. */
-static double raise_moments(double moment[3], double least) {
+static double raise_moments(double moment[3], double least, double spare) {
     double *m[3] = {&moment[0], &moment[1], &moment[2]};
     const double before[3] = {moment[0], moment[1], moment[2]};
     double most = 0.0;
     for (int i = 0; i < 3; i++)
         moment[i] = fmax(moment[i], least);
     sort_last(m);
-    const double missing = *m[2] - (*m[0] + *m[1]);
+    const double missing = (1.0 + spare) * *m[2] - (*m[0] + *m[1]);
     if (missing > 0.0) {
         *m[0] += 0.5 * missing;
         *m[1] += 0.5 * missing;
@@ -66,13 +72,16 @@ kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool
         m.moment[k] = kt_vec3_dot(columns[k], kt_sym3_apply(s, columns[k]));
     m.is_plain = m.is_plain || is_safe(m.moment, x->least);
     const double size = fmax(fmax(m.moment[0], m.moment[1]), m.moment[2]);
-    const double raised = raise_moments(m.moment, moves ? x->least : 0.0);
+    const double spare = m.is_plain ? 0.0 : x->spare, raised = raise_moments(m.moment, moves ? x->least : 0.0, spare);
     if (m.is_plain && is_diagonal(s))
         m.full = kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
     if (moves && m.mass < x->least) {
         m.mass = x->least;
         x->lightened++;
-    } else if (raised > 1e-15 * size) {
+    } else if (m.mass < x->least_fixed) {
+        m.mass = x->least_fixed;
+        x->weighted++;
+    } else if (raised > (1e-15 + spare) * size) {
         x->raised++;
         x->most_raised = fmax(x->most_raised, raised);
     }

@@ -1,20 +1,23 @@
-/* Exports, read by today's MuJoCo (mujoco_wasm.mjs; KT_MUJOCO_WASM names its folder), against the mechanism that was
- * written. Other tests read an export back; here nothing reads it but MuJoCo.
+/* Exports, read by today's MuJoCo (mujoco_wasm.mjs; KT_MUJOCO_WASM names its
+ * folder), against the mechanism that was written. Other tests read an export
+ * back; here nothing reads it but MuJoCo.
  *
- * Let y be our velocities, except those of lengths that an export drops. With v = A y for ours and w = B y for theirs,
- * mass matrices and bias forces satisfy
+ * Let y be our velocities, except those of lengths that an export drops. With v
+ * = A y for ours and w = B y for theirs, mass matrices and bias forces satisfy
  *
  *     A' M A = B' N B,    A' f = B' g.
  *
- * A free joint counts from the world in theirs: P is our joint frame, turned as URDF turns a mechanism whose gravity is
- * not along -z. Then p = P q for positions, and B has the rotation of P.
+ * A free joint counts from the world in theirs: P is our joint frame, turned as
+ * URDF turns a mechanism whose gravity is not along -z. Then p = P q for
+ * positions, and B has the rotation of P.
  *
- * KT_ROBOT_FILES names robots, separated by blanks, which are imported and exported. Without it those of the tests'
- * data are taken. */
+ * KT_ROBOT_FILES names robots, separated by blanks, which are imported and
+ * exported. Without it those of the tests' data are taken. */
 #include "../scene_files.h"
 #include "answer.h"
 #include "check.h"
 #include "match.h"
+#include "random.h"
 
 #include "kinetree/export.h"
 #include "kinetree/import.h"
@@ -27,7 +30,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { STATES = 5, FILES = 800, LINE = 600 };
+enum { STATES = 5, FILES = 800, LINE = 600, PLATES = 40 };
 
 /* An export: of which scene, in which format, and what its writer reported. */
 typedef struct exported {
@@ -51,7 +54,9 @@ typedef struct findings {
     kt_worst mass, bias;
 } findings;
 
-/* ---- writing ----------------------------------------------------------------------------------------------------- */
+/* ---- writing
+ * -----------------------------------------------------------------------------------------------------
+ */
 
 static void hear_of_change(void *user, const char *what, int count) {
     exported *e = user;
@@ -62,7 +67,8 @@ static void hear_of_change(void *user, const char *what, int count) {
         kt_note("%s: %d %s", e->path, count, what);
 }
 
-/* Returns whether it is written. URDF lacks some joints, for which there is a reason. */
+/* Returns whether it is written. URDF lacks some joints, for which there is a
+ * reason. */
 static bool write_export(exported *e, const char *folder) {
     kt_error error = {0};
     FILE *file = fopen(e->path, "w");
@@ -81,7 +87,9 @@ static bool write_export(exported *e, const char *folder) {
     return false;
 }
 
-/* ---- our model --------------------------------------------------------------------------------------------------- */
+/* ---- our model
+ * ---------------------------------------------------------------------------------------------------
+ */
 
 /* Whether URDF turns the mechanism, so that its gravity is along -z. */
 static bool is_turned(const exported *e) {
@@ -89,7 +97,8 @@ static bool is_turned(const exported *e) {
     return e->format == KT_ROBOT_URDF && (g.x != 0.0 || g.y != 0.0 || g.z > 0.0);
 }
 
-/* Compiles the tree. Parts that only loops move need the loops. URDF has no armature, and one size of gravity. */
+/* Compiles the tree. Parts that only loops move need the loops. URDF has no
+ * armature, and one size of gravity. */
 static kt_status compile(pair *p, kt_error *error) {
     kt_description d = p->file->scene.description;
     kt_body *bodies = calloc((size_t)d.body_count + 1, sizeof *bodies);
@@ -144,7 +153,9 @@ static void release(pair *p) {
     release_answer(&p->theirs);
 }
 
-/* ---- coordinates ------------------------------------------------------------------------------------------------- */
+/* ---- coordinates
+ * -------------------------------------------------------------------------------------------------
+ */
 
 /* Their joint NAME, or NAME with an ending; NULL: there is none. */
 static const answer_joint *find_joint(const pair *p, const char *name, const char *ending) {
@@ -165,7 +176,8 @@ static const answer_joint *find_part(const pair *p, const char *name, int k) {
     return found == NULL && k < 3 ? find_joint(p, name, of_urdf[k]) : found;
 }
 
-/* Our coordinates c + first + k are theirs along the columns of a rotation, from a point: v = R' w. */
+/* Our coordinates c + first + k are theirs along the columns of a rotation,
+ * from a point: v = R' w. */
 static void map_vector(pair *p, kt_coordinates c, int first, const answer_joint *const theirs[3], int count,
                        kt_mat3 rotation, kt_vec3 from) {
     const kt_vec3 columns[3] = {rotation.x, rotation.y, rotation.z};
@@ -204,7 +216,8 @@ static kt_pose frame_in_theirs(const pair *p, const kt_body *body) {
     return kt_pose_compose(turn, own);
 }
 
-/* MuJoCo's frame of a planar joint: the shortest turn from z to the axis, by which it takes x and y. */
+/* MuJoCo's frame of a planar joint: the shortest turn from z to the axis, by
+ * which it takes x and y. */
 static kt_mat3 planar_frame(kt_vec3 axis) {
     const kt_vec3 u = kt_vec3_normalize(axis), z = kt_vec3_make(0.0, 0.0, 1.0), w = kt_vec3_cross(z, u);
     const double sine = kt_vec3_norm(w), angle = atan2(sine, u.z);
@@ -233,7 +246,8 @@ static bool map_free(pair *p, const kt_body *body, kt_coordinates c, const answe
     return true;
 }
 
-/* The row of A of a length that an export drops: c_n n = offset - sum c_i q_i. */
+/* The row of A of a length that an export drops: c_n n = offset - sum c_i q_i.
+ */
 static bool map_length(pair *p, const kt_body *body, kt_coordinates c) {
     const kt_description *d = &p->file->scene.description;
     const int nv = kt_model_nv(p->model);
@@ -313,7 +327,9 @@ static bool map_all(pair *p) {
     return true;
 }
 
-/* ---- comparing --------------------------------------------------------------------------------------------------- */
+/* ---- comparing
+ * ---------------------------------------------------------------------------------------------------
+ */
 
 /* T' M T for T with `columns` columns, and T' f. */
 static void reduce(const double *t, const double *m, const double *f, int rows, int columns, double *mass,
@@ -499,6 +515,95 @@ KT_TEST(exports_of_bundled_scenes_have_the_masses_of_the_scenes_in_mujoco) {
         kt_check_above("turned upright", n.turned, 0);
     }
     free_exports(exports, n.written);
+    (void)rmdir(folder);
+}
+
+/* Compares both exports of a robot in URDF that is given as a text. */
+static void compare_text(const char *text, int expected) {
+    char folder[] = "/tmp/kinetree-exports-XXXXXX", path[LINE];
+    counts n = {0};
+    if (getenv("KT_MUJOCO_WASM") == NULL) {
+        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+        return;
+    }
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(path, sizeof path, "%s/robot.urdf", folder);
+    FILE *to = fopen(path, "w");
+    if (to != NULL && fputs(text, to) >= 0 && fclose(to) == 0)
+        n.written = add_exports(exports, 0, path, folder, read_robot);
+    if (compare_files(exports, n.written, &n)) {
+        kt_check_equal_int("exports", n.written, expected);
+        kt_check_equal_int("exports that are compared", n.compared, expected);
+    }
+    free_exports(exports, n.written);
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
+/* A link with moments and without mass that is fixed to another: MuJoCo merges
+ * both. */
+KT_TEST(exports_keep_the_inertia_of_links_without_mass) {
+    static const char text[] = "<robot name='r'><link name='b'/><link name='a'><inertial><mass "
+                               "value='1'/><inertia ixx='.1' iyy='.1' izz='.1' "
+                               "ixy='0' ixz='0' iyz='0'/></inertial></link><link "
+                               "name='c'><inertial><mass value='0'/><inertia ixx='.2' "
+                               "iyy='.2' izz='.3' ixy='0' ixz='0' iyz='0'/></inertial></link><joint "
+                               "name='j' type='continuous'><parent "
+                               "link='b'/><child link='a'/><axis xyz='0 0 1'/></joint><joint name='k' "
+                               "type='fixed'><parent link='a'/><child "
+                               "link='c'/></joint></robot>";
+    compare_text(text, 2);
+}
+
+/* Plates have a + b = c. MuJoCo turns the matrices of URDF, and its rounding
+ * must not make a + b < c. */
+static bool write_plates(const char *path, kt_random *random) {
+    FILE *to = fopen(path, "w");
+    if (to == NULL)
+        return kt_check_true("a file is opened", false);
+    fputs("<robot name='plates'><link name='b0'/>", to);
+    for (int i = 1; i <= PLATES; i++) {
+        const double a = kt_random_uniform(random, 1e-3, 1.0), b = kt_random_uniform(random, 1e-3, 1.0);
+        fprintf(to,
+                "<link name='b%d'><inertial><origin rpy='%.17g %.17g %.17g'/><mass "
+                "value='1'/>",
+                i, kt_random_uniform(random, -3.0, 3.0), kt_random_uniform(random, -1.5, 1.5),
+                kt_random_uniform(random, -3.0, 3.0));
+        fprintf(to,
+                "<inertia ixx='%.17g' iyy='%.17g' izz='%.17g' ixy='0' ixz='0' "
+                "iyz='0'/></inertial></link>",
+                a, b, a + b);
+        fprintf(to,
+                "<joint name='j%d' type='continuous'><parent link='b%d'/><child "
+                "link='b%d'/><origin xyz='%.17g 0 .1'/>"
+                "<axis xyz='0 1 0'/></joint>",
+                i, (i - 1) / 3, i, kt_random_uniform(random, -1.0, 1.0));
+    }
+    fputs("</robot>\n", to);
+    return fclose(to) == 0;
+}
+
+KT_TEST(exports_of_plates_at_odd_angles_are_read_by_mujoco) {
+    char folder[] = "/tmp/kinetree-exports-XXXXXX", path[LINE];
+    kt_random random = kt_random_of_test();
+    counts n = {0};
+    if (getenv("KT_MUJOCO_WASM") == NULL) {
+        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+        return;
+    }
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(path, sizeof path, "%s/plates.urdf", folder);
+    for (int i = 0; i < 4 && write_plates(path, &random); i++)
+        n.written = add_exports(exports, n.written, path, folder, read_robot);
+    if (compare_files(exports, n.written, &n)) {
+        kt_check_equal_int("exports", n.written, 8);
+        kt_check_equal_int("exports that MuJoCo reads", n.read, n.written);
+        kt_check_equal_int("exports that are compared", n.compared, n.written);
+    }
+    free_exports(exports, n.written);
+    (void)remove(path);
     (void)rmdir(folder);
 }
 
