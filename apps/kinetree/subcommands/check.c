@@ -292,9 +292,12 @@ static int reject_scene(const check *c, kt_status status, const kt_error *error)
     return kt_exit_code(status);
 }
 
-/* Evaluates the accelerations of the initial state; a failure is reported as an error of the scene. */
+/* Evaluates the accelerations of the initial state; a failure is reported as an error of the scene. Accelerations that
+ * cannot be computed are NaN. */
 static int check_accelerations(check *c) {
     kt_error error = {0};
+    for (int i = 0; i < kt_model_nv(c->model); i++)
+        c->a[i] = (double)NAN;
     const kt_status status = kt_acceleration_evaluate(c->model, c->data, 0.0, c->q, c->v, NULL, NULL, c->a, &error);
     if (status == KT_OK || status == KT_ERROR_UNSUPPORTED) /* a contact touches: check_simulation closes it */
         return KT_EXIT_DONE;
