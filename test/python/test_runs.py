@@ -176,7 +176,7 @@ def test_a_notebook_shows_the_progress_bar(scenes, monkeypatch, capsys):
     said = capsys.readouterr().err
     print("       bars:", said.count("%"))
     assert len(run) == 21 and said.count("%") >= 2 and "\r" in said
-    with pytest.raises(kt.SceneError, match="did you mean"):
+    with pytest.raises(kt.ArgumentError, match="did you mean '--duration'"):
         scene.run(durration=1)
 
 

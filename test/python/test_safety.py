@@ -2,6 +2,7 @@
 import gc
 import os
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -66,6 +67,19 @@ def test_wrong_shapes_name_the_argument():
     with pytest.raises(kt.SceneError, match="did you mean 'crank'"):
         kt.Scene("kinetree: 1\nbodies:\n  - {name: crank, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
                  "  - {name: b, parent: crnak, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n")
+
+
+def test_errors_have_the_names_that_programs_use():
+    """A traceback has kinetree.SceneError, and the name of no module inside the package."""
+    for kind in (kt.Error, kt.ArgumentError, kt.FileError, kt.ModelError, kt.ConstraintError, kt.StepError, kt.SceneError, kt.Busy, kt.KinetreeWarning):
+        assert kind.__module__ == "kinetree" and getattr(kt, kind.__name__) is kind
+    error = pickle.loads(pickle.dumps(kt.SceneError(2, "a.yaml:1:1", "wrong")))
+    assert type(error) is kt.SceneError and error.where == "a.yaml:1:1"
+
+
+def test_counts_agree_with_their_nouns():
+    one = kt.mechanism([kt.Body("rod", joint=kt.revolute("y"), mass=1, shape=kt.rod(to=[1, 0, 0]))])
+    assert repr(one) == "<kinetree.Scene 'scene': 1 body, 0 loops>" and "1 body, nq 1" in repr(one.model)
 
 
 def test_a_second_thread_is_rejected_and_two_data_are_not(scenes):

@@ -73,6 +73,9 @@ class Busy(RuntimeError):
     """Another thread uses the object at this moment. Give each thread its own data."""
 
 
+for _name in __all__:  # a traceback shows the name that a program uses, kinetree.SceneError
+    globals()[_name].__module__ = "kinetree"
+
 _KINDS = {
     lib.KT_ERROR_ARGUMENT: ArgumentError,
     lib.KT_ERROR_MODEL: ModelError,
@@ -98,6 +101,11 @@ def check(status: int, error: Any) -> None:
 
 def text(pointer: Any) -> str:
     return "" if pointer == ffi.NULL else str(ffi.string(pointer).decode("utf8", "replace"))
+
+
+def count(number: int, one: str, more: str) -> str:
+    """``1 body``, ``2 bodies``."""
+    return f"{number} {one if number == 1 else more}"
 
 
 def name_of(word: Any, what: str) -> bytes:

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
     Completed = subprocess.CompletedProcess[str]
 
-from ._core import ConstraintError, Error, Json, SceneError, StepError
+from ._core import ArgumentError, ConstraintError, Error, Json, SceneError, StepError
 
-_KINDS = {1: SceneError, 2: SceneError, 3: ConstraintError, 4: StepError}
+_KINDS = {1: ArgumentError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
 
 def path() -> str:

@@ -320,7 +320,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})
         size = lib.kt_step_work_size(self._m, found)
         if size == 0:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' is no function of a state; take an explicit Runge-Kutta method")
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' depends on earlier steps; use rk4 or another one-step method")
         return taken, step, self._workspace("step " + method, size)
 
     # ---- constraints ------------------------------------------------------------------------------------------------

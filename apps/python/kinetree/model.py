@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Memory, Numbers, Vector, check, doubles, fail, ffi, lib, name_of, output, pointer, text)
+from ._core import (ArgumentError, Fixed, Memory, Numbers, Vector, check, count, doubles, fail, ffi, lib, name_of, output, pointer, text)
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -255,7 +255,7 @@ class Model(Fixed):
         return self._pointer
 
     def __repr__(self) -> str:
-        return f"<kinetree.Model '{self.name}': {self.body_count - 1} bodies, nq {self.nq}, nv {self.nv}>"
+        return f"<kinetree.Model '{self.name}': {count(self.body_count - 1, 'body', 'bodies')}, nq {self.nq}, nv {self.nv}>"
 
 
 def _compiled(scene: Any, values: Optional[Dict[str, Vector]] = None) -> Model:

@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, Json, KinetreeWarning, check, ffi, fail, finite, lib, text
+from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, ffi, fail, finite, lib, text
 from .callbacks import Force
 from .model import Model
 from .records import Run, Table, read_csv
@@ -470,7 +470,8 @@ class Scene:
         return f'<iframe srcdoc="{page}" width="100%" height="480" style="border:0"></iframe>'
 
     def __repr__(self) -> str:
-        return f"<kinetree.Scene '{self.name}': {self._scene.description.body_count} bodies, {self._scene.description.loop_count} loops>"
+        return (f"<kinetree.Scene '{self.name}': {count(self._scene.description.body_count, 'body', 'bodies')}, "
+                f"{count(self._scene.description.loop_count, 'loop', 'loops')}>")
 
 
 class Picture(str):
