@@ -368,8 +368,8 @@ static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
             char where[KT_WHERE_SIZE];
             (void)snprintf(where, sizeof where, "loop '%s'", l->model->text + loop->name);
             return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                                "it is driven: at t = %g s it moves the mechanism, so that there is no rest; take a "
-                                "time without this motion, or a constant",
+                                "it drives the mechanism at t = %g s, so there is no equilibrium; use a time without "
+                                "this motion, or a constant",
                                 l->t);
         }
     }
@@ -404,8 +404,8 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
-                        gone ? "no equilibrium: this joint accelerates without bound, and nothing holds it (still "
-                               "accelerating by %.3g %s after %d steps)"
+                        gone ? "there is no equilibrium: this joint accelerates without bound, by %.3g %s after %d "
+                               "steps; add a force that holds it, such as a spring"
                              : "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; try "
                                "another start",
                         acceleration, unit, steps);

@@ -195,8 +195,8 @@ static kt_status reject_singular(const kt_linearization *l, size_t g, kt_error *
     (void)snprintf(where, sizeof where, "loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]),
                    group.loop_count > 1 ? " and those that share its links" : "", l->t);
     return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "a singular position: equations depend on each other for an instant, the mechanism can go on "
-                        "in more than one way, and there is no linearisation; take a neighbouring position");
+                        "in this singular position the equations of the loops depend on each other, and the mechanism "
+                        "can move on in more than one way, so there is no linearisation; use a neighbouring position");
 }
 
 /* Checks that all constraint groups have their usual ranks here. */

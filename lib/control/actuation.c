@@ -92,7 +92,7 @@ static kt_status check_weights(kt_coordinate_list list, const double *weights, k
     for (int i = 0; i < list.count && weights; i++)
         if (!(weights[i] > 0.0) || !isfinite(weights[i]))
             return kt_error_set(error, KT_ERROR_ARGUMENT, "weights",
-                                "weight %d is %g: weights are positive numbers, the larger the less force", i,
+                                "weight %d is %g; give a positive number (a larger weight means less force)", i,
                                 weights[i]);
     return KT_OK;
 }

@@ -58,8 +58,8 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
                       "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
     if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                            "%g (relative) is below the rounding of numbers, which no step can undercut; take %.2g or "
-                            "more, or 0 for the absolute one alone",
+                            "the relative tolerance %g is below the rounding of numbers; give %.2g or more, or 0 to "
+                            "use the absolute tolerance alone",
                             o->relative_tolerance, KT_TOLERANCE_LEAST);
     for (size_t i = 0; o->absolute_tolerances != NULL && i < n; i++)
         if (!kt_is_not_negative(o->absolute_tolerances[i]) ||
@@ -77,9 +77,10 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
     if (!kt_method_is_adaptive(method)) {
         char names[256];
         (void)kt_method_names(true, names, sizeof names);
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                            "method '%s' has no error estimate: give a step, or take one that has (%s)",
-                            method->name == NULL ? "" : method->name, names);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "options",
+            "method '%s' has no error estimate; give a step, or use a method with an error estimate (%s)",
+            method->name == NULL ? "" : method->name, names);
     }
     if (!kt_is_not_negative(o->initial_step) || !kt_is_not_negative(o->min_step) || !kt_is_not_negative(o->max_step))
         return reject(error, "options",
@@ -126,7 +127,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     const size_t needed = kt_integrator_size_with(method, n, options);
     if (needed == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
-                            "%zu equations: give one or more that fit into memory", n);
+                            "there are %zu equations; give one or more, as many as fit into memory", n);
     if (!kt_is_not_negative(options->step))
         return reject(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n || options->positions > n)
@@ -315,7 +316,7 @@ kt_status kt_integrator_interpolate(kt_integrator *it, double t, double *y_out, 
 
     kt_try r;
     if (it->family->interpolate(it, t, y_out, &r) != KT_TRY_PASSED)
-        return kt_try_report(it, &r, "the step itself was accepted; ask at its end only", error);
+        return kt_try_report(it, &r, "the step was accepted; request the state at its end only", error);
     return KT_OK;
 }
 

@@ -588,9 +588,9 @@ kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error 
     const kt_newton_work *w = kt_newton_of(it);
     if (w->damped)
         return kt_error_set(error, KT_ERROR_STEP, where,
-                            "Newton's iteration did not converge, nor does any part of a correction bring the solution "
-                            "nearer, with a Jacobian at every iteration: after %d of at most %d iterations a "
-                            "correction is %.3g of the state's size; take a smaller step",
+                            "Newton's iteration did not converge, although the Jacobian was new at every iteration. "
+                            "After %d of at most %d iterations, a correction has %.3g of the state's size, and no part "
+                            "of it reduces the residual; take a smaller step",
                             w->iterations, KT_NEWTON_ITERATIONS_FIXED, 4.0 * DBL_EPSILON * w->last_size);
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "Newton's iteration did not converge: after %d of at most %d iterations a correction was %.3g "

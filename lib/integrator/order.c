@@ -83,7 +83,7 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
         estimates = m->e[i] != 0.0;
     if (!estimates)
         return kt_table_reject(
-            m, error, "all error weights are 0: leave e and embedded_order out, or give b minus the embedded weights");
+            m, error, "all error weights are 0; leave out e and embedded_order, or give b minus the embedded weights");
     if (!m->fsal)
         return KT_OK;
     bool same = m->c[s - 1] == 1.0 && (is_implicit(m) || m->b[s - 1] == 0.0);

@@ -36,8 +36,8 @@ static kt_status reject_rate(const kt_model *model, size_t i, double t, double r
     kt_formulas_explain(model, &model->state[i], values, fault, sizeof fault);
     (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
-                        "its rate is %g%s; look for a division by zero, or a function of a number that is huge there",
-                        rate, fault);
+                        "its rate is %g%s; look for a division by zero, or for a function of a huge number", rate,
+                        fault);
 }
 
 static kt_status reject_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {

@@ -167,15 +167,14 @@ static bool check_section(kt_reader *r, const kt_scope *scope, kt_node *node, co
     if (b->plane && (stretches || b->GJ.count > 0))
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
-            "EI is one number, and the beam then bends in its plane alone: leave EA, GA and GJ out, or write "
-            "EI: [y, z]");
+            "EI is one number, so the beam bends in its plane alone; leave out EA, GA and GJ, or write EI: [y, z]");
     if (!b->plane && b->GJ.count == 0)
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
-            "EI: [y, z] bends in space, which takes GJ as well; for bending in a plane write EI: one number");
+            "EI: [y, z] is for bending in space, which also needs GJ; for bending in a plane, give one number for EI");
     if (stretches && (b->EA.count == 0 || b->GA[0].count == 0))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                           "EA and GA go together: a beam that keeps its length has neither of them");
+                           "EA and GA belong together; give both, or neither for a beam of constant length");
     if (!b->plane && !stretches && b->polar < 0.0)
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
@@ -196,10 +195,10 @@ static bool check_beam(kt_reader *r, const kt_scope *scope, kt_node *node, kt_be
     }
     if (b->to == NULL && b->end[1] != KT_BEAM_FREE)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "ends"),
-                           "the second end is attached, but to what? 'to: END' is missing; or make it free");
+                           "the second end is attached, but 'to: END' is missing; add it, or make the end free");
     if (b->to != NULL && b->end[1] == KT_BEAM_FREE)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "ends"),
-                           "the second end is free, and 'to' has no meaning: leave one of them out");
+                           "the second end is free, so 'to' has no meaning; leave out one of them");
     return check_section(r, scope, node, b);
 }
 

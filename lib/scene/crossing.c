@@ -152,8 +152,8 @@ static int find_equality(const char *text, kt_operator code) {
 static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
     const int at = find_equality(text, code);
     kt_phrase_add(to,
-                  "%s is 1 or 0, which is no change of sign, so that this never happens; write the difference of both "
-                  "sides, which changes its sign where they are equal",
+                  "%s is 1 or 0 and never changes its sign, so the event never happens; write the difference of both "
+                  "sides, which is zero when they are equal",
                   kt_name_quote(text).text);
     if (at < 0)
         return;
@@ -173,7 +173,7 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_betwe
     const kt_name_text quoted = kt_name_quote(text);
     if (variable_count == 0) {
         kt_phrase_add(to,
-                      "%s has no variable and never changes, so that this never happens; compare t, position.JOINT, "
+                      "%s has no variable and never changes, so the event never happens; compare t, position.JOINT, "
                       "velocity.JOINT or a marker with a number",
                       quoted.text);
     } else if (last == KT_OPERATOR_EQUAL || last == KT_OPERATOR_NOT_EQUAL) {
@@ -184,15 +184,13 @@ static void describe(kt_phrase *to, const char *text, kt_operator last, kt_betwe
                       "compare with a value that the left side passes",
                       quoted.text);
     } else if (range.lo == range.hi) {
-        kt_phrase_add(to,
-                      "%s is always %.9g and never changes, so that this never happens; compare a value that changes "
-                      "with a number",
+        kt_phrase_add(to, "%s is always %.9g, so the event never happens; compare a value that changes with a number",
                       quoted.text, range.lo);
     } else {
         const bool is_above = range.lo >= -rounding;
         kt_phrase_add(to,
-                      "%s is never %s zero, and only a change of sign is an event, so that this never happens; compare "
-                      "it with the value that it has to pass, as in \"%.80s %s\"",
+                      "%s is never %s zero, and only a change of sign is an event, so the event never happens; compare "
+                      "it with a value that it passes, as in \"%.80s %s\"",
                       quoted.text, is_above ? "below" : "above", text, is_above ? "> 0.5" : "< -0.5");
     }
 }

@@ -397,7 +397,7 @@ static void check_direction(kt_reader *r, const kt_scope *scope, kt_node *node, 
         return;
     if (given != NULL && event->direction != KT_DIRECTION_RISING)
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, given,
-                          "'when' is a comparison, and the event is that it comes to hold; leave 'direction' out, or "
+                          "'when' is a comparison, and the event is that it becomes true; leave out 'direction', or "
                           "write a difference in 'when'");
     event->direction = KT_DIRECTION_RISING;
 }

@@ -95,11 +95,10 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
     if (named < 0)
         return parse_node(r, scope, node, &symbols);
     kt_node spot = kt_spot_of(node, named);
-    (void)kt_fault_at(
-        r, KT_ERROR_SCENE, scope, &spot,
-        "'%.*s' is a formula of `expressions`, which may change while a scene runs, and this is a number; "
-        "compute it from parameters",
-        (int)strcspn(node->of.text + named, " +-*/^(),.=<>!"), node->of.text + named);
+    (void)kt_fault_at(r, KT_ERROR_SCENE, scope, &spot,
+                      "'%.*s' is a formula of `expressions`, which may change during a run, but a number is expected "
+                      "here; compute the number from parameters",
+                      (int)strcspn(node->of.text + named, " +-*/^(),.=<>!"), node->of.text + named);
     node->faulty = true;
     return NULL;
 }
@@ -207,8 +206,8 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
     const kt_expression *expression = parse_text(r, written->text, symbols, &at, &error);
     if (expression == NULL && is_of_time && at >= 0 && names_motion(written->text + at))
         (void)kt_error_set(&error, KT_ERROR_SCENE, "",
-                           "this is a function of time, and no position or velocity is; for a force that depends on "
-                           "the motion, take an effect of the type 'expression'");
+                           "a function of time cannot use positions or velocities; for a force that depends on the "
+                           "motion, use an effect of the type 'expression'");
     if (expression == NULL && !r->out_of_memory && !follows_from_names(r, written->text, &error))
         (void)kt_written_fault(r, scope, written, at, error.message);
     return expression;

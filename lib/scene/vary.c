@@ -238,10 +238,9 @@ static void tell_where(const kt_reader *r, const char *path, const kt_node *node
 /* Reports a value that an event cannot change although it depends on a parameter that the event sets. */
 static void reject_assignment(kt_reader *r, kt_node *node) {
     (void)kt_fault_at(r, KT_ERROR_SCENE, NULL, node,
-                      "an event sets a parameter of %s, which is no number that can change while a scene runs; those "
-                      "are masses, centres, inertias and armatures of bodies, gravity, numbers and constant functions "
-                      "of effects and loops, and formulas of forces, rates, events and columns; give this a parameter "
-                      "of its own",
+                      "an event sets a parameter of %s, which cannot change during a run. These numbers can: masses, "
+                      "centres, inertias and armatures of bodies, gravity, numbers and constant functions of effects "
+                      "and loops, and formulas of forces, rates, events and columns. Use another parameter here",
                       node->kind == KT_NODE_TEXT ? kt_name_quote(node->of.text).text : "this");
 }
 

@@ -36,11 +36,10 @@ kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_dat
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameter",
                             "there is no derivative with respect to the place of a loop; take differences of two runs");
     if (!kt_parameter_stands(model, parameter))
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "parameter",
-            "the function of time under %s is neither constant nor set by kt_parameter_set, and has not "
-            "the numbers of a parameter; set it in a copy of the model, and take the derivative of that",
-            kt_name_quote(parameter->key->name).text);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "the function of time of %s is neither constant nor set with kt_parameter_set, so it has "
+                            "no numbers; set it in a copy of the model, and differentiate that copy",
+                            kt_name_quote(parameter->key->name).text);
     *w = (kt_parameter_work){
         .parameter = parameter, .data = data, .n = model->n.v, .p = model->n.row, .count = (size_t)parameter->count};
     (void)place_arrays(w, memory, model, w->n, w->p);

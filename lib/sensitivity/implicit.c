@@ -322,8 +322,8 @@ static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
 
 static kt_status diverged(const kt_step_work *w, double size, kt_error *error) {
     return kt_error_set(error, KT_ERROR_STEP, "step",
-                        "the stages of '%s' could not be solved over h = %g s: no part of a correction of %.3g of the "
-                        "state's size brings them nearer; take a smaller step",
+                        "the stages of '%s' could not be solved over h = %g s: no part of a correction reduces the "
+                        "residual, and the correction has %.3g of the state's size; take a smaller step",
                         w->step->method->name, w->step->h, 4.0 * DBL_EPSILON * size);
 }
 

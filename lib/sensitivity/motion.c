@@ -122,13 +122,13 @@ size_t kt_motion_work_size(const kt_simulation *simulation) {
 static kt_status check(const kt_simulation *simulation, kt_error *error) {
     if (simulation->transformation != NULL || simulation->acceleration != NULL || simulation->projection != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
-                            "the simulation takes equations or a projection that are the caller's, or another "
-                            "formulation, whose derivatives are not known; take the engine's own");
+                            "the simulation uses equations or a projection of the caller, or another formulation, "
+                            "whose derivatives are unknown; use those of the engine");
 #if KT_HAS_SWITCHES
     if (simulation->model->variants != NULL && simulation->model->variants->switches.masked != 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
-                            "derivatives of a motion are not known for more than %d contacts and switches; take "
-                            "differences, or leave contacts out that are never met",
+                            "derivatives of a motion are limited to %d contacts and switches; use differences, or "
+                            "leave out contacts that never close",
                             KT_SWITCH_MAX);
 #endif
     if (kt_motion_work_size(simulation) == 0)
@@ -229,8 +229,8 @@ static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
                           error);
         if (k >= contacts && !simulation->event[k].repeatable)
             return reject(m, k, KT_ERROR_UNSUPPORTED,
-                          "its action would be called on neighbouring states, too; if it does nothing but jump and "
-                          "switch, say so (kt_event.repeatable)",
+                          "its action would also be called in neighbouring states; if it only jumps and switches, set "
+                          "kt_event.repeatable",
                           error);
         *event = k;
     }

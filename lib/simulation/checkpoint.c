@@ -256,8 +256,8 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
         memcpy(&here, &bits[1], sizeof here);
         if (bits[0] != bits[1])
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                                "it was made with %s %.9g, and this simulation has %.9g; kt_simulation_set_state "
-                                "takes over a time and a state alone, and lays steps and records anew from there",
+                                "it was made with %s %.9g, and this simulation has %.9g; kt_simulation_set_state takes "
+                                "over the time and the state alone, and begins new steps and records there",
                                 settings[i].words, there, here);
     }
     return KT_OK;
@@ -283,11 +283,10 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
             "%llu bytes; here: %llu",
             (unsigned long long)head->size, (unsigned long long)own.size);
     if (head->model != own.model)
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "checkpoint",
-            "it is of another model, with as many coordinates but other names or types, or other formulas, or of "
-            "another version of the library, which is %s here",
-            kt_version());
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                            "it belongs to another model (with the same number of coordinates, but other names, types "
+                            "or formulas), or to another version of the library; this version is %s",
+                            kt_version());
 #if KT_HAS_EVENTS
     if (head->events != own.events)
         return kt_error_set(

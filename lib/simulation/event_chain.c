@@ -25,8 +25,8 @@ static kt_status reject_chain(const kt_simulation *simulation, size_t k, double 
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
     return kt_error_set(
         error, KT_ERROR_STEP, where,
-        "events follow each other without end: this is one of the %llu instants at which any has happened, and the one "
-        "before was %.3g s ago; %s",
+        "events follow each other without end: there were %llu instants with events, and the last two are %.3g s "
+        "apart; %s",
         (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
         k < kt_simulation_contact_events(simulation)
             ? "give its contact a larger rest_velocity, from which it rests; let no prescribed motion close a gap"

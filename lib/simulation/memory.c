@@ -120,8 +120,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 #endif
     if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
-                            "there is no method '%s'; kt_method_at lists those that there are",
-                            settings->run.integrator);
+                            "there is no method '%s'; kt_method_at lists the methods", settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
     if (status == KT_OK)
         status = check_options(&settings->options, error);
@@ -141,7 +140,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
-                            "%s has no error estimate and cannot choose its steps: give it a step",
+                            "%s has no error estimate and cannot choose its steps; give it a step",
                             settings->method->name);
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
     if (KT_HAS_QUASI_STATICS && (settings->record & KT_RECORD_ACCELERATIONS) != 0)

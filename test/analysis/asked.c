@@ -229,7 +229,7 @@ KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
         linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
         const double before = l.q[1];
         check_words("driven", kt_equilibrium_find(linearization, NULL, 0.0, l.q, NULL, NULL, &e), &e,
-                    KT_ERROR_CONSTRAINT, "it is driven: at t = 0 s");
+                    KT_ERROR_CONSTRAINT, "it drives the mechanism at t = 0 s");
         kt_check_text("where", e.where, "loop 'drive'");
         kt_check_equal_bits("the position is untouched", &l.q[1], &before, 1);
     }

@@ -130,7 +130,7 @@ KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
                           "--integrators dop853 --tolerances 1e-9 --budget 5");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("said", ran.out, "chaotic: a small error grows by a factor of e every ");
-    kt_check_contains("said", ran.out, "of the 200 s asked for, the study looks at the first ");
+    kt_check_contains("said", ran.out, "of 200 s, the study compares the first ");
 }
 
 /* rk4 is stable up to steps of 2.785 / 1000 for
@@ -187,15 +187,16 @@ KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_rejected) {
              "%sevents: [{name: half, when: t - 1, then: record}, {name: third, when: t - 1.5, then: record}]\n",
              pendulum);
     kt_write_file("events.yaml", text);
-    kt_expect(0, "accuracy: event 'half' and others are left out: this is the motion without",
+    kt_expect(0,
+              "accuracy: event 'half' and others are left out, so the results are those of the motion without events",
               "$K accuracy events.yaml %s", quick);
     kt_expect(0, "stability: event 'half' and others are left out", "$K stability events.yaml");
     kt_expect(0, "modes: --period: event 'half' and others are left out", "$K modes events.yaml --period 2.1");
     snprintf(text, sizeof text,
              "%seffects: [{name: stop, type: joint_limit, joint: bob, upper: 1.5, restitution: 0.5}]\n", pendulum);
     kt_write_file("stop.yaml", text);
-    kt_expect(2, "accuracy: 'stop.upper': methods are not compared where there are hard stops",
-              "$K accuracy stop.yaml %s", quick);
+    kt_expect(2, "accuracy: 'stop.upper': a study does not compare methods for hard stops", "$K accuracy stop.yaml %s",
+              quick);
 }
 
 KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {

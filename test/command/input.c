@@ -118,7 +118,7 @@ KT_TEST(inertias_that_no_body_has_are_named_as_what_they_are) {
     char text[400];
     (void)snprintf(text, sizeof text, scene, "1, 1, 1200");
     kt_write_file("i.yaml", text);
-    kt_expect(0, "that is no rounding: check units", "$K run i.yaml --out i.csv");
+    kt_expect(0, "this is more than rounding; check the units", "$K run i.yaml --out i.csv");
     (void)snprintf(text, sizeof text, scene, "1, 1, 2.001");
     kt_write_file("i.yaml", text);
     kt_expect(0, "give inertias with more digits", "$K run i.yaml --out i.csv");

@@ -166,8 +166,8 @@ KT_TEST(checkpoints_are_rejected_where_numbers_follow_otherwise) {
         {"4*k,", "5*k,", "watch or do something else"},
         {"k/500", "k/400", "watch or do something else"},
         {"direction: falling", "direction: rising", "watch or do something else"},
-        {"pull + 0*twice", "pull - 0*twice", "or other formulas"},
-        {"pull + 0*twice", "twice + 0*pull", "or other formulas"},
+        {"pull + 0*twice", "pull - 0*twice", "types or formulas"},
+        {"pull + 0*twice", "twice + 0*pull", "types or formulas"},
     };
     running a, b;
     char other[2000];
@@ -384,17 +384,17 @@ KT_TEST(what_cannot_change_is_rejected_at_its_place) {
         const char *line, *set, *place, *words;
     } wrong[] = {
         {"bodies: [{name: a, joint: {type: revolute, at: [=k, 0, 0]}, mass: 1, inertia: [1, 1, 1]}]", "k: 2", "x:3:49",
-         "no number that can change"},
+         "which cannot change during a run"},
         {"bodies: [{name: a, joint: {type: revolute, position: =2*k}, mass: 1, inertia: [1, 1, 1]}]", "k: 2", "x:3:54",
-         "no number that can change"},
+         "which cannot change during a run"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: 1, shape: {type: sphere, radius: =k}}]", "k: 2", "x:3:84",
-         "no number that can change"},
+         "which cannot change during a run"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
          "effects: [{type: motor, joint: a, torque: \"k*t\"}]",
-         "k: 2", "x:4:43", "no number that can change"},
+         "k: 2", "x:4:43", "which cannot change during a run"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
          "effects: [{type: joint_limit, joint: a, lower: =-k, restitution: 0.5}]",
-         "k: 2", "x:4:48", "no number that can change"},
+         "k: 2", "x:4:48", "which cannot change during a run"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "b: 2", "x:4:46",
          "no parameter, state or velocity 'b'"},
         {"bodies: [{name: a, joint: {type: revolute}, mass: =k, inertia: [1, 1, 1]}]", "k: velocty.a", "x:4:49",

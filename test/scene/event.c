@@ -255,7 +255,7 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         {"events: {name: a}", "x:4:9", "a list of events"},
         {"simulate: {until: \"position.arm <\"}", "x:4:34", "missing before the end"},
         {"events: [{name: a, when: \"position.arm == 0.5\", then: stop}]", "x:4:26", ": \"position.arm - (0.5)\""},
-        {"simulate: {until: \"position.arm != 0\"}", "x:4:19", "where they are equal: \"position.arm\""},
+        {"simulate: {until: \"position.arm != 0\"}", "x:4:19", "when they are equal: \"position.arm\""},
         {"simulate: {until: \"2 > 1\"}", "x:4:19", "has no variable"},
         {"simulate: {until: \"cos(t) > 1\"}", "x:4:19", "never change places"},
         {"simulate: {until: \"abs(position.arm)\"}", "x:4:19", "\"abs(position.arm) > 0.5\""},

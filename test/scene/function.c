@@ -64,7 +64,7 @@ KT_TEST(faults_of_formulas_are_located) {
         {"\"2 N/m\"", "an operator is missing before 'N'", 4},
         {"2 Nm", "found '2 Nm'", 1},
         {"tilt*t", "expected a number, found the angle 'tilt*t'", 1},
-        {"\"-2*velocity.a\"", "take an effect of the type 'expression'", 5},
+        {"\"-2*velocity.a\"", "use an effect of the type 'expression'", 5},
         {"{product: [1, 2 t*t]}", "an operator is missing before 't'", 17},
         {"{sum: []}", "expected a list of functions of time", 7},
         {"{bump: {height: 1, start: 2, end: 1}}", "bump starts at 2 and ends at 1; it must end later", 1},

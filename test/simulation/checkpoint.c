@@ -238,7 +238,7 @@ KT_TEST(checkpoint_of_other_settings_is_rejected_in_words) {
     run.step = 2.5e-3;
     check_rejected(model, &fixed, &plain, &run, &plain,
                    "made with a step of 0.001, and this simulation has 0.0025; "
-                   "kt_simulation_set_state takes over a time and a state alone");
+                   "kt_simulation_set_state takes over the time and the state alone");
     run = fixed;
     run.duration = 4.0;
     check_rejected(model, &fixed, &plain, &run, &plain, "a duration of 3, and this simulation has 4");
@@ -281,7 +281,7 @@ KT_TEST(checkpoint_knows_the_structure_of_its_model) {
     kt_simulation_save(a, block);
     (void)kt_fine("another mass", kt_simulation_restore(b, block, &error), &error);
     kt_check_equal_int("another name", kt_simulation_restore(c, block, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("words", error.message, "with as many coordinates but other names or types");
+    kt_check_contains("words", error.message, "with the same number of coordinates, but other names, types");
     free(block);
     kt_simulation_free(a);
     kt_simulation_free(b);
@@ -333,7 +333,7 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
         memcpy(block, before, size);
         block[NUMBERS + 8 * k] = (char)(block[NUMBERS + 8 * k] + 1);
         kt_check_equal_int("a number", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
-        kt_check_contains("message", error.message, "it is of another model");
+        kt_check_contains("message", error.message, "another model");
     }
     int found = 0;
     const double nan = (double)NAN;

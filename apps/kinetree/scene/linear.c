@@ -82,12 +82,11 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
     if (status != KT_OK)
         return status;
     if (motion->equilibrium.followed)
-        kt_say(
-            "Newton's method found no equilibrium from the initial position; the motion from rest there, followed by "
-            "long implicit steps, comes to rest in this one: it may not be the nearest");
+        kt_say("Newton's method found no equilibrium from the initial position. This equilibrium is where a motion "
+               "from rest ends, computed with long implicit steps; it may not be the nearest one");
     if (motion->equilibrium.starts > 1)
-        kt_say("from the initial position no equilibrium was found; start %d, elsewhere, led to this one: it may not "
-               "be the nearest",
+        kt_say("no equilibrium was found from the initial position. Start %d, at another position, led to this one; it "
+               "may not be the nearest one",
                motion->equilibrium.starts);
     memset(motion->v, 0, (size_t)kt_model_nv(motion->model) * sizeof *motion->v);
     motion->settled = true;

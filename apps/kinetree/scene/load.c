@@ -59,8 +59,8 @@ int kt_reject_contacts(const char *command, const kt_model *model) {
     const int count = count_contacts(model, &first);
     if (count == 0)
         return -1;
-    kt_say("%s: '%s'%s: methods are not compared where there are hard stops, contacts, slack ropes or friction that "
-           "sticks; compare 'kinetree run' at several tolerances, or take elastic ones (stiffness)",
+    kt_say("%s: '%s'%s: a study does not compare methods for hard stops, contacts, slack ropes or friction that "
+           "sticks; compare runs at several tolerances, or make them elastic (stiffness)",
            command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
     return KT_EXIT_SCENE;
 }
@@ -68,8 +68,9 @@ int kt_reject_contacts(const char *command, const kt_model *model) {
 void kt_say_left_out(const char *command, const kt_scene *scene) {
     const int count = kt_scene_event_room(scene) - scene->fmu_count;
     if (count > 0)
-        kt_say("%s: event '%s'%s left out: this is the motion without; 'kinetree run' watches events", command,
-               kt_show(scene->event_count > scene->fmu_count ? scene->events[0].name : scene->until.name).text,
+        kt_say("%s: event '%s'%s left out, so the results are those of the motion without events; 'kinetree run' "
+               "watches events",
+               command, kt_show(scene->event_count > scene->fmu_count ? scene->events[0].name : scene->until.name).text,
                count > 1 ? " and others are" : " is");
 }
 

@@ -300,8 +300,8 @@ int kt_start_say_inertias(const kt_scene *scene) {
                "sum of the others by %.2g %%; %s",
                how, count, count == 1 ? "" : "s", d->bodies[worst].name, 100.0 * most,
                most <= 0.01 ? "give inertias with more digits"
-                            : "that is no rounding: check units, order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), and that they "
-                              "are about the com");
+                            : "this is more than rounding; check the units, the order (Ixx, Iyy, Izz, Ixy, Ixz, Iyz), "
+                              "and that they are about the centre of mass");
     return count;
 }
 

@@ -37,19 +37,17 @@ static void print_horizon(const kt_accuracy_results *results) {
     }
     switch (results->cut) {
     case KT_ACCURACY_GROWTH:
-        printf("  chaotic: a small error grows by a factor of e every %.3g s, by %.2g in %.4g s; after that an error "
-               "means\n"
-               "  nothing any more: of the %g s asked for, the study looks at the first %.4g s\n",
+        printf("  chaotic: a small error grows by a factor of e every %.3g s, by %.2g in %.4g s; after that, an error "
+               "has\n  no meaning: of %g s, the study compares the first %.4g s\n",
                1.0 / results->growth, results->amplification, results->duration, results->asked, results->duration);
         break;
     case KT_ACCURACY_DISAGREEMENT:
-        printf("  after %.4g s the reference and its check disagree: the motion is not known there; of the %g s asked "
-               "for,\n"
-               "  the study looks at the first %.4g s\n",
+        printf("  after %.4g s the reference and its check disagree, so the motion is unknown: of %g s,\n  the study "
+               "compares the first %.4g s\n",
                results->duration, results->asked, results->duration);
         break;
     default:
-        printf("  the reference took too long: of the %g s asked for, the study looks at the first %.4g s (--budget)\n",
+        printf("  the reference took too long: of %g s, the study compares the first %.4g s (--budget)\n",
                results->asked, results->duration);
         break;
     }

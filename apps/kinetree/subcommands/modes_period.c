@@ -65,9 +65,8 @@ int kt_modes_print_period(const kt_small_motion *motion, double period, long ste
         kt_say_error(&error);
     } else {
         if (!(kt_floquet_gap(floquet) <= KT_GAP_TOLD))
-            kt_say("after %.9g s the motion is %.2g (rad or m) from where it was: it has another period, or begins off "
-                   "its "
-                   "periodic motion, and these multipliers are those of one stretch of it",
+            kt_say("after %.9g s the motion is %.2g (rad or m) from its start: the period is another one, or the start "
+                   "is not on the periodic motion. These multipliers describe this part of the motion only",
                    period, kt_floquet_gap(floquet));
         code = json ? kt_json_write(describe(motion, floquet, period), "-") : print_table(motion, floquet, period);
     }

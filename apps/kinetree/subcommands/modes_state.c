@@ -51,10 +51,10 @@ static const char *name_state(const kt_small_motion *motion, const kt_linear_sys
 
 static void warn(const kt_linear_system *system, const char *state) {
     if (state[0] == 'm')
-        kt_say("the initial state is in a motion that changes: these modes hold for an instant only, not for longer "
-               "motions (--at equilibrium takes the position of rest)");
+        kt_say("the initial state is part of a motion that changes, so these modes describe an instant only; --at "
+               "equilibrium linearises about the position of rest");
     if (state[0] == 'i')
-        kt_say("the initial position is no equilibrium: the mechanism leaves it, and these modes hold for an instant");
+        kt_say("the initial position is not an equilibrium, so these modes describe an instant only");
     if (system->near_singular)
         kt_say(
             "loops are near a singular position, where the number of degrees of freedom changes: expect large errors");

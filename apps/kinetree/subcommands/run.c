@@ -62,12 +62,12 @@ static void start_interrupt(const kt_run_arguments *arguments, const kt_results 
     if (arguments->resume != NULL)
         advise_resume(arguments->resume);
     else if (arguments->checkpoint != NULL)
-        kt_interrupt_advise("There was no checkpoint yet, so that the run cannot be continued. The first one is due "
-                            "after %g s; --checkpoint-interval sets that time",
+        kt_interrupt_advise("The run cannot be continued, since there was no checkpoint yet. The first one is written "
+                            "after %g s (--checkpoint-interval)",
                             arguments->checkpoint_interval);
     else
-        kt_interrupt_advise("The run cannot be continued, since it wrote no checkpoint. With --checkpoint FILE the "
-                            "next one can be, by --resume FILE");
+        kt_interrupt_advise("The run cannot be continued, since it wrote no checkpoint. --checkpoint FILE writes "
+                            "checkpoints, and --resume FILE continues from them");
 }
 
 /* Runs to the end or to the first failure, which is printed. */
