@@ -2,6 +2,7 @@
 #include "shell.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -143,6 +144,30 @@ KT_TEST(modes_draws_shapes) {
     kt_check_text("picture", ran.out, "PNG");
     kt_expect(1, "a picture's name ends in .svg, .png or .pdf", "$K modes cart.yaml --plot s.jpg");
     kt_expect(4, "cannot be written", "$K modes cart.yaml --plot /nowhere/s.svg");
+}
+
+/* An arm that droops by 0.1 rad at rest. Two of its modes lift the middle of its first link above the pivot. Each panel
+ * has a grey triangle from the pivot to the ground: all of them point to one side. */
+KT_TEST(mounts_of_all_modes_are_on_one_side) {
+    kt_write_file("arm.yaml",
+                  "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                  "  - {name: a, joint: {type: revolute, axis: y}, mass: 3, shape: {type: rod, to: [0.5, 0, 0]}}\n"
+                  "  - {name: b, parent: a, joint: {type: revolute, axis: y, at: [0.5, 0, 0]}, mass: 2,\n"
+                  "     shape: {type: rod, to: [0.4, 0, 0]}}\n"
+                  "effects:\n"
+                  "  - {type: joint_spring, joint: a, stiffness: 200, damping: 20}\n"
+                  "  - {type: joint_spring, joint: b, stiffness: 200, rest: -0.8, damping: 20}\n");
+    kt_expect(0, NULL, "$K modes arm.yaml --plot arm.svg >/dev/null");
+    static const char head[] = "fill:#e0e0e0;stroke-linejoin:round;stroke:#6b6b6b;\" d=\"M ";
+    int above = 0, below = 0;
+    for (const char *at = strstr(kt_read_file("arm.svg"), head); at != NULL; at = strstr(at + 1, head)) {
+        double y[2] = {0.0, 0.0};
+        kt_check_equal_int("numbers", sscanf(at + sizeof head - 1, "%*f %lf L %*f %lf", &y[0], &y[1]), 2);
+        above += y[1] < y[0];
+        below += y[1] > y[0];
+    }
+    kt_check_equal_int("above", above, 3);
+    kt_check_equal_int("below", below, 0);
 }
 #endif
 

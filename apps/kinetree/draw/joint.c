@@ -60,15 +60,18 @@ static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
 }
 
-/* Whether the middle of a rigid part is lower on the page than a spot. In a moving drawing, the mean over all states
- * decides, so that mounts stay as they are. */
+/* Whether the middle of a rigid part is lower on the page than a spot. The state of rest decides if there is one, and in
+ * a moving drawing the mean over all states, so that mounts stay as they are. */
 static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
     const kt_drawing *d = sheet->drawing;
     const kt_picture *p = d->picture;
     double sum = 0.0;
     int count = 0;
-    for (int state = 0; state < (d->is_moving ? d->state_count : 1); state++) {
-        const kt_pose *poses = d->is_moving ? d->poses + (ptrdiff_t)state * p->body_count : sheet->poses;
+    const bool is_mean = d->is_moving && d->rest == NULL;
+    for (int state = 0; state < (is_mean ? d->state_count : 1); state++) {
+        const kt_pose *poses = is_mean           ? d->poses + (ptrdiff_t)state * p->body_count
+                               : d->rest != NULL ? d->rest
+                                                 : sheet->poses;
         for (int i = 0; i < p->solid_count; i++)
             if (p->part[p->solids[i].body] == part) {
                 const kt_pose pose = kt_pose_compose(poses[p->solids[i].body], p->solids[i].pose);
