@@ -60,8 +60,8 @@ static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
 }
 
-/* Whether the middle of a rigid part is lower on the page than a spot. The state of rest decides if there is one, and in
- * a moving drawing the mean over all states, so that mounts stay as they are. */
+/* Whether the middle of a rigid part is lower on the page than a spot. The state of rest decides if there is one. In a
+ * moving drawing, the mean over all states decides, so that mounts stay as they are. */
 static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
     const kt_drawing *d = sheet->drawing;
     const kt_picture *p = d->picture;
