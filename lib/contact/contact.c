@@ -7,6 +7,9 @@
 
 #include <stdio.h>
 
+/* So many contacts always have room in matrices, and so many if no contact has friction. */
+enum { ROOM = 32, ROOM_WITHOUT_FRICTION = 3 * ROOM };
+
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
 static bool is_watched(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE || loop->friction > 0; }
@@ -18,6 +21,17 @@ size_t kt_contacts_of(const kt_model *model) {
     return count;
 }
 
+static size_t least_of(size_t a, size_t b) { return a < b ? a : b; }
+
+/* How many items have room in matrices, so that memory grows with the number of contacts and not with its square. As
+ * many normal rows as degrees of freedom can be independent; dry friction takes part always, and one more contact may
+ * be about to close (linear/cone_members.c). */
+static size_t room_for(const kt_contact_sizes *s, size_t dry) {
+    const bool is_smooth = s->list == s->n && s->items <= ROOM_WITHOUT_FRICTION;
+    const size_t needed = s->nv + dry + 1;
+    return is_smooth ? s->items : least_of(s->items, needed > ROOM ? needed : ROOM);
+}
+
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
     size_t sides = 0, rubs = 0;
@@ -25,15 +39,19 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
         sides += model->loop[i].side != KT_SIDE_NONE;
         rubs += model->loop[i].rubs > 0;
     }
+    const size_t dry = n - sides - rubs;
     s.list = n + rubs;
-    s.lemke = 2 * n - sides - 2 * rubs;
+    s.items = n - rubs;
+    s.most = room_for(&s, dry);
+    s.whole = least_of(s.list, 3 * s.most);
+    s.lemke = s.most + least_of(dry, s.most);
     s.matrices = (s.lemke * s.lemke + kt_lemke_count(s.lemke)) * sizeof(double);
-    if (rubs > 0) {
-        const size_t matrices = kt_coulomb_matrices_size(n - rubs, s.list);
+    if (rubs > 0 || s.items > s.most) {
+        const size_t matrices = kt_coulomb_matrices_size(s.list, s.most);
         s.matrices = matrices > s.matrices ? matrices : s.matrices;
-        s.problem = kt_coulomb_size(n - rubs, s.list);
-        s.solution = kt_coulomb_solution_size(n - rubs, s.list);
-        s.solver = kt_coulomb_solver_size(n - rubs, s.list);
+        s.problem = kt_coulomb_size(s.items, s.list);
+        s.solution = kt_coulomb_solution_size(s.items, s.list);
+        s.solver = kt_coulomb_solver_size(s.items, s.list, s.most);
     }
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
         const kt_model *one = kt_variants_model(model->variants, k);
@@ -43,6 +61,8 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     }
     return s;
 }
+
+size_t kt_contacts_room(const kt_model *model) { return sizes_of(model, kt_contacts_of(model)).most; }
 
 size_t kt_contacts_size(const kt_model *model, size_t n) {
     const kt_contact_sizes s = n > 0 ? sizes_of(model, n) : (kt_contact_sizes){.n = 0};
@@ -96,16 +116,18 @@ static kt_status reject_massless(const kt_simulation *simulation, const struct k
 }
 
 static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
-    const size_t phase = kt_impact_phase_size(s->n, s->list), items = 2 * s->n - s->list;
+    const size_t phase = kt_impact_phase_size(s->n, s->list);
     c->compression = kt_impact_phase_init(s->n, s->list, c->phase_memory);
     c->phase = kt_impact_phase_init(s->n, s->list, c->phase_memory + phase);
     c->M = (double *)(void *)c->matrices;
     c->lemke = c->M + s->lemke * s->lemke;
+    c->most = (int)s->most;
+    c->whole = (int)s->whole;
     if (s->problem == 0)
         return;
-    c->problem = kt_coulomb_init(items, s->list, c->problem_memory, c->matrices);
-    c->solution = kt_coulomb_solution_init(items, s->list, c->solution_memory);
-    c->solver = kt_coulomb_solver_init(items, s->list, c->solver_memory, c->matrices);
+    c->problem = kt_coulomb_init(s->items, s->list, s->most, c->problem_memory, c->matrices);
+    c->solution = kt_coulomb_solution_init(s->items, s->list, c->solution_memory);
+    c->solver = kt_coulomb_solver_init(s->items, s->list, s->most, c->solver_memory, c->matrices);
 }
 
 kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {

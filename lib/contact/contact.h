@@ -45,7 +45,8 @@ typedef struct kt_contact {
     X(int, component, s->list, "of these, which of its rows")                                                          \
     X(double, response, s->list * s->nv, "M^-1 J', a column each")                                                     \
     X(double, gap, s->n, "of all contacts")                                                                            \
-    X(double, W, s->list * s->list, "J M^-1 J' of the rows that touch")                                                \
+    X(double, J, s->list > s->whole ? s->list * s->nv : 0, "the rows of J, if W is not stored")                        \
+    X(double, W, kt_contacts_count_of_W(s), "J M^-1 J' of the rows that touch")                                        \
     X(double, u, s->list, "their rates")                                                                               \
     X(double, w, s->list, "their accelerations under the reactions; of contacts alone")                                \
     X(double, L, s->list *(s->nv + 1), "scratch: Cholesky factor of independent rows, at most nv, and of a row")       \
@@ -69,9 +70,16 @@ typedef struct kt_contact {
 typedef struct kt_contact_sizes {
     size_t n, nq, nv, rows, data, inverse;
     size_t list, lemke;               /* rows that may touch; unknowns of a linear complementarity problem */
-    size_t problem, solution, solver; /* bytes; 0: no contact has friction */
+    size_t items, most;               /* contacts and dry friction; of these, how many have room in matrices */
+    size_t whole;                     /* W is stored if at most so many rows touch */
+    size_t problem, solution, solver; /* bytes; 0: no contact has friction, and all have room */
     size_t matrices;                  /* bytes */
 } kt_contact_sizes;
+
+/* If too many rows touch, only the diagonal of W is stored. */
+static inline size_t kt_contacts_count_of_W(const kt_contact_sizes *s) {
+    return s->whole * s->whole > s->list ? s->whole * s->whole : s->list;
+}
 
 /* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
  * rows. */
@@ -99,10 +107,11 @@ struct kt_contacts {
     double speed, change;  /* at an event: roots of v'M v and a'M a */
     uint64_t set;          /* of the values, like `at` */
     size_t inverse_size;   /* bytes of inverse_memory */
+    int most, whole;       /* items that have room in matrices; W is stored if at most `whole` rows touch */
     const kt_model *all;   /* the model of the equations, in which all contacts are closed */
     kt_data *data;         /* data of `all` */
     kt_impact_phase *compression, *phase;
-    kt_coulomb *problem; /* NULL, like the next two: no contact has friction */
+    kt_coulomb *problem; /* NULL, like the next two: no contact has friction, and all have room */
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
     double *M, *lemke;    /* in `matrices`: of a linear complementarity problem, and of its solver */
@@ -116,6 +125,12 @@ struct kt_contacts {
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
+
+/* Whether a problem of all that touch is one of Coulomb's friction: of contacts with friction, or of more contacts than
+ * Lemke's tableau has room for. */
+static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
+    return c->touching > c->resting || c->resting > c->most;
+}
 
 static inline double kt_contacts_dot(size_t n, const double *x, const double *y) {
     double sum = 0.0;
@@ -156,6 +171,21 @@ const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
 double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
 /* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */
 void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
+/* J_k x. */
+double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
+/* W_ik from the rows of J and M^-1 J'. It has the bits of a stored one. */
+double kt_contacts_product(const struct kt_contacts *c, int i, int k);
+/* Copies the rows of J for this. */
+void kt_contacts_keep_rows(const struct kt_contacts *c);
+
+/* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */
+static inline bool kt_contacts_are_stored(const struct kt_contacts *c) { return c->touching <= c->whole; }
+static inline double kt_contacts_between(const struct kt_contacts *c, const double *W, int i, int k) {
+    return kt_contacts_are_stored(c) ? W[i * c->touching + k] : kt_contacts_product(c, i, k);
+}
+static inline double kt_contacts_own(const struct kt_contacts *c, const double *W, int k) {
+    return W[kt_contacts_are_stored(c) ? k * c->touching + k : k];
+}
 /* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude that their rounding is relative to.
  * It is at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The
  * sum of the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
@@ -271,6 +301,9 @@ void kt_contacts_renew_model(kt_simulation *simulation);
 
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);
+
+/* How many contacts and dry friction of joints have room in matrices. */
+size_t kt_contacts_room(const kt_model *model);
 
 /* Bytes of the memory for n contacts of a model, for all its sets. */
 size_t kt_contacts_size(const kt_model *model, size_t n);

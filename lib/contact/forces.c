@@ -47,7 +47,7 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
     /* At rest, the model has friction that slips forwards. */
     for (int i = 0; i < r->n; i++)
         for (int k = r->sides; k < r->n; k++)
-            c->free[i] += W[c->active[i] * c->touching + c->active[k]] * c->slip[k];
+            c->free[i] += kt_contacts_between(c, W, c->active[i], c->active[k]) * c->slip[k];
 }
 
 /* Solves w = W lambda + free with lambda = z1 - S, and the rows of z2 for friction. */
@@ -58,7 +58,7 @@ static bool solve_reactions(struct kt_contacts *c, const double *W, const reacti
     for (int i = 0; i < r->n; i++) {
         q[i] = c->free[i];
         for (int k = 0; k < r->n; k++) {
-            M[i * rows + k] = W[c->active[i] * c->touching + c->active[k]];
+            M[i * rows + k] = kt_contacts_between(c, W, c->active[i], c->active[k]);
             q[i] -= M[i * rows + k] * c->limit[k];
         }
     }
@@ -74,7 +74,7 @@ static bool solve_reactions(struct kt_contacts *c, const double *W, const reacti
 static double find_acceleration(const struct kt_contacts *c, const double *W, const reactions *r, int i, double *size) {
     double w = kt_contact_acceleration(c, W, i, size);
     for (int k = 0; k < r->n; k++)
-        w += W[i * c->touching + c->active[k]] * (c->z[k] - c->limit[k] + c->slip[k]);
+        w += kt_contacts_between(c, W, i, c->active[k]) * (c->z[k] - c->limit[k] + c->slip[k]);
     return w;
 }
 
@@ -88,7 +88,7 @@ static bool find_penetrating(kt_simulation *simulation, const double *W, const r
     for (int i = 0; i < c->meeting; i++) {
         double size;
         const double w = find_acceleration(c, W, r, i, &size);
-        size = fmax(size, W[i * c->touching + i] * simulation->event_memory[c->list[i]].size);
+        size = fmax(size, kt_contacts_own(c, W, i) * simulation->event_memory[c->list[i]].size);
         kt_contact *contact = &c->item[c->list[i]];
         if (!(w < -penetrates * size) || !contact->leaves)
             continue;
@@ -173,18 +173,18 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const
                                       kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
-    const bool rubs = c->touching > c->resting; /* a contact with friction touches */
-    return rubs ? solve_forces_with_friction(simulation, t, W, u, lost, error)
-                : solve_forces(simulation, t, y, W, u, error);
+    return kt_contacts_have_cones(c) ? solve_forces_with_friction(simulation, t, W, u, lost, error)
+                                     : solve_forces(simulation, t, y, W, u, error);
 }
+
 /* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L gets
  * row n of their Cholesky factor, except its last number. */
 static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
     const int m = c->touching;
-    double *L = c->L + (ptrdiff_t)n * m, left = W[i * m + i];
+    double *L = c->L + (ptrdiff_t)n * m, left = kt_contacts_own(c, W, i);
     for (int j = 0; j < n; j++) {
         const double *other = c->L + (ptrdiff_t)j * m;
-        double sum = W[i * m + c->independent[j]];
+        double sum = kt_contacts_between(c, W, i, c->independent[j]);
         for (int k = 0; k < j; k++)
             sum -= L[k] * other[k];
         L[j] = sum / other[j];
@@ -194,7 +194,7 @@ static double orthogonalise_row(const struct kt_contacts *c, const double *W, in
 }
 
 static bool is_independent(const struct kt_contacts *c, const double *W, int i, double left) {
-    return left > kt_contact_rounding * W[i * c->touching + i];
+    return left > kt_contact_rounding * kt_contacts_own(c, W, i);
 }
 
 /* Adds row i to the n independent rows, unless it depends on them. Returns their number. */

@@ -21,11 +21,15 @@ static const double holding = 1e3;
 /* The approach of a contact that is wedged, relative to its slip. */
 static const double small = 1e-9;
 
+static double entry_of_W(const void *user, int line, int column) { return kt_contacts_product(user, line, column); }
+
 /* Begins a problem of rows of the list. */
 static kt_coulomb *begin(struct kt_contacts *c, const double *W) {
     kt_coulomb *p = c->problem;
     p->n = p->rows = 0;
-    p->W = W;
+    p->W = kt_contacts_are_stored(c) ? W : NULL;
+    p->entry = entry_of_W;
+    p->user = c;
     p->stride = c->touching;
     p->size = 0.0;
     return p;
@@ -181,7 +185,7 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
             c->v[i] += c->solution->p[j] * c->response[(size_t)p->line[j] * simulation->size.nv + i];
     for (int i = 0; i < c->touching; i++)
         for (int j = 0; j < p->rows; j++)
-            u[i] += W[i * c->touching + p->line[j]] * c->solution->p[j];
+            u[i] += kt_contacts_between(c, W, i, p->line[j]) * c->solution->p[j];
     *lost += energy;
     simulation->memory.contacts.jammed++;
     return true;

@@ -62,7 +62,7 @@ static bool solve_frictionless(kt_simulation *simulation, const double *response
     for (int i = 0; i < m; i++) {
         q[i] = phase->u[i] - phase->bound[i];
         for (int k = 0; k < m; k++) {
-            W[i * m + k] = response[i * c->touching + k];
+            W[i * m + k] = kt_contacts_between(c, response, i, k);
             q[i] += phase->least[k] > 0.0 ? W[i * m + k] * phase->least[k] : 0.0;
         }
     }
@@ -83,7 +83,7 @@ static bool solve_frictionless(kt_simulation *simulation, const double *response
 }
 
 static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
-    const bool rough = simulation->contacts->touching > simulation->contacts->resting;
+    const bool rough = kt_contacts_have_cones(simulation->contacts);
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
@@ -115,7 +115,7 @@ static bool begin(kt_simulation *simulation, const double *W, const double *u, b
         return false;
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
-        const double rate = loop->poisson ? W[i * c->touching + i] * compression->p[i] : -u[i];
+        const double rate = loop->poisson ? kt_contacts_own(c, W, i) * compression->p[i] : -u[i];
         e[i] = rate > loop->rest_velocity ? loop->restitution : 0.0;
         if (limits && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
             e[i] = 0.0;

@@ -124,7 +124,7 @@ kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *op
     for (int i = 0; status == KT_OK && i < c->meeting; i++) {
         const bool turns = kt_loop_measure_of(c->all, c->item[c->list[i]].loop, 0) == KT_MEASURE_ANGLE;
         const double unit = turns ? 1.0 : length;
-        if (!(u[i] < 0.0) || W[i * c->touching + i] * square > lever * lever * unit * unit)
+        if (!(u[i] < 0.0) || kt_contacts_own(c, W, i) * square > lever * lever * unit * unit)
             continue;
         if (is_prescribed(simulation, t, error))
             return KT_ERROR_CONSTRAINT;

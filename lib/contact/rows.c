@@ -77,6 +77,29 @@ void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *
     }
 }
 
+void kt_contacts_keep_rows(const struct kt_contacts *c) {
+    const size_t nv = c->all->n.v;
+    for (int i = 0; i < c->touching; i++)
+        for (size_t j = 0; j < nv; j++)
+            c->J[(size_t)i * nv + j] = kt_contact_entry(c, i, j);
+}
+
+double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
+    double sum = 0.0;
+    for (size_t j = 0; j < c->all->n.v; j++)
+        sum += kt_contact_entry(c, k, j) * x[j];
+    return sum;
+}
+
+double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
+    const size_t nv = c->all->n.v;
+    const double *row = c->J + (size_t)i * nv, *response = c->response + (size_t)k * nv;
+    double sum = 0.0;
+    for (size_t j = 0; j < nv; j++)
+        sum += row[j] != 0.0 ? row[j] * response[j] : 0.0;
+    return sum;
+}
+
 /* sign (J x - right), *size: the sum of the terms' magnitudes. */
 static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
     const kt_contact *contact = &c->item[c->list[k]];
@@ -92,13 +115,13 @@ static double along(const struct kt_contacts *c, int k, const double *x, const d
 
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size) {
     const double rate = along(c, k, c->v, c->rate, size);
-    *size = fmax(*size, sqrt(W[k * c->touching + k]) * c->speed);
+    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->speed);
     return rate;
 }
 
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size) {
     const double acceleration = along(c, k, c->a, c->drift, size);
-    *size = fmax(*size, sqrt(W[k * c->touching + k]) * c->change);
+    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->change);
     return acceleration;
 }
 

@@ -275,7 +275,7 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
 static void begin_slow_slip(size_t n, kt_slip_problem *p) {
     (void)lay_out_slow(p, p->behind, n);
     p->unit = 0.0;
-    p->c = kt_coulomb_init(n, 3 * n, p->problem, p->matrices);
+    p->c = kt_coulomb_init(n, 3 * n, n, p->problem, p->matrices);
     p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
 }
@@ -446,7 +446,7 @@ static bool predict_slip(size_t n, kt_slip_problem *p) {
     kt_coulomb_solution *to = p->to;
     bool found = kt_coulomb_iterate_modes(c, to);
     if (!found)
-        found = kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, p->solver, p->matrices), to);
+        found = kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, n, p->solver, p->matrices), to);
     for (int i = 0; found && i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const double most = item->friction * to->p[item->row];

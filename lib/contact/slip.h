@@ -30,11 +30,11 @@
 
 /* Those of slow slip alone. */
 #define SLIP_SLOW_FIELDS(X)                                                                                            \
-    X(char, matrices, kt_coulomb_matrices_size(n, 3 * n), "of the problem and its solver")                             \
+    X(char, matrices, kt_coulomb_matrices_size(3 * n, n), "of the problem and its solver")                             \
     X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
     X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")                        \
-    X(char, solver, kt_coulomb_solver_size(n, 3 * n), "its solver")
+    X(char, solver, kt_coulomb_solver_size(n, 3 * n, n), "its solver")
 
 /* A contact that slips, and its friction. */
 typedef struct kt_slip_contact {

@@ -47,7 +47,7 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
     return KT_OK;
 }
 
-/* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
+/* Computes M^-1 J' and W, or its diagonal, of the mechanism with all contacts open, from data of the simulation. */
 kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t, const double *q,
                                     double *W, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -62,8 +62,14 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
         status = kt_mass_inverse_compute(inverse, simulation->data, t, q, error);
     if (status == KT_OK)
         status = kt_mass_inverse_apply(inverse, m, c->response, error);
+    const bool is_stored = kt_contacts_are_stored(c);
+    if (!is_stored)
+        kt_contacts_keep_rows(c);
     for (int i = 0; status == KT_OK && i < m; i++)
-        kt_contacts_multiply(c, i, 0, W + (ptrdiff_t)i * m);
+        if (is_stored)
+            kt_contacts_multiply(c, i, 0, W + (ptrdiff_t)i * m);
+        else
+            W[i] = kt_contacts_product(c, i, i);
     return status;
 }
 

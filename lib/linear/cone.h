@@ -16,6 +16,9 @@
  * method for the cones (cone_interior.c) and Newton. The last ones are 600 sweeps and Newton, and proximal points.
  * Newton's method polishes each returned solution. Sums skip blocks of W that are zero.
  *
+ * Matrices have room for `most` contacts. A problem of more contacts gives W by its blocks. It is solved on a working
+ * set of contacts (cone_members.c).
+ *
  * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a
  * warm start stays near the previous solution.
  *
@@ -28,14 +31,22 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* W of a problem whose matrix is not stored. */
+typedef struct kt_cone_blocks {
+    void (*block)(const void *user, int i, int j, double *w);       /* 3 x 3, by rows: rows of i, columns of j */
+    void (*rates)(const void *user, const double *p, double *rate); /* W p, of all rows */
+    const void *user;
+} kt_cone_blocks;
+
 typedef struct kt_cone_problem {
     int n;
-    const double *W, *b; /* 3n x 3n, by rows; 3n */
-    const double *mu;    /* n */
-    const double *least; /* n: l; NULL: zeros */
-    const double *limit; /* n: S of dry friction; negative: a contact; NULL: all are contacts */
-    bool symmetric;      /* W is symmetric and positive semidefinite */
-    double enough;       /* the residual at which the cascade ends; 0: rounding */
+    const double *W, *b;          /* 3n x 3n, by rows; 3n */
+    const kt_cone_blocks *blocks; /* in place of W; NULL: W is given */
+    const double *mu;             /* n */
+    const double *least;          /* n: l; NULL: zeros */
+    const double *limit;          /* n: S of dry friction; negative: a contact; NULL: all are contacts */
+    bool symmetric;               /* W is symmetric and positive semidefinite */
+    double enough;                /* the residual at which the cascade ends; 0: rounding */
 } kt_cone_problem;
 
 /* Which part of the cascade has succeeded. */
@@ -57,11 +68,15 @@ typedef struct kt_cone_result {
 
 typedef struct kt_cone kt_cone;
 
-/* Bytes of the memory for problems of up to n contacts, and of its matrices, both aligned to KT_ARENA_ALIGNMENT; and
- * its object. Matrices are scratch: between solutions, their memory may serve others. */
-size_t kt_cone_size(int n);
-size_t kt_cone_matrices_size(int n);
-kt_cone *kt_cone_init(int n, void *memory, void *matrices);
+/* Bytes of the memory for problems of up to n contacts, whose matrices have room for `most`, and bytes of these
+ * matrices; both are aligned to KT_ARENA_ALIGNMENT. Then the solver in this memory. Matrices are scratch: between
+ * solutions, their memory may serve others. */
+size_t kt_cone_size(int n, int most);
+size_t kt_cone_matrices_size(int most);
+kt_cone *kt_cone_init(int n, int most, void *memory, void *matrices);
+
+/* How many contacts have room in matrices. */
+int kt_cone_room(const kt_cone *cone);
 
 /* Memory for W of a problem, one of the matrices, where a caller may build W. The solver then scales W in place. */
 double *kt_cone_matrix(kt_cone *cone);

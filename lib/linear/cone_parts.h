@@ -42,6 +42,18 @@
     X(int, order, m, "of columns")                                                                                     \
     X(int, mode, m, "of n")
 
+/* Of problems of n contacts, of which m / 3 have room in matrices. */
+#define KT_CONE_MEMBER_FIELDS(X)                                                                                       \
+    X(int, member, m, "the working set")                                                                               \
+    X(bool, is_member, n, "whether a contact is in it")                                                                \
+    X(double, unit, n, "scales of all contacts")                                                                       \
+    X(double, rate, 3 * n, "rates of all contacts")                                                                    \
+    X(double, of_b, m, "of the problem of the set")                                                                    \
+    X(double, of_mu, m, "likewise")                                                                                    \
+    X(double, of_least, m, "likewise")                                                                                 \
+    X(double, of_limit, m, "likewise")                                                                                 \
+    X(double, of_p, m, "likewise")
+
 #define KT_CONE_MATRICES(X)                                                                                            \
     X(double, W, m *m, "scaled")                                                                                       \
     X(double, A, m *m, "of a linear system")                                                                           \
@@ -56,6 +68,7 @@ struct kt_cone {
     double fine;   /* that at which Newton's method ends, if its steps are slow */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)
+    KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
 };
 
 /* A problem of the same cones: the scaled one, or that of a proximal point. */
@@ -79,5 +92,11 @@ void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x);
 
 /* The interior point method, to y; then Newton. */
 void kt_cone_interior(kt_cone *cone, double *y);
+
+/* Bytes of the arrays of a working set, and these arrays in memory of that size (cone_members.c). */
+size_t kt_cone_members_size(int n, int most);
+void kt_cone_members_init(kt_cone *cone, int n, void *memory);
+/* Solves a problem with blocks on a working set. */
+kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *problem, double *p);
 
 #endif

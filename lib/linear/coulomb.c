@@ -18,16 +18,16 @@ static const double loose = 1e-7;
 
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
 
-size_t kt_coulomb_solver_size(size_t items, size_t rows) {
-    return lay_out_solver(NULL, items, kt_cone_size((int)items)) + 3 * kt_coulomb_solution_size(items, rows);
+size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most) {
+    return lay_out_solver(NULL, items, kt_cone_size((int)items, (int)most)) + 3 * kt_coulomb_solution_size(items, rows);
 }
 
-kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory, void *matrices) {
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
-    char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items));
+    char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items, (int)most));
     solver->is_loose = false;
-    solver->cone = kt_cone_init((int)items, solver->cone_memory, matrices);
+    solver->cone = kt_cone_init((int)items, (int)most, solver->cone_memory, matrices);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
     solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);
@@ -52,11 +52,28 @@ static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
     return item->type == KT_COULOMB_SLIPS ? 3 : 1;
 }
 
+/* W of items i and j in the rows of the cone solver, 3 x 3 by rows that are `stride` numbers apart. */
+static void pose_block(const kt_coulomb *c, int i, int j, int stride, double *W) {
+    const kt_coulomb_item *item = &c->item[i];
+    const int rows = item->type == KT_COULOMB_CONE ? 3 : 1;
+    int column[3];
+    double by[3];
+    for (int s = 0; s < 3; s++) {
+        const int n = rows_of(&c->item[j], s, column, by);
+        for (int r = 0; r < 3; r++) {
+            const int row = r == 0 ? item->row : item->across + r - 1;
+            double sum = 0.0;
+            for (int k = n - 1; k >= 0 && r < rows; k--)
+                sum += by[k] * kt_coulomb_entry(c, row, column[k]);
+            W[r * stride + s] = sum;
+        }
+    }
+}
+
 static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
-    int row[3], column[3];
-    double by[3], unused[3], *W = kt_cone_matrix(p->cone);
-    memset(W, 0, (size_t)(m * m) * sizeof *W);
+    int row[3];
+    double unused[3];
     memset(p->b, 0, (size_t)m * sizeof *p->b);
     p->has_limit = false;
     p->symmetric = true;
@@ -68,14 +85,12 @@ static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
         p->has_limit = p->has_limit || p->limit[i] >= 0.0;
         p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
     }
-    for (int r = 0; r < m; r++) {
-        if (rows_of(&c->item[r / 3], r % 3, row, unused) == 0)
-            continue;
-        p->b[r] = c->b[row[0]];
-        for (int s = 0; s < m; s++)
-            for (int k = rows_of(&c->item[s / 3], s % 3, column, by) - 1; k >= 0; k--)
-                W[r * m + s] += by[k] * kt_coulomb_entry(c, row[0], column[k]);
-    }
+    for (int r = 0; r < m; r++)
+        if (rows_of(&c->item[r / 3], r % 3, row, unused) > 0)
+            p->b[r] = c->b[row[0]];
+    for (int i = 0; i < c->n && c->n <= c->most; i++)
+        for (int j = 0; j < c->n; j++)
+            pose_block(c, i, j, m, kt_cone_matrix(p->cone) + 3 * i * m + 3 * j);
 }
 
 /* Between the rows of the cone solver and those of the problem. */
@@ -93,6 +108,18 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
     double by[3];
     for (int r = 0; r < 3 * c->n; r++)
         x[r] = rows_of(&c->item[r / 3], r % 3, row, by) > 0 ? p[row[0]] : 0.0;
+}
+
+/* The same W by blocks, for more items than matrices have room for. */
+static void posed_block(const void *user, int i, int j, double *w) { pose_block(user, i, j, 3, w); }
+
+static void posed_rates(const void *user, const double *x, double *rate) {
+    const kt_coulomb *c = user;
+    int row[3];
+    double unused[3];
+    scatter_rows(c, x, c->system->dp);
+    for (int r = 0; r < 3 * c->n; r++)
+        rate[r] = rows_of(&c->item[r / 3], r % 3, row, unused) > 0 ? kt_coulomb_along(c, row[0], c->system->dp) : 0.0;
 }
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
@@ -148,8 +175,10 @@ static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
  * taken as it is. */
 static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     pose(c, solver);
+    const kt_cone_blocks blocks = {.block = posed_block, .rates = posed_rates, .user = c};
     const kt_cone_problem problem = {.n = c->n,
                                      .W = kt_cone_matrix(solver->cone),
+                                     .blocks = c->n <= c->most ? NULL : &blocks,
                                      .b = solver->b,
                                      .mu = solver->mu,
                                      .least = solver->least,
@@ -200,13 +229,16 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     return found;
 }
 
-/* All items stick, or are closed; those that cannot are left as they were. */
+/* All items stick, or are closed; those that cannot are left as they were. Impulses are zero if there is no room. */
 static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++) {
         to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
         memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
     }
-    kt_coulomb_linear(c, to);
+    if (kt_coulomb_fits(c, to))
+        kt_coulomb_linear(c, to);
+    else
+        memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
 }
 
 static bool any_is_rejected(const kt_coulomb *c) {

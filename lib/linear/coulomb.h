@@ -20,6 +20,10 @@
  * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
  * forces, too: these are the least then.
  *
+ * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
+ * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
+ * stored then.
+ *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996; R. Leine, N. van de Wouw, Stability and
  * Convergence of Mechanical Systems with Unilateral Constraints, 2008.
  */
@@ -101,9 +105,10 @@ typedef struct kt_coulomb_solution {
     X(double, dp, rows, "change of p with a direction")                                                                \
     X(int, order, rows, "of the columns")
 
+/* With room for `most` items, and for `unknowns`. */
 #define KT_COULOMB_SYSTEM_MATRICES(X)                                                                                  \
-    X(double, A, rows *(rows + 1 + items), "equations, and their right-hand sides behind them")                        \
-    X(double, x, (1 + items) * rows, "unknowns, then dx/de of each direction")
+    X(double, A, unknowns *(unknowns + 1 + most), "equations, and their right-hand sides behind them")                 \
+    X(double, x, (1 + most) * unknowns, "unknowns, then dx/de of each direction")
 
 typedef struct kt_coulomb_system {
     int most, width; /* unknowns that have room; numbers of a row of A */
@@ -124,25 +129,37 @@ typedef struct kt_coulomb_system {
     X(double, turn, items, "unknowns of their system")
 
 /* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
- * size: the magnitude to which rounding of u is relative. */
+ * If W is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
 typedef struct kt_coulomb {
     int n, rows, stride;
+    int most; /* items that have room in matrices */
     double size;
     const double *W;
+    double (*entry)(const void *user, int line, int column);
+    const void *user;
     kt_coulomb_system *system, *turns; /* scratch: of a combination, and of its directions */
     KT_ARENA_DECLARE(KT_COULOMB_FIELDS)
 } kt_coulomb;
 
 static inline double kt_coulomb_entry(const kt_coulomb *c, int row, int column) {
-    return c->W[c->line[row] * c->stride + c->line[column]];
+    return c->W != NULL ? c->W[c->line[row] * c->stride + c->line[column]]
+                        : c->entry(c->user, c->line[row], c->line[column]);
 }
 
-/* Bytes of the matrices of a problem and its solver: the cone solver and a combination of modes never run at once. They
- * are scratch, and their memory may serve others between two solutions. */
-size_t kt_coulomb_matrices_size(size_t items, size_t rows);
+/* A row of W if it is stored, and a number in this row. */
+static inline const double *kt_coulomb_row(const kt_coulomb *c, int row) {
+    return c->W != NULL ? c->W + c->line[row] * c->stride : NULL;
+}
+static inline double kt_coulomb_in_row(const kt_coulomb *c, const double *W, int row, int column) {
+    return W != NULL ? W[c->line[column]] : c->entry(c->user, c->line[row], c->line[column]);
+}
+
+/* Bytes of the matrices of a problem and its solver, with room for `most` items: the cone solver and a combination of
+ * modes never run at once. They are scratch, and their memory may serve others between two solutions. */
+size_t kt_coulomb_matrices_size(size_t rows, size_t most);
 /* Bytes of a problem of up to so many items and rows, and its object in memory of that size, without items. */
 size_t kt_coulomb_size(size_t items, size_t rows);
-kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory, void *matrices);
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
 /* Likewise of a solution. */
 size_t kt_coulomb_solution_size(size_t items, size_t rows);
 kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory);
@@ -153,9 +170,12 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 
 /* Whether the item slips in an unknown direction. */
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
+/* Whether the closed items have room in matrices: what follows, but for the rate and the check, requires it. */
+bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The rate of a row without b: W p. */
 double kt_coulomb_along(const kt_coulomb *c, int row, const double *p);
-/* Whether the normal rows of closed contacts are independent: W of these has a Cholesky factor. */
+/* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
+ * factor. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
@@ -192,8 +212,8 @@ typedef struct kt_coulomb_solver {
 } kt_coulomb_solver;
 
 /* Bytes of a solver of problems of up to so many items and rows, and the solver in memory of that size. */
-size_t kt_coulomb_solver_size(size_t items, size_t rows);
-kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, void *memory, void *matrices);
+size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most);
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
 
 /* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
  * independent normal rows of active contacts. The solution has the least impulses; its count is 2 if another motion

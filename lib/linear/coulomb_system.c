@@ -11,23 +11,27 @@
 enum { ITERATIONS = 40 };
 
 KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t rows)
-KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t items, size_t rows)
+KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t unknowns, size_t most)
 KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
 KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 /* A system of up to so many unknowns, with right-hand sides of `directions` besides that of x. */
-static kt_coulomb_system *init_system(size_t rows, size_t directions, char *memory) {
+static kt_coulomb_system *init_system(size_t rows, size_t unknowns, size_t directions, char *memory) {
     kt_coulomb_system *system = (kt_coulomb_system *)(void *)memory;
     (void)lay_out_system(memory, rows);
-    system->most = (int)rows;
-    system->width = (int)(rows + 1 + directions);
+    system->most = (int)unknowns;
+    system->width = (int)(unknowns + 1 + directions);
     return system;
 }
 
-size_t kt_coulomb_matrices_size(size_t items, size_t rows) {
-    const size_t system = lay_out_matrices(NULL, NULL, items, rows), cone = kt_cone_matrices_size((int)items);
+/* The unknowns of `most` items. */
+static size_t unknowns_of_items(size_t rows, size_t most) { return rows < 3 * most ? rows : 3 * most; }
+
+size_t kt_coulomb_matrices_size(size_t rows, size_t most) {
+    const size_t system = lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most);
+    const size_t cone = kt_cone_matrices_size((int)most);
     return system > cone ? system : cone;
 }
 
@@ -36,15 +40,16 @@ size_t kt_coulomb_size(size_t items, size_t rows) {
 }
 
 /* The equations of the turns follow from x, when the matrix of x is no longer needed: they share its memory. */
-kt_coulomb *kt_coulomb_init(size_t items, size_t rows, void *memory, void *matrices) {
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
     kt_coulomb *c = memory;
     char *behind = (char *)memory + lay_out_problem(memory, items, rows);
     c->n = c->rows = c->stride = 0;
+    c->most = (int)most;
     c->size = 0.0;
     c->W = NULL;
-    c->system = init_system(rows, items, behind);
-    c->turns = init_system(items, 0, behind + lay_out_system(NULL, rows));
-    (void)lay_out_matrices(c->system, matrices, items, rows);
+    c->system = init_system(rows, unknowns_of_items(rows, most), most, behind);
+    c->turns = init_system(items, most, 0, behind + lay_out_system(NULL, rows));
+    (void)lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
     c->turns->A = c->system->A;
     c->turns->x = c->turn;
     return c;
@@ -91,7 +96,7 @@ bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i)
 static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
     s->n = s->columns = 0;
     s->shares = false;
-    memset(s->fixed, 0, (size_t)s->most * sizeof *s->fixed);
+    memset(s->fixed, 0, (size_t)c->rows * sizeof *s->fixed);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         if (item->type == KT_COULOMB_DRY) {
@@ -123,18 +128,38 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
     }
 }
 
-double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) {
+/* If W is not stored: most impulses are zero. */
+static double compute_along(const kt_coulomb *c, int row, const double *p) {
     double sum = 0.0;
     for (int j = 0; j < c->rows; j++)
-        sum += kt_coulomb_entry(c, row, j) * p[j];
+        sum += p[j] != 0.0 ? kt_coulomb_entry(c, row, j) * p[j] : 0.0;
     return sum;
 }
 
-/* The rate of a row due to a unit of x_k: W P. */
-static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, int row, int k) {
-    double sum = kt_coulomb_entry(c, row, s->equation[k]);
+static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
+    const double *W = kt_coulomb_row(c, row);
+    double sum = 0.0;
+    if (W == NULL)
+        return compute_along(c, row, p);
+    for (int j = 0; j < c->rows; j++)
+        sum += W[c->line[j]] * p[j];
+    return sum;
+}
+
+double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) { return sum_along(c, row, p); }
+
+bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    int closed = 0;
+    for (int i = 0; i < c->n; i++)
+        closed += to->mode[i] != KT_COULOMB_OPEN;
+    return closed <= c->most;
+}
+
+/* The rate of a row, W, due to a unit of x_k: W P. */
+static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, const double *W, int row, int k) {
+    double sum = kt_coulomb_in_row(c, W, row, s->equation[k]);
     for (int i = 0; s->across[k] >= 0 && i < 2; i++)
-        sum += kt_coulomb_entry(c, row, s->across[k] + i) * s->by[k][i];
+        sum += kt_coulomb_in_row(c, W, row, s->across[k] + i) * s->by[k][i];
     return sum;
 }
 
@@ -150,10 +175,11 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
     s->columns = 1;
     for (int k = 0; k < s->n; k++) {
         const int row = s->equation[k];
+        const double *W = kt_coulomb_row(c, row);
         double *A = row_of(s->A, k, s->width);
         for (int j = 0; j < s->n; j++)
-            A[j] = along_unknown(c, s, row, j);
-        A[s->n] = -c->b[row] - kt_coulomb_along(c, row, s->fixed);
+            A[j] = along_unknown(c, s, W, row, j);
+        A[s->n] = -c->b[row] - sum_along(c, row, s->fixed);
     }
     for (int i = 0; i < c->n; i++) {
         if (!kt_coulomb_slips(c, to, i))
@@ -299,6 +325,8 @@ static void solve_system(kt_coulomb_system *s) {
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
     double *factor = c->system->A;
     int n = 0;
+    if (!kt_coulomb_fits(c, to))
+        return false;
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
             c->active[n++] = c->item[i].row;
@@ -324,7 +352,7 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int k = 0; k < s->n; k++)
         add_unit_impulses(s, k, s->x[k], 1.0, to->p);
     for (int j = 0; j < c->rows; j++)
-        to->u[j] = kt_coulomb_along(c, j, to->p) + c->b[j];
+        to->u[j] = sum_along(c, j, to->p) + c->b[j];
 }
 
 /* dp/de of the m-th direction, through x and by itself. */
@@ -357,8 +385,7 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
         for (int k = 0; k < t->n; k++) {
             const double *e = to->e[t->item[k]], *dp = c->system->dp;
             const int row = c->item[t->item[k]].across;
-            row_of(t->A, k, t->width)[m] = e[0] * kt_coulomb_along(c, row + 1, dp) -
-                                           e[1] * kt_coulomb_along(c, row, dp) -
+            row_of(t->A, k, t->width)[m] = e[0] * sum_along(c, row + 1, dp) - e[1] * sum_along(c, row, dp) -
                                            (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
         }
     }

@@ -50,6 +50,9 @@ enum { ROUNDS = 6 };
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
+/* Bytes of a cone solver and its matrices. */
+static size_t cone_size(int items) { return kt_cone_size(items, items) + kt_cone_matrices_size(items); }
+
 static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     kt_moreau_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .n_contacts = kt_contacts_of(model)};
     size_t rubs = 0;
@@ -62,7 +65,7 @@ static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     s.x = KT_HAS_FORMULAS ? model->n.x : 0;
     s.items = s.n_contacts - rubs;
     s.list = s.n_contacts + rubs;
-    s.cone = rubs > 0 ? 0 : kt_cone_size((int)s.items) + kt_cone_matrices_size((int)s.items);
+    s.cone = rubs > 0 || s.items > kt_contacts_room(model) ? 0 : cone_size((int)s.items);
     s.body = model->n.body;
     s.loop = model->n.loop;
     return s;
@@ -79,8 +82,9 @@ void kt_moreau_init(kt_simulation *simulation) {
     const kt_moreau_sizes s = sizes_of_moreau(simulation->model, simulation->size.n);
     kt_moreau *m = (kt_moreau *)(void *)simulation->moreau_memory;
     (void)lay_out_moreau(m, &s);
-    m->stride = (int)s.list;
-    m->cone = s.cone > 0 ? kt_cone_init((int)s.items, m->cone_memory, m->cone_memory + kt_cone_size((int)s.items))
+    const int items = (int)s.items;
+    m->stride = simulation->contacts->whole;
+    m->cone = s.cone > 0 ? kt_cone_init(items, items, m->cone_memory, m->cone_memory + kt_cone_size(items, items))
                          : simulation->contacts->solver->cone;
     simulation->moreau = m;
     simulation->integrator->leap = &kt_moreau_leap;

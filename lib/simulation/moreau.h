@@ -28,7 +28,7 @@
     X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
     X(double, b, 3 * s->items, "of the cone solver")                                                                   \
     X(double, p, 3 * s->items, "likewise: impulses")                                                                   \
-    X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one of the same size")               \
+    X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
     X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \
@@ -47,9 +47,11 @@ typedef struct kt_moreau_counts {
 typedef struct kt_moreau {
     double h, t; /* of the last step, s: its length, and the time of its middle */
     bool has_inverse;
-    int count;  /* of items */
-    int dry;    /* of these, the first ones are dry friction */
-    int stride; /* of W in struct kt_contacts */
+    bool only_normal; /* the problem of the cone solver has normal rows alone */
+    int posed;        /* items in it */
+    int count;        /* of items */
+    int dry;          /* of these, the first ones are dry friction */
+    int stride;       /* of W in struct kt_contacts, which is stored if at most so many rows take part */
     kt_cone *cone;
     kt_moreau_counts counts;
     KT_ARENA_DECLARE(KT_MOREAU_FIELDS)

@@ -128,7 +128,10 @@ static kt_status respond(kt_simulation *simulation, int first, kt_error *error) 
     if (status == KT_OK)
         status = kt_mass_inverse_apply((kt_mass_inverse *)(void *)c->inverse_memory, c->touching - first,
                                        c->response + (size_t)first * nv, error);
-    for (int s = 0; status == KT_OK && s < c->touching; s++) {
+    const bool is_stored = c->touching <= m->stride;
+    if (!is_stored)
+        kt_contacts_keep_rows(c);
+    for (int s = 0; status == KT_OK && is_stored && s < c->touching; s++) {
         const int from = s > first ? s : first;
         double *W = c->W + (size_t)s * (size_t)m->stride;
         kt_contacts_multiply(c, s, from, W);
@@ -223,20 +226,69 @@ kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const doubl
 
 /* ---- the problem ------------------------------------------------------------------------------------------------- */
 
-/* Writes W of some items for the cone solver: of all their rows, or of their normal rows alone. */
-static void write_matrix(kt_simulation *simulation, int count, bool normal) {
+/* The rows of an item in the problem for the cone solver: all, or the normal row alone. */
+static int posed_rows(const kt_moreau *m, int i) { return m->only_normal ? 1 : kt_moreau_rows(m, i); }
+
+/* W of two of the chosen items, 3 x 3 by rows that are `stride` numbers apart. */
+static void write_block(const kt_simulation *simulation, int i, int k, int stride, double *W) {
     const struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    const int rows = posed_rows(m, m->chosen[i]), columns = posed_rows(m, m->chosen[k]);
+    const int a = m->first[m->chosen[i]], b = m->first[m->chosen[k]];
+    const double *stored = c->touching <= m->stride ? c->W + a * m->stride + b : NULL;
+    for (int r = 0; r < rows; r++)
+        for (int s = 0; s < columns; s++)
+            W[r * stride + s] = stored != NULL   ? stored[r * m->stride + s]
+                                : a + r <= b + s ? kt_contacts_product(c, a + r, b + s)
+                                                 : kt_contacts_product(c, b + s, a + r);
+}
+
+static void step_block(const void *user, int i, int k, double *w) {
+    kt_clear(w, 9 * sizeof *w);
+    write_block(user, i, k, 3, w);
+}
+
+/* Rates of the chosen items due to impulses, from those of the mechanism. */
+static void step_rates(const void *user, const double *p, double *rate) {
+    const kt_simulation *simulation = user;
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    const size_t nv = simulation->size.nv;
+    kt_clear(m->change, nv * sizeof *m->change);
+    kt_clear(rate, 3 * (size_t)m->posed * sizeof *rate);
+    for (int i = 0; i < m->posed; i++)
+        for (int r = 0; r < posed_rows(m, m->chosen[i]); r++)
+            add_response(simulation, m->first[m->chosen[i]] + r, p[3 * i + r], m->change);
+    for (int i = 0; i < m->posed; i++)
+        for (int r = 0; r < posed_rows(m, m->chosen[i]); r++)
+            rate[3 * i + r] = kt_contacts_along(c, m->first[m->chosen[i]] + r, m->change);
+}
+
+/* Solves a problem of the chosen items, from p to p. normal: of their normal rows alone. */
+static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool normal, double *p) {
     kt_moreau *m = simulation->moreau;
-    double *W = kt_cone_matrix(m->cone);
     const int size = 3 * count;
-    kt_clear(W, (size_t)(size * size) * sizeof *W);
-    for (int i = 0; i < count; i++)
-        for (int k = 0; k < count; k++) {
-            const int a = m->chosen[i], b = m->chosen[k], rows = normal ? 1 : kt_moreau_rows(m, a);
-            for (int r = 0; r < rows; r++)
-                for (int s = 0; s < (normal ? 1 : kt_moreau_rows(m, b)); s++)
-                    W[(3 * i + r) * size + 3 * k + s] = c->W[(m->first[a] + r) * m->stride + m->first[b] + s];
-        }
+    double *W = kt_cone_matrix(m->cone);
+    const kt_cone_blocks blocks = {step_block, step_rates, simulation};
+    const bool has_room = count <= kt_cone_room(m->cone);
+    m->posed = count;
+    m->only_normal = normal;
+    if (has_room)
+        kt_clear(W, (size_t)(size * size) * sizeof *W);
+    for (int i = 0; i < count && has_room; i++)
+        for (int k = 0; k < count; k++)
+            write_block(simulation, i, k, size, W + 3 * i * size + 3 * k);
+    const kt_cone_problem problem = {.n = count,
+                                     .W = W,
+                                     .blocks = has_room ? NULL : &blocks,
+                                     .b = m->b,
+                                     .mu = normal ? m->none : m->mu,
+                                     .limit = normal ? NULL : m->limit,
+                                     .symmetric = true,
+                                     .enough = enough};
+    const kt_cone_result result = kt_cone_solve(m->cone, &problem, p);
+    m->counts.newton += (uint64_t)result.newton;
+    return result;
 }
 
 /* The energy that the impulses dissipate; *size: the sum of the magnitudes of its terms. */
@@ -263,7 +315,6 @@ static double bound_of(const kt_moreau *m, int i) {
 /* Solves with the present restitutions. Returns false if there is no finite solution. */
 static bool solve_once(kt_simulation *simulation) {
     kt_moreau *m = simulation->moreau;
-    write_matrix(simulation, m->count, false);
     kt_clear(m->b, 3 * (size_t)m->count * sizeof *m->b);
     for (int i = 0; i < m->count; i++) {
         const double bound = bound_of(m, i);
@@ -271,15 +322,7 @@ static bool solve_once(kt_simulation *simulation) {
             m->b[3 * i + k] = m->free[m->first[i] + k];
         m->b[3 * i] -= m->limit[i] < 0.0 ? bound : 0.0;
     }
-    const kt_cone_problem problem = {.n = m->count,
-                                     .W = kt_cone_matrix(m->cone),
-                                     .b = m->b,
-                                     .mu = m->mu,
-                                     .limit = m->limit,
-                                     .symmetric = true,
-                                     .enough = enough};
-    const kt_cone_result result = kt_cone_solve(m->cone, &problem, m->p);
-    m->counts.newton += (uint64_t)result.newton;
+    const kt_cone_result result = solve_cones(simulation, m->count, false, m->p);
     m->counts.failures += !(result.residual <= enough);
     kt_copy(m->after, m->y + simulation->size.nq, simulation->size.nv * sizeof *m->after);
     for (int i = 0; i < m->count; i++)
@@ -336,14 +379,11 @@ void kt_moreau_correct(kt_simulation *simulation, double h) {
             m->chosen[count++] = i;
     if (count == 0)
         return;
-    write_matrix(simulation, count, true);
     kt_clear(m->b, 3 * (size_t)count * sizeof *m->b);
     kt_clear(m->shift, 3 * (size_t)count * sizeof *m->shift);
     for (int i = 0; i < count; i++)
         m->b[3 * i] = c->gap[m->item[m->chosen[i]]] + h * bound_of(m, m->chosen[i]);
-    const kt_cone_problem problem = {
-        .n = count, .W = kt_cone_matrix(m->cone), .b = m->b, .mu = m->none, .symmetric = true, .enough = enough};
-    m->counts.newton += (uint64_t)kt_cone_solve(m->cone, &problem, m->shift).newton;
+    (void)solve_cones(simulation, count, true, m->shift);
     kt_clear(m->change, nv * sizeof *m->change);
     for (int i = 0; i < count; i++)
         add_response(simulation, m->first[m->chosen[i]], m->shift[3 * i], m->change);

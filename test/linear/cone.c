@@ -135,10 +135,10 @@ static void find_rates(const problem *p, const double *x, double *u) {
 /* ---- the cone solver --------------------------------------------------------------------------------------------- */
 
 /* A solver, with its matrices behind it. The caller frees the memory. */
-static kt_cone *make_cone(int n, void **memory) {
-    const size_t size = kt_cone_size(n);
-    *memory = aligned_alloc(KT_ARENA_ALIGNMENT, size + kt_cone_matrices_size(n));
-    return kt_cone_init(n, *memory, (char *)*memory + size);
+static kt_cone *make_cone(int n, int most, void **memory) {
+    const size_t size = kt_cone_size(n, most);
+    *memory = aligned_alloc(KT_ARENA_ALIGNMENT, size + kt_cone_matrices_size(most));
+    return kt_cone_init(n, most, *memory, (char *)*memory + size);
 }
 
 /* KT_PROBLEMS sets their number (10,000: a minute). */
@@ -146,7 +146,7 @@ KT_TEST(cone_solver_solves_random_impacts) {
     kt_random random = kt_random_of_test();
     const int count = getenv("KT_PROBLEMS") != NULL ? atoi(getenv("KT_PROBLEMS")) : 600;
     void *memory = NULL;
-    kt_cone *cone = make_cone(CONTACTS, &memory);
+    kt_cone *cone = make_cone(CONTACTS, CONTACTS, &memory);
     kt_worst laws = kt_worst_make("laws, of what is solved");
     problem *p = malloc(sizeof *p);
     int unsolved = 0, few_unsolved = 0, rounds[KT_CONE_ROUNDS] = {0};
@@ -174,13 +174,74 @@ KT_TEST(cone_solver_solves_random_impacts) {
 
 KT_TEST(cone_solver_rejects_what_is_not_finite) {
     void *memory = NULL;
-    kt_cone *cone = make_cone(1, &memory);
+    kt_cone *cone = make_cone(1, 1, &memory);
     const double mu = 0.5, W[9] = {1.0, 0.0, 0.0, 0.0, (double)NAN, 0.0, 0.0, 0.0, 1.0}, b[3] = {-1.0, 1.0, 0.0};
     double x[3] = {0.0};
     const kt_cone_result result = kt_cone_solve(cone, &(kt_cone_problem){.n = 1, .W = W, .b = b, .mu = &mu}, x);
     kt_check_true("it is not solved", !result.converged);
     kt_check_true("its residual is infinite", isinf(result.residual));
     free(memory);
+}
+
+/* ---- a working set ----------------------------------------------------------------------------------------------- */
+
+static void block_of_problem(const void *user, int i, int j, double *w) {
+    const problem *p = user;
+    for (int k = 0; k < 9; k++)
+        w[k] = p->W[(3 * i + k / 3) * 3 * p->n + 3 * j + k % 3];
+}
+
+static void rates_of_problem(const void *user, const double *x, double *rate) {
+    const problem *p = user;
+    find_rates(p, x, rate);
+    for (int r = 0; r < 3 * p->n; r++)
+        rate[r] -= p->b[r];
+}
+
+/* Impulses of a working set obey the laws of all contacts. Without friction, the rates are unique: they are those of
+ * the solver with matrices of all contacts. The set has room for one contact more than there are degrees of freedom. */
+KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
+    kt_random random = kt_random_of_test();
+    kt_worst laws = kt_worst_make("laws, of what is solved"), rates = kt_worst_make("rates without friction");
+    problem *p = malloc(sizeof *p);
+    int unsolved = 0, both = 0, count = 0;
+    for (int k = 0; k < 300 && p != NULL; k++) {
+        const bool smooth = k % 3 == 0;
+        double x[ROWS] = {0.0}, u[ROWS], all[ROWS] = {0.0}, u_all[ROWS], most = 0.0;
+        void *memory[2] = {NULL, NULL};
+        draw_problem(&random, (enum kind)(k / 3 % KINDS), kt_random_int(&random, 25, CONTACTS), p);
+        if (p->n <= p->dofs + 1)
+            continue;
+        for (int i = 0; i < p->n && smooth; i++)
+            p->mu[i] = 0.0;
+        kt_cone *few = make_cone(p->n, p->dofs + 1, &memory[0]), *whole = make_cone(p->n, p->n, &memory[1]);
+        const kt_cone_blocks blocks = {block_of_problem, rates_of_problem, p};
+        kt_cone_problem posed = {.n = p->n, .blocks = &blocks, .b = p->b, .mu = p->mu, .symmetric = true};
+        const kt_cone_result result = kt_cone_solve(few, &posed, x);
+        posed.blocks = NULL;
+        posed.W = p->W;
+        const bool exists = kt_cone_solve(whole, &posed, all).converged;
+        find_rates(p, x, u);
+        find_rates(p, all, u_all);
+        for (int r = 0; r < 3 * p->n; r++)
+            most = fmax(most, fabs(p->b[r]));
+        count++;
+        unsolved += exists && !result.converged;
+        if (result.converged)
+            kt_worst_below(&laws, violation_of(p, x, u, NULL), 1e-7, "problem %d: %d contacts", k, p->n);
+        both += smooth && exists && result.converged;
+        for (int i = 0; i < p->n && smooth && exists && result.converged; i++)
+            kt_worst_near(&rates, u[3 * i] / most, u_all[3 * i] / most, 1e-7, "problem %d: contact %d", k, i);
+        for (int i = 0; i < 2; i++)
+            free(memory[i]);
+    }
+    kt_note("%d problems, %d without friction", count, both);
+    kt_check_worst(&laws);
+    kt_check_worst(&rates);
+    kt_check_above("problems", count, 150.0);
+    kt_check_above("problems without friction that both solve", both, 50.0);
+    kt_check_below("unsolved, which all contacts together are not", unsolved, 0.01 * count);
+    free(p);
 }
 
 /* ---- against enumeration ----------------------------------------------------------------------------------------- */
@@ -206,9 +267,10 @@ static room room_make(void) {
     enum { ALL = 3 * ITEMS };
     const size_t size = kt_coulomb_solution_size(ITEMS, ALL);
     room r;
-    void *matrices = take_memory(&r, 6, kt_coulomb_matrices_size(ITEMS, ALL));
-    r.c = kt_coulomb_init(ITEMS, ALL, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)), matrices);
-    r.solver = kt_coulomb_solver_init(ITEMS, ALL, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL)), matrices);
+    void *matrices = take_memory(&r, 6, kt_coulomb_matrices_size(ALL, ITEMS));
+    r.c = kt_coulomb_init(ITEMS, ALL, ITEMS, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)), matrices);
+    r.solver = kt_coulomb_solver_init(ITEMS, ALL, ITEMS, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL, ITEMS)),
+                                      matrices);
     r.mine = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 2, size));
     r.all = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 3, size));
     for (int k = 0; k < 2; k++)
