@@ -26,11 +26,6 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
                             KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
-    for (int i = 0; i < (int)model->n.loop && (functions & (KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS)); i++)
-        if (model->loop[i].type == KT_LOOP_RATES && kt_code_rows_of_loop(model, i) > 0)
-            return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
-                                "a projection of rates cannot be generated; leave out project and steps, or use the "
-                                "library for this mechanism");
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_loop_fault(model, i);
         if (fault != NULL)
@@ -41,6 +36,14 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                     ? ""
                                     : "leave out forward, forward_derivatives, acceleration, loops, project and "
                                       "steps, or ");
+    }
+    for (int i = 0; i < (int)model->n.loop && (functions & (KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS)); i++) {
+        const char *fault = kt_code_projection_fault(model, i);
+        if (fault != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
+                                "its projection cannot be generated (%s); leave out project and steps, or use the "
+                                "library for this mechanism",
+                                fault);
     }
     if (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEP_DERIVATIVES))
         return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),

@@ -65,8 +65,8 @@ static const code_kind kinds[KT_CODEGEN_HEUN_DERIVATIVES_INDEX] = {
                                              .input = {"q", "v"},
                                              .output = {"tau_q", "tau_v"},
                                              .is_apart = true},
-    [KT_CODEGEN_LOOPS_INDEX] = {.equation = "NR residuals phi, A of A a = right (NR x NV, column-major), and right; "
-                                            "not in the memory of inputs",
+    [KT_CODEGEN_LOOPS_INDEX] = {.equation = "NR residuals phi (0 for an equation of velocities), A of A a = right "
+                                            "(NR x NV, column-major), and right; not in the memory of inputs",
                                 .input = {"q", "v"},
                                 .output = {"phi", "A", "right"},
                                 .is_apart = true},
@@ -299,6 +299,9 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
         fputs("    (void)x;\n", p->file);
     if (!p->tree->constant)
         fputs("    (void)k;\n", p->file);
+    for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
+        if (f->output[i] == 0)
+            fprintf(p->file, "    (void)%s;\n", kind->output[i]);
     kt_code_print_function(p, f, &arrays, name_of(k));
     fputs("    return 0;\n}\n\n", p->file);
 }
@@ -462,7 +465,7 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     if (status != KT_OK)
         return status;
     if (kt_code_count_loop_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
-        functions |= 1u << KT_CODE_CLOSE | 1u << KT_CODE_SETTLE;
+        functions |= 1u << KT_CODE_SETTLE | (kt_code_count_closed_rows(model) > 0 ? 1u << KT_CODE_CLOSE : 0u);
     code_made *made = calloc(1, sizeof *made);
     if (made == NULL)
         return reject_memory(error);

@@ -75,8 +75,8 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
         return true;
     case KT_CODE_CLOSE:
     case KT_CODE_SETTLE:
-        f->output[1] = (int)rows;
-        f->out_count = (int)(nv + rows);
+        f->output[1] = kt_code_count_closed_rows(tree->model);
+        f->out_count = (int)nv + f->output[1];
         if (k == KT_CODE_CLOSE)
             f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
         else

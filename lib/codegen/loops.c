@@ -7,6 +7,8 @@
  *
  *   u = v_2(P) - v_1(P),   d'' seen from the first end = a_2(P) - a_1(P) - 2 w_1 x u =: g
  *
+ * Of a wheel that rolls, the first end counts as the second: P is its centre, and far from the second point.
+ *
  * These are u and the sum of all accelerations in lib/loop/relative.h: a_1(P) contains alpha_1 x d and
  * w_1 x (w_1 x d). So neither A nor the right-hand side needs the point of the first end.
  *
@@ -14,13 +16,14 @@
  *
  *   positions   phi = sum of c q - f(t),   A v = sum of c v = f',   A a = f''
  *   formula F   phi += F(q),   A_k += F_k,   A a = f'' - F_kl v_k v_l
- *   rates       phi = 0,                   A v = sum of c v = f,    A a = f'
+ *   rates       no phi,                    A v = sum of c v = f,    A a = f'
  */
 #include "codegen/loop_rows.h"
 #include "constraint/formula_row.h"
 #include "kinetree/loop.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,10 +45,11 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
         return "it acts on one side only, as a contact or a stop";
     if (r->group < 0 || model->variants != NULL)
         return "parts of the mechanism are switched on and off";
+    if (r->type == KT_LOOP_CURVE && (r->form == KT_TRACK_HELIX || r->form == KT_TRACK_SPLINE))
+        return "the nearest point of a helix or a spline follows from an iteration";
     if (!kt_code_has_loop_type(model, loop))
-        return r->type == KT_LOOP_COUPLING || r->curve.type != KT_FUNCTION_NONE
-                   ? "its function has more than 100 rows, or follows a parameter that was set"
-                   : "wheels, skates, screws, curves, surfaces and functions in C are not among the types";
+        return r->type == KT_LOOP_CUSTOM ? "functions in C are not among the types"
+                                         : "its function has more than 100 rows, or follows a parameter that was set";
     if (model->disagreement > 0.0)
         return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];
@@ -57,6 +61,19 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
     }
     return is_known && count != group->rank[KT_ROWS_ALL]
                ? "its equations repeat those of other loops, and the choice among them depends on the position"
+               : NULL;
+}
+
+const char *kt_code_projection_fault(const kt_model *model, int loop) {
+    const kt_loop_record *r = &model->loop[loop];
+    if (r->group < 0)
+        return NULL;
+    const kt_group *group = &model->group[r->group];
+    int count = 0;
+    for (int i = 0; i < group->loop_count; i++)
+        count += kt_code_closed_rows_of_loop(model, model->group_loop[group->loop + i]);
+    return count != group->rank[KT_ROWS_CLOSED]
+               ? "equations of positions repeat those of velocities, and were left out with them"
                : NULL;
 }
 
@@ -75,12 +92,55 @@ int kt_code_count_loop_rows(const kt_model *model) {
     return count;
 }
 
+int kt_code_count_closed_rows(const kt_model *model) {
+    int count = 0;
+    for (int i = 0; i < (int)model->n.loop; i++)
+        count += kt_code_closed_rows_of_loop(model, i);
+    return count;
+}
+
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
 /* The place of an end in its body. */
 static kt_vec3 place_of_loop_end(const kt_model *model, const kt_loop_record *r, int k) {
     const kt_pose *in = &model->body[r->body[k]].in_link;
     return kt_mat3_apply_transposed(in->rotation, kt_vec3_sub(r->frame[k].position, in->position));
+}
+
+/* The numbers of a type, which the types without them do not read. */
+typedef struct code_loop_number {
+    size_t record, loop; /* where it is in both structs */
+    const char *key, *meaning;
+    unsigned types; /* bits of kt_loop_type */
+} code_loop_number;
+
+#define OF(type) (1u << KT_LOOP_##type)
+
+static const code_loop_number loop_numbers[] = {
+    {offsetof(kt_loop_record, pitch), offsetof(kt_code_loop, pitch), "pitch", "of the loop, m/rad", OF(SCREW)},
+    {offsetof(kt_loop_record, angle), offsetof(kt_code_loop, angle), "angle", "of the loop at the start, rad",
+     OF(SCREW) | OF(HOMOKINETIC)},
+    {offsetof(kt_loop_record, radius), offsetof(kt_code_loop, radius), "radius", "of the loop, m",
+     OF(ROLLING) | OF(SURFACE) | OF(CURVE)},
+    {offsetof(kt_loop_record, tube), offsetof(kt_code_loop, tube), "tube", "of the loop, m", OF(SURFACE)},
+};
+
+enum { LOOP_NUMBERS = sizeof loop_numbers / sizeof *loop_numbers };
+
+/* A number of a loop; 0 if its type has none. */
+static double number_of_record(const kt_loop_record *r, int k) {
+    const code_loop_number *n = &loop_numbers[k];
+    double value;
+    memcpy(&value, (const char *)r + n->record, sizeof value);
+    return r->type < KT_LOOP_TYPE_COUNT && (n->types & 1u << r->type) ? value : 0.0;
+}
+
+static void read_loop_numbers(kt_code_tree *tree, const kt_loop_record *r, kt_code_loop *l) {
+    for (int k = 0; k < LOOP_NUMBERS; k++) {
+        const kt_op number =
+            kt_code_number(tree, l->name, loop_numbers[k].key, loop_numbers[k].meaning, number_of_record(r, k));
+        memcpy((char *)l + loop_numbers[k].loop, &number, sizeof number);
+    }
 }
 
 static void read_loop(kt_code_tree *tree, int index) {
@@ -91,8 +151,10 @@ static void read_loop(kt_code_tree *tree, int index) {
     for (char *at = l->name; *at != '\0'; at++)
         *at = *at == '-' ? '_' : *at;
     l->value = kt_op_number(tree->graph, 0.0);
-    if (r->type == KT_LOOP_DISTANCE && kt_curve_rests(&r->curve))
-        l->value = kt_code_curve(tree, &r->curve, l->name, "length", "of the loop, m");
+    if ((r->type == KT_LOOP_DISTANCE || r->type == KT_LOOP_CURVE) && kt_curve_rests(&r->curve))
+        l->value =
+            kt_code_curve(tree, &r->curve, l->name, r->type == KT_LOOP_CURVE ? "distance" : "length", "of the loop, m");
+    read_loop_numbers(tree, r, l);
     static const char *const key[KT_LOOP_TYPE_COUNT] = {
         [KT_LOOP_COUPLING] = "offset", [KT_LOOP_MOTION] = "position", [KT_LOOP_RATES] = "rate"};
     if (r->term_count > 0 && kt_curve_rests(&r->curve))
@@ -133,6 +195,13 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
         const kt_loop_record *r = &model->loop[i];
         const int32_t fixed[5] = {r->type, r->body[0], r->body[1], r->term_count, r->group};
         const int rows = kt_code_rows_of_loop(model, i);
+        if (r->type == KT_LOOP_SURFACE || r->type == KT_LOOP_CURVE)
+            hash(h, &r->form, sizeof r->form);
+        for (int k = 0; k < LOOP_NUMBERS; k++) {
+            const int is_zero = number_of_record(r, k) == 0.0;
+            if (r->type < KT_LOOP_TYPE_COUNT && loop_numbers[k].types & 1u << r->type)
+                hash(h, &is_zero, sizeof is_zero);
+        }
         hash(h, fixed, sizeof fixed);
         hash(h, &rows, sizeof rows);
         for (int k = 0; k < r->term_count; k++)
@@ -176,10 +245,11 @@ static void follow_loop_path(kt_code_closing *c, int k) {
     kt_graph *g = tree->graph;
     const kt_loop_record *r = c->record;
     const kt_code_places *at = c->place;
-    for (int n = 0; n < r->length[k]; n++) {
-        const int i = tree->model->path[r->path[k] + n], up = tree->link[i].parent;
+    const int end = c->end[k];
+    for (int n = 0; n < r->length[end]; n++) {
+        const int i = tree->model->path[r->path[end] + n], up = tree->link[i].parent;
         kt_graph_section(g, "%s: link %d on the way to end %d of %s, in the axes of link %d", tree->link[i].name, i,
-                         k + 1, c->number->name, r->ancestor);
+                         end + 1, c->number->name, r->ancestor);
         const kt_code_frame frame = kt_code_frame_of(tree, i);
         const kt_op33 own = kt_code_turn_of_frame(g, &frame);
         const kt_op3 offset = kt_op33_apply(g, &at->turn[up], frame.offset);
@@ -188,11 +258,11 @@ static void follow_loop_path(kt_code_closing *c, int k) {
         if (c->moves)
             move_loop_link(c, k, i, &frame, offset);
     }
-    const int link = r->link[k];
-    c->point[k] = kt_op3_add(g, at->position[link], kt_op33_apply(g, &at->turn[link], c->number->at[k]));
-    kt_op3_name(g, c->point[k], "e", 2 * (int)(r - tree->model->loop) + k);
+    const int link = r->link[end];
+    c->point[k] = kt_op3_add(g, at->position[link], kt_op33_apply(g, &at->turn[link], c->number->at[end]));
+    kt_op3_name(g, c->point[k], "e", 2 * (int)(r - tree->model->loop) + end);
     bool unused;
-    const kt_op33 frame = kt_code_rotation(g, &r->frame[k].rotation, &unused);
+    const kt_op33 frame = kt_code_rotation(g, &r->frame[end].rotation, &unused);
     c->axes[k] = kt_op33_multiply(g, &at->turn[link], &frame);
 }
 
@@ -206,8 +276,8 @@ static kt_op *make_loop_columns(const kt_code_closing *c) {
     for (size_t i = 0; i < 6 * tree->model->n.v && !g->failed; i++)
         column[i] = kt_op_number(g, 0.0);
     for (int k = 0; k < 2 && !g->failed; k++)
-        for (int n = 0; n < r->length[k]; n++) {
-            const int i = tree->model->path[r->path[k] + n];
+        for (int n = 0; n < r->length[c->end[k]]; n++) {
+            const int i = tree->model->path[r->path[c->end[k]] + n];
             kt_code_fill_jacobian(tree, c->place, i, c->point[1], column);
             for (int x = 0; x < 6 * kt_link_dofs(tree->link[i].link) && k == 0; x++) {
                 kt_op *entry = column + 6 * tree->link[i].link->v + x;
@@ -220,7 +290,7 @@ static kt_op *make_loop_columns(const kt_code_closing *c) {
 /* v_i(P) and a_i(P) */
 static void move_point(const kt_code_closing *c, int k, kt_op3 *velocity, kt_op3 *linear) {
     kt_graph *g = c->tree->graph;
-    const kt_op3 arm = kt_op3_subtract(g, c->point[1], c->place->position[c->record->link[k]]);
+    const kt_op3 arm = kt_op3_subtract(g, c->point[1], c->place->position[c->record->link[c->end[k]]]);
     const kt_op3 carried = kt_op3_cross(g, c->omega[k], arm);
     const kt_op3 bias = kt_op3_add(g, kt_op3_cross(g, c->alpha[k], arm), kt_op3_cross(g, c->omega[k], carried));
     *velocity = kt_op3_add(g, c->velocity[k], carried);
@@ -294,6 +364,7 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
     rows->loop[at] = (int)(r - tree->model->loop);
     rows->block[at] = at;
     const bool has_positions = r->type != KT_LOOP_RATES;
+    rows->is_closed[at] = has_positions;
     rows->phi[at] = has_positions ? kt_op_negate(g, c->function[0]) : kt_op_number(g, 0.0);
     rows->rate[at] = c->function[has_positions ? 1 : 0];
     rows->right[at] = c->function[has_positions ? 2 : 1];
@@ -331,6 +402,7 @@ void kt_code_free_loop_rows(kt_code_loop_rows *rows) {
     free(rows->scaled);
     free(rows->rate);
     free(rows->right);
+    free(rows->is_closed);
     free(rows->block);
     free(rows->size);
 }
@@ -371,6 +443,8 @@ static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place,
         add_relation(&c, rows);
         return;
     }
+    c.end[0] = c.record->type == KT_LOOP_ROLLING; /* rows of a wheel are those of its centre, seen from the plane */
+    c.end[1] = 1 - c.end[0];
     c.omega[0] = moves ? omega_of_ancestor(tree, c.record->ancestor) : kt_op3_zero(g);
     c.omega[1] = c.omega[0];
     for (int k = 0; k < 2; k++)
@@ -387,12 +461,13 @@ void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *r
                                 .scaled = calloc(count, sizeof *rows->scaled),
                                 .rate = calloc(count, sizeof *rows->rate),
                                 .right = calloc(count, sizeof *rows->right),
+                                .is_closed = calloc(count, sizeof *rows->is_closed),
                                 .block = calloc(count, sizeof *rows->block),
                                 .size = calloc(count * (tree->model->n.v + 1), sizeof *rows->size)};
     const kt_code_places place = {calloc(links, sizeof *place.turn), calloc(links, sizeof *place.position)};
     g->failed |= rows->loop == NULL || rows->a == NULL || rows->phi == NULL || rows->scaled == NULL ||
-                 rows->block == NULL || rows->size == NULL || rows->rate == NULL || rows->right == NULL ||
-                 place.turn == NULL || place.position == NULL;
+                 rows->is_closed == NULL || rows->block == NULL || rows->size == NULL || rows->rate == NULL ||
+                 rows->right == NULL || place.turn == NULL || place.position == NULL;
     for (int i = 0; i < (int)tree->model->n.loop && know_loops(tree); i++)
         add_loop(tree, i, &place, moves, rows);
     free(place.turn);

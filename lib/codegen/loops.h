@@ -7,18 +7,22 @@
 /* The independent equations of all loops at a state. */
 typedef struct kt_code_loop_rows {
     int count;
-    int *loop;     /* of each equation */
-    kt_op *a;      /* A, row by row, with nv entries each */
-    kt_op *phi;    /* residuals */
-    kt_op *scaled; /* residuals over their scales, a radian or the mechanism's length */
-    kt_op *rate;   /* A v = rate: those of functions of time */
-    kt_op *right;  /* A a = right */
-    int *block;    /* of each equation: the first one with which it is compared (multiplier.c) */
-    kt_op *size;   /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
+    int *loop;       /* of each equation */
+    kt_op *a;        /* A, row by row, with nv entries each */
+    kt_op *phi;      /* residuals */
+    kt_op *scaled;   /* residuals over their scales, a radian or the mechanism's length */
+    kt_op *rate;     /* A v = rate: those of functions of time */
+    kt_op *right;    /* A a = right */
+    bool *is_closed; /* it has a residual; without, phi is 0 */
+    int *block;      /* of each equation: the first one with which it is compared (multiplier.c) */
+    kt_op *size;     /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
 } kt_code_loop_rows;
 
 /* Why the equations of a loop cannot be generated; NULL: they can. */
 const char *kt_code_loop_fault(const kt_model *model, int loop);
+
+/* The same for a projection of positions. */
+const char *kt_code_projection_fault(const kt_model *model, int loop);
 
 /* Whether the type of a loop can be generated, with its functions. */
 bool kt_code_has_loop_type(const kt_model *model, int loop);
@@ -27,11 +31,15 @@ bool kt_code_has_loop_type(const kt_model *model, int loop);
  * model was compiled. */
 int kt_code_rows_of_loop(const kt_model *model, int loop);
 
+/* How many of them have a residual, and so belong to the projection of positions. */
+int kt_code_closed_rows_of_loop(const kt_model *model, int loop);
+
 /* Whether the equations of loops depend on time. */
 bool kt_code_loops_have_time(const kt_model *model);
 
-/* How many equations the loops of a model have in a generated file. */
+/* How many equations the loops of a model have in a generated file, and how many of them have a residual. */
 int kt_code_count_loop_rows(const kt_model *model);
+int kt_code_count_closed_rows(const kt_model *model);
 
 /* Makes all equations; the caller frees them in any case. `moves`: the right-hand sides, too. */
 void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *rows);
@@ -50,8 +58,9 @@ void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_gu
 /* Its derivatives by q, v and tau: out has 3 nv nv entries. Guards as those of the function. */
 void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
-/* The least change of q that closes the linear equations, and the scaled residuals behind it. One guard for each
- * equation; in the metric of the mass matrix also one for each coordinate, before them. Returns how many guards. */
+/* The least change of q that closes the linear equations, and the scaled residuals behind it. Equations without a
+ * residual are left out. One guard for each equation; in the metric of the mass matrix also one for each coordinate,
+ * before them. Returns how many guards. */
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
 /* v without the part that the loops forbid, and the scaled residuals behind it. Guards as of forward dynamics. */

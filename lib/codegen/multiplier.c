@@ -292,6 +292,32 @@ void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *ou
 
 /* ---- projections ------------------------------------------------------------------------------------------------- */
 
+/* Writes the scaled residuals of equations that have one. */
+static void list_gaps(const kt_code_loop_rows *rows, kt_op *gap) {
+    for (int r = 0, at = 0; r < rows->count; r++)
+        if (rows->is_closed[r])
+            gap[at++] = rows->scaled[r];
+}
+
+/* Leaves out the equations without a residual. Those of one block are all of one kind. */
+static void keep_closed_rows(kt_code_loop_rows *rows, size_t nv) {
+    int at = 0;
+    for (int r = 0; r < rows->count; r++) {
+        if (!rows->is_closed[r])
+            continue;
+        const int back = r - rows->block[r];
+        rows->loop[at] = rows->loop[r];
+        rows->block[at] = at - back;
+        rows->phi[at] = rows->phi[r];
+        rows->scaled[at] = rows->scaled[r];
+        rows->is_closed[at] = true;
+        memmove(rows->a + (size_t)at * nv, rows->a + (size_t)r * nv, nv * sizeof *rows->a);
+        memmove(rows->size + (size_t)at * nv, rows->size + (size_t)r * nv, nv * sizeof *rows->size);
+        at++;
+    }
+    rows->count = at;
+}
+
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v, before = tree->model->metric == KT_METRIC_MASS ? nv : 0;
@@ -299,7 +325,8 @@ int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code
     kt_op *inverse = before > 0 ? factor_loop_mass(tree, work, guard) : NULL;
     kt_code_make_loop_rows(tree, false, &rows);
     if (!g->failed) {
-        memcpy(out + nv, rows.scaled, (size_t)rows.count * sizeof *out);
+        keep_closed_rows(&rows, (size_t)nv);
+        list_gaps(&rows, out + nv);
         for (int k = 0; k < nv; k++)
             out[k] = kt_op_number(g, 0.0);
         for (int r = 0; r < rows.count; r++)
@@ -308,7 +335,7 @@ int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code
     }
     kt_code_free_loop_rows(&rows);
     free(inverse);
-    return before + kt_code_count_loop_rows(tree->model);
+    return before + kt_code_count_closed_rows(tree->model);
 }
 
 void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
@@ -318,7 +345,7 @@ void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_c
     kt_op *inverse = factor_loop_mass(tree, work, guard);
     kt_code_make_loop_rows(tree, false, &rows);
     if (!g->failed) {
-        memcpy(out + nv, rows.scaled, (size_t)rows.count * sizeof *out);
+        list_gaps(&rows, out + nv);
         for (int k = 0; k < nv; k++)
             out[k] = kt_op_number(g, 0.0);
         for (int r = 0; r < rows.count; r++) {

@@ -29,8 +29,8 @@ static int count_quaternions(const kt_model *model) {
 
 /* Whether the functions need step_move. */
 static bool moves_positions(const kt_model *model, unsigned functions) {
-    return (functions & (KT_CODEGEN_SEMI_IMPLICIT | KT_CODEGEN_PROJECT)) ||
-           (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEPS));
+    return (functions & KT_CODEGEN_SEMI_IMPLICIT) ||
+           (kt_code_count_closed_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)));
 }
 
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions) {

@@ -3,6 +3,8 @@
  *   positions    q := q (+) dq with A dq = -phi, least in the metric of the model, until phi is rounding
  *   velocities   v := v + dv with A dv = rate - A v, least in kinetic energy
  *
+ * Equations of velocities, such as those of rolling, belong to the second alone.
+ *
  * Newton's iteration ends if phi is at most ROUNDING of its scale, or if it is at most CLOSED and no longer halves. It
  * takes at most 10 steps, of which one suffices after a usual step. It calls two functions, and both compute phi: one
  * at the position before a step, and one behind it, where the velocities are projected.
@@ -11,9 +13,9 @@
 #include "codegen/print.h"
 #include "kinetree/codegen.h"
 
-void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model *model, unsigned functions,
-                              const char *signature) {
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model), rows = kt_code_count_loop_rows(model);
+/* Projects positions and velocities. */
+static void print_closing_projection(FILE *file, const kt_code_names *n, const kt_model *model) {
+    const int nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
     const char *const time = n->loops_have_time ? "t, " : "";
     fputs("#define ROUNDING (real)(sizeof(real) < sizeof(double) ? 1e-6 : 2e-15)\n"
           "#define CLOSED (real)(sizeof(real) < sizeof(double) ? 1e-4 : 1e-12)\n\n",
@@ -33,7 +35,7 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
             "    static const int loop[%d] = {",
             n->take, n->loops_have_time ? "real t, " : "", rows);
     for (int i = 0, at = 0; i < (int)model->n.loop; i++)
-        for (int k = kt_code_rows_of_loop(model, i); k > 0; k--, at++)
+        for (int k = kt_code_closed_rows_of_loop(model, i); k > 0; k--, at++)
             fprintf(file, "%s%d", at > 0 ? ", " : "", i + 1);
     fprintf(file,
             "}; /* of each equation */\n"
@@ -50,6 +52,26 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
             "            for (int k = 0; k < %d; k++)\n                v[k] = u[k];\n            return 0;\n        }\n"
             "    }\n    return -loop[widest];\n}\n\n",
             nv, nv, rows, n->pass, time, n->pass, time, nv);
+}
+
+/* Without residuals the positions stay. */
+static void print_projection_of_velocities(FILE *file, const kt_code_names *n, int nv) {
+    fprintf(file,
+            "/* Projects velocities onto the loops, in place: no equation has a residual. */\n"
+            "static int step_project(%s%sconst real *q, real *v) {\n"
+            "    real u[%d], gap[1] = {0};\n"
+            "    const int code = settle_velocities(%s%sq, v, u, gap);\n"
+            "    for (int k = 0; code == 0 && k < %d; k++)\n        v[k] = u[k];\n    return code;\n}\n\n",
+            n->take, n->loops_have_time ? "real t, " : "", nv, n->pass, n->loops_have_time ? "t, " : "", nv);
+}
+
+void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model *model, unsigned functions,
+                              const char *signature) {
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
+    if (rows > 0)
+        print_closing_projection(file, n, model);
+    else
+        print_projection_of_velocities(file, n, nv);
     if (!(functions & KT_CODEGEN_PROJECT))
         return;
     fprintf(file,
@@ -58,5 +80,5 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
             "    const int code = step_project(%s%sp, u);\n    if (code != 0)\n        return code;\n"
             "    for (int i = 0; i < %d; i++)\n        next_q[i] = p[i];\n"
             "    for (int i = 0; i < %d; i++)\n        next_v[i] = u[i];\n    return 0;\n}\n\n",
-            signature, nq, nv, nq, nv, n->pass, time, nq, nv);
+            signature, nq, nv, nq, nv, n->pass, n->loops_have_time ? "t, " : "", nq, nv);
 }

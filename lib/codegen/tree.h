@@ -40,6 +40,7 @@ typedef struct kt_code_loop {
     char name[KT_CODE_BODY_NAME]; /* with which its parameters begin */
     kt_op3 at[2];                 /* ends, in their links */
     kt_op value;                  /* length or offset */
+    kt_op pitch, radius, tube, angle;
 } kt_code_loop;
 
 typedef struct kt_code_tree {

@@ -235,9 +235,9 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
     check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "switched on and off");
 
     four_bar_describe(&f, length, 1.0, 0.0);
-    f.loop.type = KT_LOOP_SCREW;
-    f.loop.pitch = 0.01;
-    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "wheels, skates, screws");
+    f.loop.type = KT_LOOP_CURVE;
+    f.loop.curve = (kt_track){.type = KT_TRACK_HELIX, .radius = 0.5, .pitch = 0.1};
+    check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "nearest point of a helix or a spline");
 
     four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.type = KT_LOOP_DISTANCE;

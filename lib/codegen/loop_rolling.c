@@ -1,0 +1,74 @@
+/* Rolling and skating, as in loop/rolling.c and loop/knife_edge.c. Rows as in loop_rows.c.
+ *
+ * Skate: with the axis a = f_z of the second end, f = a and drift = (w x a) . u.
+ *
+ * Disc: the second end is its centre C with the axle a, the first one a frame of the plane with the normal n. So w and u
+ * are the motion of the disc as seen in the plane, and no number depends on how far the plane's point is. With
+ * c = n . a and s = |n x a|:
+ *
+ *   t  = a x (n x a) / s             from the lowest point of the disc, P = C + p, to its centre; p = -rho t
+ *   t' = -(c' a + c a' + s' t) / s,  a' = w x a, c' = n . a', s' = -c c' / s
+ *
+ * The disc's velocity at P relative to the plane is y = u + w x p. A row along k = x, y or n has
+ *
+ *   f = k,  m = p x k,  drift = k . (w x p' - (w_1 x w_2) x p)
+ *
+ * since w' as seen in the plane is al_2 - al_1 - w_1 x w. The row along n is the rate of the gap phi = n . d - rho s.
+ * A disc that lies flat, s = 0, stops the function.
+ */
+#include "codegen/loop_rows.h"
+
+/* The place at which a disc touches. */
+typedef struct code_touch {
+    kt_op s;
+    kt_op3 t, rate; /* t' */
+} code_touch;
+
+static code_touch touch_of_disc(const kt_code_closing *c, kt_op3 n, kt_op3 turn) {
+    kt_graph *g = c->tree->graph;
+    code_touch at;
+    const kt_op3 a = kt_code_end_axis(c, 1, 2), across = kt_op3_cross(g, n, a), moved = kt_op3_cross(g, turn, a);
+    const kt_op cosine = kt_op3_dot(g, n, a), rate = kt_op3_dot(g, n, moved);
+    at.s = kt_op3_length(g, across);
+    const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), at.s);
+    at.t = kt_op3_scale(g, inverse, kt_op3_cross(g, a, across));
+    const kt_op closing = kt_op_multiply(g, kt_op_multiply(g, cosine, rate), inverse); /* -s' */
+    kt_op3 sum = kt_op3_add(g, kt_op3_scale(g, rate, a), kt_op3_scale(g, cosine, moved));
+    sum = kt_op3_subtract(g, sum, kt_op3_scale(g, closing, at.t));
+    at.rate = kt_op3_scale(g, kt_op_negate(g, inverse), sum);
+    return at;
+}
+
+void kt_code_add_rolling(const kt_code_closing *c, kt_code_loop_rows *rows, unsigned active) {
+    kt_graph *g = c->tree->graph;
+    const kt_op radius = c->number->radius;
+    const kt_op3 n = kt_code_end_axis(c, 0, 2), w = kt_op3_subtract(g, c->omega[1], c->omega[0]);
+    const code_touch at = touch_of_disc(c, n, w);
+    const kt_op back = kt_op_negate(g, radius);
+    const kt_op3 p = kt_op3_scale(g, back, at.t), moved = kt_op3_scale(g, back, at.rate);
+    const kt_op3 turning = kt_op3_cross(g, c->omega[0], c->omega[1]);
+    const kt_op3 bias = kt_op3_subtract(g, kt_op3_cross(g, w, moved), kt_op3_cross(g, turning, p));
+    for (int k = 0; k < 3; k++) {
+        if (!(active & 1u << (KT_CODE_ROLL_X + k)))
+            continue;
+        const kt_op3 along = kt_code_end_axis(c, 0, k);
+        const kt_code_row row = {.moment = kt_op3_cross(g, p, along),
+                                 .force = along,
+                                 .phi = kt_op_subtract(g, kt_op3_dot(g, n, c->d), kt_op_multiply(g, radius, at.s)),
+                                 .drift = kt_op3_dot(g, along, bias),
+                                 .measure = k < 2 ? KT_CODE_VELOCITY : KT_CODE_LENGTH,
+                                 .reach = &p};
+        kt_code_add_row(c, rows, &row);
+    }
+}
+
+void kt_code_add_edge(const kt_code_closing *c, kt_code_loop_rows *rows) {
+    kt_graph *g = c->tree->graph;
+    const kt_op3 a = kt_code_end_axis(c, 1, 2), w = kt_op3_subtract(g, c->omega[1], c->omega[0]);
+    const kt_code_row row = {.moment = kt_op3_zero(g),
+                             .force = a,
+                             .phi = kt_op_number(g, 0.0),
+                             .drift = kt_op3_dot(g, kt_op3_cross(g, w, a), c->u),
+                             .measure = KT_CODE_VELOCITY};
+    kt_code_add_row(c, rows, &row);
+}

@@ -1,0 +1,31 @@
+/* Random trees with loops that close in one state. */
+#ifndef KT_TEST_CODEGEN_CLOSED_TREE_H
+#define KT_TEST_CODEGEN_CLOSED_TREE_H
+
+#include "../dynamics/tree.h"
+
+enum { KT_CLOSED_LOOPS = 2, KT_CLOSED_TYPES = 22 };
+
+/* The time of all states. */
+#define KT_CLOSED_NOW 0.3
+
+/* The types of the first loop, in turn. */
+extern const kt_loop_type kt_closed_types[KT_CLOSED_TYPES];
+
+typedef struct kt_closed_tree {
+    kt_tree tree;
+    kt_loop loop[KT_CLOSED_LOOPS];
+    kt_term term[KT_CLOSED_LOOPS][2];
+    char formula[KT_CLOSED_LOOPS][160];
+    kt_tree_state state;
+} kt_closed_tree;
+
+/* Draws a tree whose first loop has the type kt_closed_types[n % KT_CLOSED_TYPES]. The first KT_CLOSED_TYPES of them
+ * move in planes, the next ones in space, and so on. Returns false if no loop fits. kt_tree_free may follow in any
+ * case. */
+bool kt_closed_grow(kt_closed_tree *c, kt_random *random, int n);
+
+/* Whether a mechanism can move, is not rejected for redundant equations, and has a source of usual size. */
+bool kt_closed_is_generated(const kt_model *model);
+
+#endif
