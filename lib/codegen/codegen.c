@@ -505,10 +505,39 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     return status;
 }
 
+/* Counts and writes the numbers of accelerations. Their parameters follow from the tree, the effects and the loops. The
+ * dynamics, which take most of the time, have no others. */
+static kt_status read_numbers_of_accelerations(const kt_model *model, double *numbers, int room, int *count,
+                                               kt_error *error) {
+    const kt_status status = kt_code_check(model, KT_CODEGEN_ACCELERATION, error);
+    if (status != KT_OK)
+        return status;
+    kt_graph graph;
+    kt_code_tree tree;
+    kt_op *force = calloc(model->n.v + 1, sizeof *force);
+    kt_graph_init(&graph);
+    bool fine = kt_code_tree_read(&tree, model, &graph, false) && force != NULL;
+    if (fine && model->n.effect > 0)
+        kt_code_effects(&tree, force);
+    if (fine && kt_code_count_loop_rows(model) > 0)
+        fine = kt_code_read_loops(&tree);
+    fine = fine && !graph.failed;
+    if (fine)
+        *count = tree.parameter_count;
+    for (int i = 0; fine && i < tree.parameter_count && i < room; i++)
+        numbers[i] = tree.parameter[i].value;
+    kt_code_tree_free(&tree);
+    kt_graph_free(&graph);
+    free(force);
+    return fine ? KT_OK : reject_memory(error);
+}
+
 kt_status kt_codegen_numbers(const kt_model *model, unsigned functions, double *numbers, int room, int *count,
                              kt_error *error) {
     if (KT_IS_MISSING(error, model, numbers || room <= 0, count))
         return KT_ERROR_ARGUMENT;
+    if (functions == KT_CODEGEN_ACCELERATION)
+        return read_numbers_of_accelerations(model, numbers, room, count, error);
     code_made *made;
     const kt_status status = make_graphs(model, functions, false, &made, error);
     if (status != KT_OK)

@@ -170,8 +170,7 @@ static void read_loop(kt_code_tree *tree, int index) {
         l->at[k] = kt_code_place_in_link(tree, r->body[k], place_of_loop_end(model, r, k), l->name, k);
 }
 
-/* Reads all loops once, since their parameters exist once. Returns false if memory is insufficient. */
-static bool know_loops(kt_code_tree *tree) {
+bool kt_code_read_loops(kt_code_tree *tree) {
     const kt_model *model = tree->model;
     if (tree->loop != NULL || tree->graph->failed)
         return !tree->graph->failed;
@@ -468,7 +467,7 @@ void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *r
     g->failed |= rows->loop == NULL || rows->a == NULL || rows->phi == NULL || rows->scaled == NULL ||
                  rows->is_closed == NULL || rows->block == NULL || rows->size == NULL || rows->rate == NULL ||
                  rows->right == NULL || place.turn == NULL || place.position == NULL;
-    for (int i = 0; i < (int)tree->model->n.loop && know_loops(tree); i++)
+    for (int i = 0; i < (int)tree->model->n.loop && kt_code_read_loops(tree); i++)
         add_loop(tree, i, &place, moves, rows);
     free(place.turn);
     free(place.position);

@@ -1,12 +1,15 @@
 /* Generated files as right-hand sides of simulations (kt_native_use). */
 #define _XOPEN_SOURCE 700
+#include "../scene_files.h"
 #include "generated.h"
 
 #include "kinetree/batch.h"
+#include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -312,6 +315,70 @@ KT_TEST(numbers_are_those_of_the_model) {
         kt_check_equal_bits("numbers", numbers, n.file.standard, (size_t)count);
     kt_check_equal_int("no function", kt_codegen_numbers(n.tree.model, 0, NULL, 0, &count, &error), KT_ERROR_ARGUMENT);
     native_tree_free(&n);
+}
+
+/* Reads the numbers of mech_default. Returns how many; -1 if there are too many. */
+static int read_standard_numbers(const char *source, double *numbers, int room) {
+    const char *at = strstr(source, "mech_default = {"), *const end = at != NULL ? strstr(at, "};") : NULL;
+    int count = 0;
+    for (at = at != NULL ? strstr(at, "(real)") : NULL; at != NULL && at < end; at = strstr(at, "(real)")) {
+        if (count == room)
+            return -1;
+        at += strlen("(real)");
+        numbers[count++] = strtod(at, NULL);
+    }
+    return count;
+}
+
+/* Compares the numbers of a scene. Returns how many; -1: it cannot be generated. */
+static int compare_numbers(const char *name) {
+    static double numbers[4000], standard[4000];
+    char path[512], *text[2] = {NULL, NULL};
+    size_t length[2];
+    kt_scene scene = kt_scene_default();
+    kt_model *model = NULL;
+    kt_error error = {0};
+    int count = -1, expected = -1;
+    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
+    FILE *source = open_memstream(&text[0], &length[0]), *header = open_memstream(&text[1], &length[1]);
+    kt_status status = kt_scene_read(path, &scene, NULL, NULL, &error);
+    if (status == KT_OK)
+        status = kt_model_compile(&scene.description, NULL, &model, &error);
+    if (status == KT_OK && source != NULL && header != NULL && kt_model_nv(model) <= 60)
+        status = kt_codegen_write(model, "mech", KT_CODEGEN_ACCELERATION, false, source, header, &error);
+    else
+        status = KT_ERROR_MODEL;
+    if (source != NULL)
+        (void)fclose(source);
+    if (header != NULL)
+        (void)fclose(header);
+    if (status == KT_OK) {
+        expected = read_standard_numbers(text[0], standard, 4000);
+        status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, numbers, 4000, &count, &error);
+        if (kt_tree_fine(name, status, &error) && kt_check_equal_int(name, count, expected))
+            kt_check_equal_bits(name, numbers, standard, (size_t)count);
+    }
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    free(text[0]);
+    free(text[1]);
+    return count;
+}
+
+/* The numbers are read without making the functions of the file, and have the order of the file. */
+KT_TEST(numbers_of_scenes_are_those_of_their_files) {
+    struct dirent **list = NULL;
+    int scenes = 0, most = 0;
+    const int count = scandir(KT_SCENES, &list, kt_is_scene_file, alphasort);
+    for (int i = 0; i < count; i++) {
+        const int found = compare_numbers(list[i]->d_name);
+        scenes += found >= 0;
+        most = found > most ? found : most;
+        free(list[i]);
+    }
+    free(list);
+    kt_check_above("scenes", scenes, 50);
+    kt_check_above("most numbers", most, 100);
 }
 
 /* A file whose numbers are set anew has the motion of the changed model. */
