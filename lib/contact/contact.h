@@ -329,14 +329,14 @@ KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, doub
                                                  double *lost, kt_error *error);
 /* Finds contacts that may graze, at the rates u before impulses. */
 void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
-/* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations under
- * the reactions.
+/* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations
+ * under the reactions.
  *
- * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. They leave a rotation
- * free, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A contact that
- * grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing` of its terms,
- * and it does not depend on the other closed contacts. It opens when its reaction falls below twice the reaction that
- * belongs to this part. */
+ * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. They leave a
+ * rotation free, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A
+ * contact that grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing`
+ * of its terms, and it does not depend on the other closed contacts. It opens when its reaction falls below twice the
+ * reaction that belongs to this part. */
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */

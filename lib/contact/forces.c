@@ -71,7 +71,8 @@ static bool solve_reactions(struct kt_contacts *c, const double *W, const reacti
 }
 
 /* The acceleration of row i under the reactions. *size: of its terms. */
-static double find_acceleration(const struct kt_contacts *c, const double *W, const reactions *r, int i, double *size) {
+static double find_row_acceleration(const struct kt_contacts *c, const double *W, const reactions *r, int i,
+                                    double *size) {
     double w = kt_contact_acceleration(c, W, i, size);
     for (int k = 0; k < r->n; k++)
         w += kt_contacts_between(c, W, i, c->active[k]) * (c->z[k] - c->limit[k] + c->slip[k]);
@@ -87,7 +88,7 @@ static bool find_penetrating(kt_simulation *simulation, const double *W, const r
     bool penetrating = false;
     for (int i = 0; i < c->meeting; i++) {
         double size;
-        const double w = find_acceleration(c, W, r, i, &size);
+        const double w = find_row_acceleration(c, W, r, i, &size);
         size = fmax(size, kt_contacts_own(c, W, i) * simulation->event_memory[c->list[i]].size);
         kt_contact *contact = &c->item[c->list[i]];
         if (!(w < -penetrates * size) || !contact->leaves)
@@ -145,7 +146,7 @@ static kt_status solve_forces(kt_simulation *simulation, double t, const double 
     }
     for (int i = 0; i < c->meeting; i++) {
         double size;
-        c->w[i] = find_acceleration(c, W, &r, i, &size);
+        c->w[i] = find_row_acceleration(c, W, &r, i, &size);
     }
     kt_contacts_close_grazing(simulation, W, u, c->w);
     return KT_OK;
@@ -177,8 +178,8 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const
                                      : solve_forces(simulation, t, y, W, u, error);
 }
 
-/* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L gets
- * row n of their Cholesky factor, except its last number. */
+/* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
+ * gets row n of their Cholesky factor, except its last number. */
 static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
     const int m = c->touching;
     double *L = c->L + (ptrdiff_t)n * m, left = kt_contacts_own(c, W, i);
@@ -226,8 +227,8 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W)
     return held;
 }
 
-/* A contact grazes if it closes its gap no faster than its rest velocity, or if it grazed when it closed and has not left
- * its boundary since. */
+/* A contact grazes if it closes its gap no faster than its rest velocity, or if it grazed when it closed and has not
+ * left its boundary since. */
 void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->meeting; i++) {

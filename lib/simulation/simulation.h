@@ -40,8 +40,8 @@ typedef struct kt_simulation_energy {
 } kt_simulation_energy;
 KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
                                                kt_error *error);
-/* Computes the kinetic energy d'M d / 2 of the change of velocities d from v to those in y, which a projection of v onto
- * the loops dissipates (switch.c). Overwrites simulation->a. */
+/* Computes the kinetic energy d'M d / 2 of the change of velocities d from v to those in y, which a projection of v
+ * onto the loops dissipates (switch.c). Overwrites simulation->a. */
 KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                              kt_error *error);
 /* Commits a jump of the state to y, whose works are already written. Forgets the results of the motion before the jump.

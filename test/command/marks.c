@@ -26,8 +26,8 @@ static bool resume(const kt_marks *from, kt_marks *to) {
 }
 
 /* Two corners of a box reach the floor at an instant. The first event makes both transitions, and the second one makes
- * none. A contact that arrives within rounding a moment later has no mark. A checkpoint behind any of the records leaves
- * the marks as they are. */
+ * none. A contact that arrives within rounding a moment later has no mark. A checkpoint behind any of the records
+ * leaves the marks as they are. */
 KT_TEST(a_checkpoint_between_contacts_of_one_instant_keeps_their_marks) {
     static const double instant = 1.0 / 3.0, later = 0.34;
     static const struct {

@@ -48,8 +48,8 @@ json_t *kt_marks_describe(const kt_marks *marks);
 /* Returns a new object with all members of `marks`, for checkpoints. */
 json_t *kt_marks_save(const kt_marks *marks);
 
-/* Reads the marks of an object of kt_marks_describe or kt_marks_save, which may have other members. Returns false if the
- * object has no valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
+/* Reads the marks of an object of kt_marks_describe or kt_marks_save, which may have other members. Returns false if
+ * the object has no valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
 bool kt_marks_read(kt_marks *marks, json_t *object);
 void kt_marks_free(kt_marks *marks);
 
