@@ -19,16 +19,18 @@ static uint64_t splitmix(uint64_t *x) {
     return z ^ (z >> 31);
 }
 
-kt_random kt_random_named(const char *name) {
+kt_random kt_random_seeded(uint64_t seed, const char *name) {
     uint64_t hash = 0xCBF29CE484222325U;
     for (; *name != '\0'; name++)
         hash = (hash ^ (unsigned char)*name) * 0x100000001B3U;
-    uint64_t x = kt_random_seed() ^ hash;
+    uint64_t x = seed ^ hash;
     kt_random random;
     for (int i = 0; i < 4; i++)
         random.s[i] = splitmix(&x);
     return random;
 }
+
+kt_random kt_random_named(const char *name) { return kt_random_seeded(kt_random_seed(), name); }
 
 static uint64_t rotate(uint64_t x, int k) { return (x << k) | (x >> (64 - k)); }
 

@@ -18,8 +18,9 @@ uint64_t kt_random_seed(void);
 /* The stream of the test that is running. */
 kt_random kt_random_of_test(void);
 
-/* A stream of any name. */
+/* A stream of any name, and with another seed. */
 kt_random kt_random_named(const char *name);
+kt_random kt_random_seeded(uint64_t seed, const char *name);
 
 uint64_t kt_random_bits(kt_random *random);
 

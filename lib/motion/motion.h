@@ -329,6 +329,9 @@ typedef struct kt_contact_calls {
     void (*renew)(kt_simulation *simulation);
     /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
     bool (*free_wedged)(kt_simulation *simulation, int *attempt);
+    /* Whether the last fixed step gained energy on contacts that slip, although nothing supplies any, and may be
+     * repeated with a shorter one. NULL: steps are not checked. */
+    bool (*gains)(kt_simulation *simulation);
     /* Limits a step behind one that was shortened. */
     void (*limit)(kt_simulation *simulation, double *t_limit);
     /* Prepares another try of a step that failed: a shorter one, or one behind an impulse (retry.c). Returns whether

@@ -328,6 +328,7 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .undo = kt_simulation_undo_change,
                                        .renew = kt_contacts_renew_model,
                                        .free_wedged = free_wedged,
+                                       .gains = kt_simulation_gains_energy,
                                        .limit = kt_simulation_limit_step,
                                        .retry = kt_simulation_retry};
 

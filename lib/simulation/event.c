@@ -355,6 +355,20 @@ static bool is_first_search(kt_simulation *simulation) {
 #endif
 }
 
+/* Whether contacts that slip gained energy along the step. The step then fails, and is repeated (retry.c). */
+static bool gains_energy(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    const bool gains = simulation->contacts != NULL && simulation->contact_calls->gains != NULL &&
+                       simulation->contact_calls->gains(simulation);
+    if (gains)
+        simulation->cause.code = KT_OK;
+    return gains;
+#else
+    (void)simulation;
+    return false;
+#endif
+}
+
 /* The event at which this try of the step was to end; event_count if there is none. */
 static size_t aim_of(const kt_simulation *simulation) {
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -405,6 +419,10 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
         return KT_OK;
     }
     if (fires || !(instant < HUGE_VAL)) {
+        if (gains_energy(simulation)) {
+            kt_integrator_retreat(simulation->integrator, t1 - t0);
+            return KT_ERROR_STEP;
+        }
         pass(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }

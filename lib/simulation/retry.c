@@ -1,4 +1,4 @@
-/* Steps on hard contacts that fail.
+/* Steps on hard contacts that fail, or that gain energy.
  *
  * Slip of a contact may end, or turn, within a step. Before the search for events has shortened the step, stages lie
  * behind that time. Their friction has a direction in which it may wedge the contact, so that no acceleration exists
@@ -8,6 +8,10 @@
  *
  * The dense output of such a step may also show an event that no shorter step reaches. Fixed steps behind an event that
  * was missed, or behind a failed try, grow slowly, also across impacts: the next full step would fail likewise.
+ *
+ * Friction of a contact that slips may turn fast, or have no bound (Painleve's paradox). A fixed step that does not
+ * resolve it may end with more energy than it began with, although nothing supplies any. Such a step is repeated in the
+ * same way, down to `finest` of its length. Between the two, its errors are larger than the work of friction.
  *
  * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step. The
  * contact is then freed (simulation/contacts.c). */
@@ -26,6 +30,30 @@ static double shortest(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(
 
 /* Each try of a step that failed is shorter by this factor. Each step behind it is at most longer by this factor. */
 static const double growth = 4.0;
+
+/* Steps below this part of a fixed step are not repeated for their energy. */
+static const double finest = 1.0 / 4096.0;
+/* A growth of the energy below these parts of the kinetic and of the potential energies is an error of free flight, or
+ * rounding. */
+static const double flight = 1e-9, rounding = 16.0 * DBL_EPSILON;
+
+bool kt_simulation_gains_energy(kt_simulation *simulation) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const kt_integrator *integrator = simulation->integrator;
+    const double t0 = kt_integrator_previous_time(integrator), h = kt_integrator_time(integrator) - t0;
+    kt_simulation_energy from, to;
+    kt_error ignored;
+    if (!(h > finest * simulation->step) || simulation->step == 0.0 || simulation->model->n.slip == 0 ||
+        simulation->acceleration != NULL || memory->now.torque || memory->now.wrenches ||
+        !(h > growth * shortest(t0)) || memory->retries + 1 >= MOST ||
+        kt_model_energetics(simulation->model) == KT_ENERGY_SUPPLIED ||
+        kt_simulation_find_energy(simulation, integrator->previous_y, &from, &ignored) != KT_OK ||
+        kt_simulation_find_energy(simulation, integrator->y, &to, &ignored) != KT_OK)
+        return false;
+    const double growth_of_energy = to.kinetic + to.potential - from.kinetic - from.potential;
+    return growth_of_energy >
+           flight * (from.kinetic + to.kinetic) + rounding * (fabs(from.potential) + fabs(to.potential));
+}
 
 /* The length of the step that failed. A step that is undone is the proposal of the next one. */
 static double length_of(const kt_simulation *simulation, double t_limit) {

@@ -245,7 +245,8 @@ KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recor
 /* The body whose joint has the component `at` of the state y; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
-/* kt_contact_calls.limit and .retry (retry.c). */
+/* kt_contact_calls.gains, .limit and .retry (retry.c). */
+bool kt_simulation_gains_energy(kt_simulation *simulation);
 void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
 bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
 

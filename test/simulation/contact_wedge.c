@@ -103,27 +103,63 @@ static double run_rod(kt_random *random, const char *method, double step, bool *
     return growth;
 }
 
+/* Throws rods, and checks that their energy grows no more than by the errors of free flight. */
+static void slide_rods(const char *method, double step, double bound, uint64_t seed) {
+    kt_random random = kt_random_seeded(seed, "sliding_rods_are_not_wedged");
+    kt_contact_counts counts = {0};
+    int failed = 0;
+    double growth = 0.0;
+    for (int i = 0; i < RODS; i++) {
+        bool ends;
+        growth = larger(growth, run_rod(&random, method, step, &ends, &counts));
+        failed += !ends;
+    }
+    kt_note("%s, seed %llu", method, (unsigned long long)seed);
+    kt_check_below("runs that fail", failed, 0.0);
+    kt_check_below("growth of energy in a tick, J", growth, bound);
+    kt_check_above("impulses without a collision", (double)counts.jammed, 1.0);
+    kt_check_above("evaluations in which slow slip has no direction", (double)counts.unconverged, 1.0);
+}
+
 /* Forces act on a rod that do no work, or dissipate: gravity, normal forces and friction. Measured before steps were
  * repeated: 15 of these runs fail with rk4, since friction wedges the head. */
 KT_TEST(sliding_rods_are_not_wedged) {
-    static const struct {
-        const char *method;
-        double step, growth;
-    } ways[] = {{"dopri5", 0.0, 1e-10}, {"heun", 1e-3, 1e-2}, {"rk4", 5e-3, 1e-2}};
-    for (int w = 0; w < 3; w++) {
-        kt_random random = kt_random_of_test();
-        kt_contact_counts counts = {0};
-        int failed = 0;
-        double growth = 0.0;
-        for (int i = 0; i < RODS; i++) {
-            bool ends;
-            growth = larger(growth, run_rod(&random, ways[w].method, ways[w].step, &ends, &counts));
-            failed += !ends;
-        }
-        kt_note("%s", ways[w].method);
-        kt_check_below("runs that fail", failed, 0.0);
-        kt_check_below("growth of energy in a tick, J", growth, ways[w].growth);
-        kt_check_above("impulses without a collision", (double)counts.jammed, 1.0);
-        kt_check_above("evaluations in which slow slip has no direction", (double)counts.unconverged, 1.0);
+    slide_rods("dopri5", 0.0, 1e-10, kt_random_seed());
+    slide_rods("heun", 1e-3, 1e-5, kt_random_seed());
+    slide_rods("rk4", 5e-3, 1e-8, kt_random_seed());
+}
+
+/* A fixed step of a rod that slides may not resolve its friction. If it gains energy, it is repeated with a part of its
+ * length. Unless such steps are repeated, heun gains up to 8 mJ in a tick, and rk4 0.12 J. */
+KT_TEST(fixed_steps_of_sliding_rods_gain_no_energy) {
+    static const uint64_t seeds[] = {3, 7, 9};
+    for (int i = 0; i < 3; i++) {
+        slide_rods("heun", 1e-3, 1e-5, seeds[i]);
+        slide_rods("rk4", 5e-3, 1e-8, seeds[i]);
     }
+}
+
+/* A rod lies on the plane and slides under a force, which supplies energy. None of its steps is repeated. */
+KT_TEST(steps_of_a_driven_rod_are_not_repeated) {
+    static const double friction = 0.5, step = 1e-3, end = 0.5, pull[6] = {20.0};
+    rods s;
+    make_rod(&s, friction, 0.0);
+    s.body.joint.position[2] = thick;
+    s.body.joint.velocity[0] = 1.0;
+    const kt_run run = kt_run_fixed("heun", step, 10.0);
+    const kt_simulation_options options = kt_simulation_options_default();
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_error error = {0};
+    kt_status status = simulation != NULL ? kt_simulation_set_torque(simulation, pull, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, end, &error);
+    if (kt_fine("runs", status, &error)) {
+        const double a_x = pull[0] / s.body.mass - friction * g;
+        kt_check_near("place, m", kt_simulation_positions(simulation)[0], end + 0.5 * a_x * end * end, 1e-12);
+        kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, lround(end / step));
+        kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_get(simulation).rejected, 0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
 }
