@@ -116,10 +116,11 @@ static void posed_block(const void *user, int i, int j, double *w) { pose_block(
 static void posed_rates(const void *user, const double *x, double *rate) {
     const kt_coulomb *c = user;
     int row[3];
-    double unused[3];
-    scatter_rows(c, x, c->system->dp);
+    double unused[3], *p = c->system->dp, *u = c->rate;
+    scatter_rows(c, x, p);
+    kt_coulomb_find_rates(c, p, u);
     for (int r = 0; r < 3 * c->n; r++)
-        rate[r] = rows_of(&c->item[r / 3], r % 3, row, unused) > 0 ? kt_coulomb_along(c, row[0], c->system->dp) : 0.0;
+        rate[r] = rows_of(&c->item[r / 3], r % 3, row, unused) > 0 ? u[row[0]] : 0.0;
 }
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
@@ -137,9 +138,10 @@ static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const
 
 static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     double most = 0.0;
+    kt_coulomb_find_rates(c, to->p, to->u);
     for (int j = 0; j < c->rows; j++) {
         most = fmax(most, fabs(to->p[j]));
-        to->u[j] = kt_coulomb_along(c, j, to->p) + c->b[j];
+        to->u[j] += c->b[j];
     }
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];

@@ -126,7 +126,9 @@ typedef struct kt_coulomb_system {
     X(int, active, items, "these rows")                                                                                \
     X(double, angle, items, "by which directions turn")                                                                \
     X(double, next_angle, items, "likewise")                                                                           \
-    X(double, turn, items, "unknowns of their system")
+    X(double, turn, items, "unknowns of their system")                                                                 \
+    X(int, nonzero, rows, "rows with an impulse")                                                                      \
+    X(double, rate, rows, "rates")
 
 /* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
  * If W is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
@@ -172,8 +174,8 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
 /* Whether the closed items have room in matrices: what follows, but for the rate and the check, requires it. */
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
-/* The rate of a row without b: W p. */
-double kt_coulomb_along(const kt_coulomb *c, int row, const double *p);
+/* The rates of all rows without b: W p. */
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
 /* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
  * factor. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);

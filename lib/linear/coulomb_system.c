@@ -146,7 +146,18 @@ static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
     return sum;
 }
 
-double kt_coulomb_along(const kt_coulomb *c, int row, const double *p) { return sum_along(c, row, p); }
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate) {
+    int n = 0;
+    for (int j = 0; c->W == NULL && j < c->rows; j++)
+        if (p[j] != 0.0)
+            c->nonzero[n++] = j;
+    for (int row = 0; row < c->rows; row++) {
+        double sum = 0.0;
+        for (int k = 0; c->W == NULL && k < n; k++)
+            sum += kt_coulomb_entry(c, row, c->nonzero[k]) * p[c->nonzero[k]];
+        rate[row] = c->W != NULL ? sum_along(c, row, p) : sum;
+    }
+}
 
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to) {
     int closed = 0;
@@ -351,8 +362,9 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
     for (int k = 0; k < s->n; k++)
         add_unit_impulses(s, k, s->x[k], 1.0, to->p);
+    kt_coulomb_find_rates(c, to->p, to->u);
     for (int j = 0; j < c->rows; j++)
-        to->u[j] = sum_along(c, j, to->p) + c->b[j];
+        to->u[j] += c->b[j];
 }
 
 /* dp/de of the m-th direction, through x and by itself. */
