@@ -21,6 +21,14 @@ size_t kt_contacts_of(const kt_model *model) {
     return count;
 }
 
+/* Whether all contacts are open and no friction sticks, as in the mechanism whose mass matrix is inverted. */
+static bool has_no_closed_contact(const kt_model *model) {
+    bool open = true;
+    for (size_t i = 0; i < model->n.loop && open; i++)
+        open = !is_watched(&model->loop[i]) || kt_loop_is_off(&model->loop[i]);
+    return open;
+}
+
 static size_t least_of(size_t a, size_t b) { return a < b ? a : b; }
 
 /* How many items have room in matrices, so that memory grows with the number of contacts and not with its square. As
@@ -55,7 +63,7 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     }
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
         const kt_model *one = kt_variants_model(model->variants, k);
-        const size_t inverse = kt_mass_inverse_size(one, 0);
+        const size_t inverse = has_no_closed_contact(one) ? kt_mass_inverse_size(one, 0) : 0;
         s.inverse = inverse > s.inverse ? inverse : s.inverse;
         s.rows = one->n.row > s.rows ? one->n.row : s.rows;
     }
