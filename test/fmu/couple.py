@@ -247,6 +247,7 @@ def failures(b):
              ("climbs", [("FILE", "climbs.fmu")], 2, "climbs.yaml:9:5: ", "leads out of the archive"),
              ("loads", [("FILE", "text-binary.fmu")], 2, "loads.yaml:9:5: ", "its binary cannot be loaded"),
              ("input", [(inputs, "angel: position.arm")], 2, "input.yaml:13:14: ", "FMU 'pd' has no variable 'angel'; did you mean 'angle'?"),
+             ("stranger", [(inputs, "voltage_of_motor: position.arm")], 2, "stranger.yaml:13:14: ", "FMU 'pd' has no variable 'voltage_of_motor'; these can be an input: 'angle'"),
              ("output", [(outputs, "torqe: arm")], 2, "output.yaml:14:15: ", "did you mean 'torque'?"),
              ("parameter", [(parameters, "dampin: 3")], 2, "parameter.yaml:15:36: ", "did you mean 'damping'?"),
              ("role", [(inputs, "torque: position.arm")], 2, "role.yaml:13:14: ", "is no variable that can be an input: its causality is 'output'"),

@@ -27,6 +27,34 @@ static bool plays(const kt_fmi_variable *variable, kt_fmu_role role) {
            ((is_local || is_output) && variable->has_start && !variable->is_constant);
 }
 
+/* Lists the first variables that play a role. Returns how many do. */
+static int list_players(const kt_fmi_description *description, kt_fmu_role role, char *text, size_t size) {
+    enum { LISTED = 5 };
+    size_t used = 0;
+    int count = 0;
+    text[0] = '\0';
+    for (int i = 0; i < description->count; i++)
+        if (plays(&description->variables[i], role) && count++ < LISTED && used < size)
+            used += (size_t)snprintf(text + used, size - used, "%s'%.40s'", used > 0 ? ", " : "",
+                                     description->variables[i].name);
+    if (count > LISTED && used < size)
+        (void)snprintf(text + used, size - used, " and %d more", count - LISTED);
+    return count;
+}
+
+static void reject_name(const kt_fmi_description *description, const kt_scene_fmu *fmu, const kt_scene_port *port,
+                        kt_fmu_role role, kt_error *error) {
+    char names[280];
+    if (list_players(description, role, names, sizeof names) == 0)
+        (void)kt_error_set(error, KT_ERROR_SCENE, port->where,
+                           "FMU '%.60s' has no variable '%.60s', and none that can be %s; remove it", fmu->name,
+                           port->variable, role_names[role]);
+    else
+        (void)kt_error_set(error, KT_ERROR_SCENE, port->where,
+                           "FMU '%.60s' has no variable '%.60s'; these can be %s: %s", fmu->name, port->variable,
+                           role_names[role], names);
+}
+
 const kt_fmi_variable *kt_fmu_port_find(const kt_fmi_description *description, const kt_scene_fmu *fmu,
                                         const kt_scene_port *port, kt_fmu_role role, kt_error *error) {
     const kt_fmi_variable *variable = kt_fmi_variable_find(description, port->variable);
@@ -40,8 +68,7 @@ const kt_fmi_variable *kt_fmu_port_find(const kt_fmi_description *description, c
                            "FMU '%.60s' has no variable '%.60s'; did you mean '%s'?", fmu->name, port->variable,
                            near.best);
     else if (variable == NULL)
-        (void)kt_error_set(error, KT_ERROR_SCENE, port->where, "FMU '%.60s' has no variable '%.60s'", fmu->name,
-                           port->variable);
+        reject_name(description, fmu, port, role, error);
     else if (!plays(variable, role))
         (void)kt_error_set(error, KT_ERROR_SCENE, port->where,
                            "FMU '%.60s': '%.60s' is no variable that can be %s: its causality is '%.20s'%s", fmu->name,
