@@ -203,7 +203,7 @@ static void report(const arm *drawn, const arm *real, const fit *f, FILE *csv) {
         const double wanted = base_value(f, real->pi, i);
         told += is_told(f, i);
         if (!is_told(f, i))
-            printf("not told: %.4f +- %.4f (drawn %.4f)  %s\n", f->value[i], f->deviation[i],
+            printf("not identified: %.4f +- %.4f (drawn %.4f)  %s\n", f->value[i], f->deviation[i],
                    base_value(f, drawn->pi, i), name);
         if (csv != NULL)
             fprintf(csv, "\"%s\",%.9g,%.9g,%.9g,%.9g\n", name, base_value(f, drawn->pi, i), f->value[i],
@@ -216,7 +216,7 @@ static void report(const arm *drawn, const arm *real, const fit *f, FILE *csv) {
         silent += most == 0.0;
     }
     printf("parameters: %d, of which %d have no effect on any torque\n", COLUMNS, silent);
-    printf("sums that torques can tell: %d; told by this record to a third: %d\n", f->rank, told);
+    printf("identifiable sums: %d; identified by this record to a third: %d\n", f->rank, told);
     printf("rms of what is left of the record: %.3f of the sensors' deviation\n",
            sqrt(f->rest / (double)(f->rows - f->rank)));
 }

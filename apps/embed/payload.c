@@ -27,9 +27,8 @@ int main(int argc, char **argv) {
                  kt_simulation_set_torque(robot.simulation, tau, &error) ||
                  kt_simulation_tick(robot.simulation, 1e-3, &error);
     }
-    if (failed)
-        fprintf(stderr, "%s: %s\n", error.where, error.message);
-    printf("largest error %.3g rad before, %.3g rad with the payload\n", worst[0], worst[1]);
+    failed ? fprintf(stderr, "%s: %s\n", error.where, error.message)
+           : printf("largest error %.3g rad before, %.3g rad with the payload\n", worst[0], worst[1]);
     kt_mechanism_free(&robot);
     return failed;
 }

@@ -14,7 +14,7 @@ def identify(*arguments):
     run = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, timeout=600)
     note(run.stdout.strip().replace("\n", "\n       "))
     claim(f"program_ends_well {' '.join(map(str, arguments[:2]))}", [] if run.returncode == 0 else [f"status {run.returncode}: {run.stderr}"])
-    rank, told = map(int, re.search(r"can tell: (\d+); told by this record to a third: (\d+)", run.stdout).groups())
+    rank, told = map(int, re.search(r"identifiable sums: (\d+); identified by this record to a third: (\d+)", run.stdout).groups())
     left = float(re.search(r"left of the record: ([0-9.]+)", run.stdout)[1])
     drawing, fitted = map(float, re.search(r"drawing ([0-9.]+), identified ([0-9.]+)", run.stdout).groups())
     return run.stdout, rank, told, left, drawing, fitted
@@ -35,7 +35,7 @@ claim("errors_are_within_their_deviations", [] if max(errors) < 4.5 and 0.5 < su
 # 14,000 rows: the rms is 1 within 1 / sqrt(28,000), 0.6 %.
 claim("what_is_left_is_the_noise", [] if abs(left - 1) < 0.025 else [f"{left}"])
 claim("prediction_is_better_than_the_noise_and_the_drawing", [] if fitted < 0.25 and drawing > 20 * fitted else [f"{drawing} {fitted}"])
-claim("what_is_not_told_is_named", [] if told < rank and text.count("not told") == rank - told else [text])
+claim("what_is_not_told_is_named", [] if told < rank and text.count("not identified") == rank - told else [text])
 _, _, fewer, _, _, worse = identify("--seconds", "2")
 claim("a_shorter_record_tells_less", [] if fewer < told and worse > fitted else [f"{fewer} {worse}"])
 finish()

@@ -47,5 +47,6 @@ errors = [float(x) for x in found.groups()] if found else [1.0, 1.0]
 claim("path_is_followed_with_the_payload_and_without", [] if 0.0 < max(errors) < 2e-3 else [f"{errors}"])
 claim("a_wrong_name_is_told_with_the_nearest_one",
       [] if wrong.returncode and "hand" in wrong.stderr else [wrong.stderr])
+claim("a_failure_prints_no_result", [word.stdout for word in (wrong, absent) if word.stdout])
 claim("a_file_that_is_not_there_is_told", [] if absent.returncode and "arm.xml" in absent.stderr else [absent.stderr])
 finish()

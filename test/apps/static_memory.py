@@ -31,6 +31,10 @@ found = says("all_lives_in_one_static_buffer",
 if found:
     model, simulation, checkpoint, used, size = map(int, found.groups())
     padding = used - model - simulation - checkpoint
+    page = (pathlib.Path(__file__).resolve().parents[2] / "include/pages/embedding.md").read_text()
+    stated = re.search(r"a simulation and a checkpoint in (\d+) kB of static memory", page)
+    note(f"{used} bytes, on the page {stated[1] if stated else 'no number'} kB")
+    claim("page_states_the_memory", [] if stated and int(stated[1]) == round(used / 1000) else [f"{used} bytes"])
     claim("buffer_holds_no_more_than_these", [] if 0 <= padding < 3 * 64 and used <= size else [found[0]])
 says("checkpoint_continues_bit_for_bit", r"from the checkpoint: same bits$")
 says("static_memory_gives_the_bits_of_the_heap", r"on the heap: same bits$")
