@@ -99,9 +99,18 @@ static kt_mat3 draw_axes(const kt_closed_tree *c, kt_random *random, kt_loop_typ
     return lies ? (kt_mat3){.x = b, .y = n, .z = a} : (kt_mat3){.x = a, .y = b, .z = n};
 }
 
+int kt_closed_count_forms(kt_loop_type type) {
+    return type == KT_LOOP_SURFACE || type == KT_LOOP_CURVE ? 4 : type == KT_LOOP_ROLLING ? 2 : 0;
+}
+
+/* The form of a loop, from 0. */
+static int form_of(const kt_closed_tree *c, kt_random *random, kt_loop_type type) {
+    return c->form >= 0 ? c->form : kt_random_int(random, 0, kt_closed_count_forms(type) - 1);
+}
+
 /* A surface through a place, as seen from the first end. */
-static void draw_surface(kt_random *random, kt_vec3 *d, kt_loop *loop) {
-    const kt_surface_type form = (kt_surface_type)kt_random_int(random, KT_SURFACE_PLANE, KT_SURFACE_TORUS);
+static void draw_surface(kt_random *random, int k, kt_vec3 *d, kt_loop *loop) {
+    const kt_surface_type form = (kt_surface_type)(KT_SURFACE_PLANE + k);
     const double rho = sqrt(d->x * d->x + d->y * d->y);
     loop->surface.type = form;
     if (form == KT_SURFACE_PLANE)
@@ -118,9 +127,8 @@ static void draw_surface(kt_random *random, kt_vec3 *d, kt_loop *loop) {
     loop->surface.tube = sqrt(s * s + d->z * d->z);
 }
 
-/* A line or a circle; in half of the cases the arc length is given. */
-static void draw_curve(kt_random *random, bool is_line, kt_vec3 *d, kt_loop *loop) {
-    const bool is_driven = kt_random_int(random, 0, 1) == 0;
+/* A line or a circle; the arc length is free or given. */
+static void draw_curve(kt_random *random, bool is_line, bool is_driven, kt_vec3 *d, kt_loop *loop) {
     double length = d->z;
     loop->curve.type = is_line ? KT_TRACK_LINE : KT_TRACK_CIRCLE;
     if (is_line) {
@@ -147,16 +155,18 @@ static void part_ends(const kt_closed_tree *c, kt_random *random, const kt_pose 
         const double s = kt_vec3_norm(across);
         const kt_vec3 x = kt_vec3_scale(1.0 / s, across), y = kt_vec3_cross(n, x);
         loop->radius = kt_random_uniform(random, 0.2, 0.6);
-        loop->holonomic = kt_random_int(random, 0, 1) == 0;
+        loop->holonomic = form_of(c, random, loop->type) == 0;
         second = (kt_mat3){.x = x, .y = y, .z = n};
         away = kt_vec3_sub(here, kt_vec3_scale(loop->radius * s, n));
         away = kt_vec3_add(away, kt_vec3_add(kt_vec3_scale(d.x, x), kt_vec3_scale(d.y, y)));
     } else {
         if (loop->type == KT_LOOP_SURFACE)
-            draw_surface(random, &d, loop);
-        if (loop->type == KT_LOOP_CURVE)
-            draw_curve(random, planar ? fabs(kt_vec3_dot(axes->z, c->tree.normal)) < 0.1 : kt_random_int(random, 0, 1),
-                       &d, loop);
+            draw_surface(random, form_of(c, random, loop->type), &d, loop);
+        if (loop->type == KT_LOOP_CURVE) {
+            const int form = form_of(c, random, loop->type);
+            const bool is_line = planar ? fabs(kt_vec3_dot(axes->z, c->tree.normal)) < 0.1 : form % 2 == 0;
+            draw_curve(random, is_line, form / 2 == 1, &d, loop);
+        }
         const bool stays = loop->type == KT_LOOP_SCREW || loop->type == KT_LOOP_HOMOKINETIC;
         away = stays ? here : kt_vec3_add(here, kt_mat3_apply(*axes, d));
         if (loop->type == KT_LOOP_SCREW) {
@@ -277,6 +287,16 @@ bool kt_closed_grow(kt_closed_tree *c, kt_random *random, int n) {
     plan.floats = !planar && n % 3 == 0;
     plan.with_armature = n % 4 < 2 ? 0.5 : 0.0;
     memset(c, 0, sizeof *c);
+    c->form = -1;
     return kt_tree_grow(&c->tree, &plan, random) &&
            draw_loops(c, random, kt_closed_types[n % KT_CLOSED_TYPES], 1 + n % KT_CLOSED_LOOPS);
+}
+
+bool kt_closed_grow_form(kt_closed_tree *c, kt_random *random, kt_loop_type type, int form) {
+    kt_tree_plan plan = kt_tree_plan_default();
+    plan.bodies = kt_random_int(random, 3, 5);
+    plan.massless = false;
+    memset(c, 0, sizeof *c);
+    c->form = form;
+    return kt_tree_grow(&c->tree, &plan, random) && draw_loops(c, random, type, 1);
 }

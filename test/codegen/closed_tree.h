@@ -18,12 +18,20 @@ typedef struct kt_closed_tree {
     kt_term term[KT_CLOSED_LOOPS][2];
     char formula[KT_CLOSED_LOOPS][160];
     kt_tree_state state;
+    int form; /* of surfaces, curves and wheels, from 0; -1: drawn */
 } kt_closed_tree;
 
 /* Draws a tree whose first loop has the type kt_closed_types[n % KT_CLOSED_TYPES]. The first KT_CLOSED_TYPES of them
  * move in planes, the next ones in space, and so on. Returns false if no loop fits. kt_tree_free may follow in any
  * case. */
 bool kt_closed_grow(kt_closed_tree *c, kt_random *random, int n);
+
+/* The same of a tree in space with one loop of a type that has forms. */
+bool kt_closed_grow_form(kt_closed_tree *c, kt_random *random, kt_loop_type type, int form);
+
+/* How many forms a type has: surfaces of four types; a line and a circle, whose arc length is free or given; wheels
+ * that may leave their plane, and others. 0: the type has none. */
+int kt_closed_count_forms(kt_loop_type type);
 
 /* Whether a mechanism can move, is not rejected for redundant equations, and has a source of usual size. */
 bool kt_closed_is_generated(const kt_model *model);

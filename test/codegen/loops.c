@@ -331,14 +331,54 @@ KT_TEST(generated_loops_agree_with_the_library) {
     }
     loop_comparison_check(&c);
     kt_check_above("couplings with a formula", formulas, 1);
-    kt_check_above("mechanisms with derivatives", differentiated, 0);
+    kt_check_above("mechanisms with derivatives", differentiated, 1);
     for (int k = 0; k < KT_CLOSED_TYPES; k++) {
         char name[64];
         snprintf(name, sizeof name, "states with a loop of type %d", (int)kt_closed_types[k]);
-        kt_check_above(name, seen[k], 0);
+        kt_check_above(name, seen[k], 1);
         compared += seen[k];
     }
     kt_check_above("states that were compared", compared, 2 * count_mechanisms(2 * KT_CLOSED_TYPES));
+}
+
+/* Draws a mechanism whose loop has a form, and compares some states. Returns how many. */
+static int compare_form(kt_loop_type type, int form, kt_random *random, loop_comparison *c) {
+    static kt_generated g;
+    static kt_closed_tree m;
+    int compared = 0;
+    const bool grown = kt_closed_grow_form(&m, random, type, form);
+    if (grown && kt_generated_make_some(&g, m.tree.model, plain_functions, "cc -O0", false))
+        for (int k = 0; k < 4; k++)
+            compared += compare_state(&g, &m, random, c, 10 * (int)type + form);
+    if (grown)
+        kt_generated_free(&g);
+    kt_tree_free(&m.tree);
+    return compared;
+}
+
+/* Each form of the types that have forms, in space. Some draws have no state that can be compared. */
+KT_TEST(generated_surfaces_curves_and_wheels_agree_with_the_library) {
+    enum { DRAWS = 6 };
+    kt_random random = kt_random_of_test();
+    loop_comparison c = loop_comparison_make();
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++)
+        for (int form = 0; form < kt_closed_count_forms((kt_loop_type)type); form++) {
+            int compared = 0;
+            char name[64];
+            for (int k = 0; k < DRAWS && compared == 0; k++)
+                compared = compare_form((kt_loop_type)type, form, &random, &c);
+            (void)snprintf(name, sizeof name, "states of form %d of type %d", form, type);
+            kt_check_above(name, compared, 1);
+        }
+    kt_check_worst(&c.closed);
+    kt_check_worst(&c.open);
+    kt_check_worst(&c.equations);
+    kt_check_worst(&c.step);
+    kt_check_worst(&c.projected);
 }
 
 /* ---- parameters -------------------------------------------------------------------------------------------------- */
@@ -535,7 +575,7 @@ KT_TEST(generated_scenes_with_loops_agree_with_the_library) {
     for (int i = 0; i < count; i++) {
         const int compared = compare_scene(list[i]->d_name, i, &random, &c);
         if (compared >= 0) {
-            kt_check_above(list[i]->d_name, compared, 0);
+            kt_check_above(list[i]->d_name, compared, 1);
             generated++;
         }
         free(list[i]);
