@@ -1,4 +1,4 @@
-"""native COMMAND SOURCE-ROOT: `kinetree run --native`: records, the cache, and what is rejected."""
+"""native COMMAND SOURCE-ROOT: `kinetree run --native` and `sweep --native`: records, the cache, and what is rejected."""
 import csv
 import json
 import os
@@ -173,8 +173,74 @@ def check_rejections(folder):
         claim(name, [] if expected else [f"status {made.returncode}: {made.stderr}"])
     quiet = run(folder, scene, "--native", "--quiet")
     claim("quiet_runs_report_nothing", [] if quiet.returncode == 0 and quiet.stderr == "" else [quiet.stderr])
+    chain = pathlib.Path(folder, "chain.yaml")
+    chain.write_text(subprocess.run([COMMAND, "make", "chain", "--links", "13"], capture_output=True, text=True, check=True).stdout)
+    slow, plain = run(folder, chain, "--native", "--duration", "0.1", "--out", "slow.csv"), run(folder, chain, "--duration", "0.1", "--out", "plain.csv")
+    same = slow.returncode + plain.returncode == 0 and pathlib.Path(folder, "slow.csv").read_bytes() == pathlib.Path(folder, "plain.csv").read_bytes()
+    claim("a_long_planar_chain_runs_by_the_library", [] if same and "faster for planar trees" in slow.stderr else [slow.stderr])
     closed = run(folder, scene, "--native", XDG_CACHE_HOME="/proc/none", HOME="/proc/none")
     claim("without_a_folder_a_run_warns_and_goes_on", [] if closed.returncode == 0 and "cannot be kept" in closed.stderr and "accelerations" in closed.stderr else [closed.stderr])
+
+
+# scene, value that varies, its range, whether one run at a time is asked for
+SWEPT = (("stewart", "bodies.platform.mass", "10:20:4", False), ("andrews", "bodies.K1.mass", "0.04:0.05:4", False),
+         ("rolling-disc", "bodies.steady.mass", "1:2:4", False), ("torus-marble", "loops.ring.surface.torus.radius", "0.9:1.1:3", False),
+         ("arm7", "bodies.elbow.mass", "2:4:3", True))
+STEPS = ("--set", "simulate={duration: 0.03, integrator: rk4, step: 1e-4}", "--set", "output.interval=0.001")
+
+
+def sweep(folder, out, *words, **variables):
+    environment = {**os.environ, "XDG_CACHE_HOME": str(pathlib.Path(folder, "cache")), **variables}
+    made = subprocess.run([COMMAND, "sweep", *map(str, words), "--out", out], capture_output=True, text=True, cwd=folder, env=environment)
+    lines = list(csv.DictReader(pathlib.Path(folder, out).open())) if made.returncode == 0 else []
+    return made, lines
+
+
+def compare_sweep(folder, path, scene, name, values, is_single):
+    """All runs share one file, to which each passes its own numbers."""
+    words = (SCENES / f"{scene}.yaml", "--vary", f"{name}={values}", *STEPS)
+    before = calls(folder)
+    _, library = sweep(folder, "library.csv", *words)
+    made, native = sweep(folder, "native.csv", *words, "--native", *(("--one-by-one",) if is_single else ()), CC=str(path))
+    if not library or len(library) != len(native):
+        return [made.stderr]
+    problems = [] if calls(folder) == before + 1 else [f"{calls(folder) - before} calls of the compiler"]
+    problems += [] if f"--native: {len(native)} runs with" in made.stderr else [made.stderr]
+    ratio, moved = 0.0, 0.0
+    for column in library[0]:
+        pairs = [(float(a[column] or "nan"), float(b[column] or "nan")) for a, b in zip(library, native)] if column not in ("run", "status", "why") else []
+        size = max([1e-9] + [abs(a) for a, b in pairs if a == a])
+        if column != name and not column.startswith(("constraint", "energy.error")):
+            ratio = max([ratio] + [abs(a - b) / (1e-10 * max(size, 1.0)) if a == a or b == b else 0.0 for a, b in pairs])
+            moved = max([moved] + [abs(a - pairs[0][0]) for a, b in pairs if a == a])
+    problems += [] if ratio <= 1.0 else [f"ratio {ratio:.2g} of the bound 1e-10"]
+    problems += [] if moved > 1e-4 else ["the runs do not differ"]
+    note(f"{scene}: ratio {ratio:.2g}, runs differ by {moved:.2g}")
+    return [f"{scene}: {problem}" for problem in problems]
+
+
+def check_sweeps(folder):
+    path = compiler(folder)
+    claim("sweeps_have_the_lines_of_the_library", [p for swept in SWEPT for p in compare_sweep(folder, path, *swept)])
+    words = (SCENES / "andrews.yaml", "--vary", "bodies.K1.mass=0.04:0.05:5", *STEPS, "--native")
+    before = calls(folder)
+    one, _ = sweep(folder, "1.csv", *words, "--jobs", "1", CC=str(path))
+    two, _ = sweep(folder, "2.csv", *words, "--jobs", "2", CC=str(path))
+    same = one.returncode + two.returncode == 0 and pathlib.Path(folder, "1.csv").read_bytes() == pathlib.Path(folder, "2.csv").read_bytes()
+    claim("threads_share_the_file_and_change_no_byte", [] if same and calls(folder) == before else [one.stderr, two.stderr])
+    weight = pathlib.Path(folder, "weight.yaml")
+    weight.write_text(PLAIN.replace("-9.81", "=g").replace("kinetree: 1", "kinetree: 1\nparameters: {g: -9.81}"))
+    made, lines = sweep(folder, "zero.csv", weight, "--vary", "g=-9,-10,0", "--native", "--one-by-one", CC=str(path))
+    expected = len(lines) == 3 and "--native: 2 runs with" in made.stderr and "1 by the library, since the structure differs" in made.stderr
+    claim("runs_of_another_structure_take_the_library", [] if expected else [made.stderr])
+    words = (SCENES / "arm7.yaml", "--vary", "bodies.elbow.mass=2:4:3", *STEPS)
+    made, _ = sweep(folder, "tree.csv", *words, "--native", CC=str(path))
+    sweep(folder, "plain.csv", *words)
+    same = pathlib.Path(folder, "tree.csv").read_bytes() == pathlib.Path(folder, "plain.csv").read_bytes()
+    claim("sweeps_of_trees_take_the_lanes_of_the_library", [] if same and "runs of a tree at a time" in made.stderr else [made.stderr])
+    made, _ = sweep(folder, "reject.csv", SCENES / "bouncing-ball.yaml", "--vary", "bodies.ball.mass=1,2", "--native", CC=str(path))
+    left = pathlib.Path(folder, "reject.csv").exists()
+    claim("sweeps_that_cannot_be_generated_are_rejected", [] if made.returncode == 2 and "leave --native out" in made.stderr and not left else [made.stderr])
 
 
 def main():
@@ -184,7 +250,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         problems = [f"{name}: {problem}" for name in COMPARED for problem in compare(folder, name)]
         claim("records_of_bundled_scenes_are_those_of_the_library", problems)
-    for check in (check_cache, check_resumed, check_rejections):
+    for check in (check_cache, check_resumed, check_rejections, check_sweeps):
         with tempfile.TemporaryDirectory() as folder:
             check(folder)
     finish()

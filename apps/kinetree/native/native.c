@@ -10,6 +10,8 @@
 #include "command.h"
 #include "subcommands/run.h"
 
+#include "kinetree/loop.h"
+
 #include <dlfcn.h>
 #include <errno.h>
 #include <math.h>
@@ -20,7 +22,7 @@
 
 /* Functions behind the generated ones: sizes, and numbers in place of a struct. */
 static const char own_functions[] = "\n#include <string.h>\n\n"
-                                    "/* ---- for kinetree run --native ---- */\n\n"
+                                    "/* ---- for --native ---- */\n\n"
                                     "unsigned long long native_about(int k) {\n"
                                     "    return k == 0   ? native_STRUCTURE\n"
                                     "           : k == 1 ? sizeof(native_parameters)\n"
@@ -34,7 +36,6 @@ static const char own_functions[] = "\n#include <string.h>\n\n"
 enum { SOURCE_MOST = 2000000 };
 
 typedef unsigned long long native_about(int k);
-typedef void native_renew(const double *numbers, void *generic);
 
 /* Both files as text. */
 typedef struct native_text {
@@ -64,6 +65,14 @@ static int reject_native(const char *command, const kt_scene *scene, const kt_mo
         return -1;
     kt_say("%s: --native cannot compute this scene: %s; leave --native out", command, why);
     return KT_EXIT_SCENE;
+}
+
+/* Planar trees: each link of a generated file waits for a division of the next one, while the library takes 25 ns for a
+ * link. Chains of 2, 8, 12 and 20 links take 0.4, 0.7, 1.0 and 1.2 of its time, and branched trees of 15 and 31 links
+ * 0.9 and 1.1. */
+bool kt_native_is_slow(const kt_model *model) {
+    enum { PLANAR_MOST = 12 };
+    return kt_loop_count(model) == 0 && kt_model_nv(model) > PLANAR_MOST && strcmp(kt_model_plan(model), "planar") == 0;
 }
 
 /* ---- generation -------------------------------------------------------------------------------------------------- */
@@ -125,7 +134,7 @@ static bool write_native_file(const char *command, const char *folder, const cha
     return fine;
 }
 
-static bool compile_native(kt_native_code *code, const char *command, const native_text *text,
+static bool compile_native(kt_native_file *file, const char *command, const native_text *text,
                            const kt_compiler *compiler, kt_code_cache *cache, const char *path) {
     const double start = kt_clock();
     if (!kt_code_cache_begin(cache, command))
@@ -134,7 +143,7 @@ static bool compile_native(kt_native_code *code, const char *command, const nati
                       write_native_file(command, cache->build, "native.h", text->header) &&
                       kt_compiler_run(compiler, command, cache->build);
     const bool has = kt_code_cache_end(cache, command, path, fine);
-    code->seconds = kt_clock() - start;
+    file->seconds = kt_clock() - start;
     return has;
 }
 
@@ -146,75 +155,42 @@ static bool find_native(void *library, const char *name, void *function) {
     return address != NULL;
 }
 
-/* Loads a compiled file, and passes the numbers of the model to it. Returns false without a message if the file is not
- * one of this structure. */
-static bool load_native(kt_native_code *code, const kt_model *model, int count, const char *path) {
+/* Loads a compiled file. Returns false without a message if the file is not one of this structure. */
+static bool load_native(kt_native_file *file, uint64_t structure, const char *path) {
     native_about *about;
-    native_renew *renew;
-    code->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    const size_t bytes = (size_t)(count > 0 ? count : 1) * sizeof(double);
-    if (code->library == NULL || !find_native(code->library, "native_about", &about) ||
-        !find_native(code->library, "native_renew", &renew) ||
-        !find_native(code->library, "native_acceleration", &code->native.acceleration) ||
-        about(0) != kt_codegen_structure(model) || about(1) != bytes)
+    file->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (file->library == NULL || !find_native(file->library, "native_about", &about) ||
+        !find_native(file->library, "native_renew", &file->renew) ||
+        !find_native(file->library, "native_acceleration", &file->acceleration) || about(0) != structure)
         return false;
-    code->native.structure = about(0);
-    code->prepared = malloc((size_t)about(2));
-    if (code->prepared == NULL)
-        return false;
-    renew(code->numbers, code->prepared);
-    code->native.prepared = code->prepared;
+    file->structure = structure;
+    file->numbers = (size_t)about(1);
+    file->prepared = (size_t)about(2);
     return true;
 }
 
-static void unload_native(kt_native_code *code) {
-    if (code->library != NULL)
-        (void)dlclose(code->library);
-    free(code->prepared);
-    code->library = code->prepared = NULL;
-}
-
-/* Reads the numbers of the model. Returns -1, or an exit code after printing the error. */
-static int read_numbers(kt_native_code *code, const kt_model *model, int *count) {
-    int room = 1024;
-    kt_error error = {0};
-    for (;;) {
-        code->numbers = calloc((size_t)room, sizeof *code->numbers);
-        if (code->numbers == NULL)
-            return say_native_memory();
-        const kt_status status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, code->numbers, room, count, &error);
-        if (status == KT_OK && *count <= room)
-            return -1;
-        free(code->numbers);
-        code->numbers = NULL;
-        if (status != KT_OK) {
-            kt_say_error(&error);
-            return kt_exit_code(status);
-        }
-        room = *count;
-    }
+static void unload_native(kt_native_file *file) {
+    if (file->library != NULL)
+        (void)dlclose(file->library);
+    file->library = NULL;
 }
 
 /* Loads the file from the cache, or compiles it before. A file of the cache that cannot be loaded is compiled again. */
-static int take_native(kt_native_code *code, const char *command, const kt_model *model, const native_text *text) {
+static int take_native(kt_native_file *file, const char *command, uint64_t structure, const native_text *text) {
     kt_compiler compiler;
     kt_code_cache cache;
     char name[64], path[KT_NATIVE_PATH];
-    int count = 0;
     bool is_foreign = false;
     if (!kt_compiler_find(&compiler, command) || !kt_code_cache_open(&cache, command))
         return KT_EXIT_INTEGRATION;
     name_native(text, &compiler, name);
-    const int failed = read_numbers(code, model, &count);
-    if (failed >= 0)
-        return failed;
     bool fine = kt_code_cache_path(&cache, name, path);
     const bool has = fine && kt_code_cache_has(command, path, &is_foreign);
     fine = fine && !is_foreign;
-    if (fine && !(has && load_native(code, model, count, path))) {
-        unload_native(code);
-        fine = compile_native(code, command, text, &compiler, &cache, path);
-        if (fine && !load_native(code, model, count, path)) {
+    if (fine && !(has && load_native(file, structure, path))) {
+        unload_native(file);
+        fine = compile_native(file, command, text, &compiler, &cache, path);
+        if (fine && !load_native(file, structure, path)) {
             const char *why = dlerror();
             kt_say("%s: --native: the compiled file cannot be loaded%s%s; set CC to a compiler for this machine, or "
                    "leave --native out",
@@ -229,21 +205,47 @@ static int take_native(kt_native_code *code, const char *command, const kt_model
     return fine ? -1 : KT_EXIT_INTEGRATION;
 }
 
-int kt_native_code_make(kt_native_code *code, const char *command, const kt_scene *scene, const kt_model *model) {
+int kt_native_file_make(kt_native_file *file, const char *command, const kt_scene *scene, const kt_model *model) {
     native_text text = {NULL, NULL};
-    *code = (kt_native_code){.library = NULL};
+    *file = (kt_native_file){.library = NULL};
     int exit = reject_native(command, scene, model);
     exit = exit < 0 ? generate_native(command, model, &text) : exit;
-    exit = exit < 0 ? take_native(code, command, model, &text) : exit;
+    exit = exit < 0 ? take_native(file, command, kt_codegen_structure(model), &text) : exit;
     free(text.source);
     free(text.header);
     return exit;
 }
 
+void kt_native_file_free(kt_native_file *file) { unload_native(file); }
+
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+kt_status kt_native_code_begin(kt_native_code *code, const kt_native_file *file, const kt_model *model,
+                               kt_error *error) {
+    const int room = (int)(file->numbers / sizeof(double));
+    int count = 0;
+    *code = (kt_native_code){.file = file};
+    code->numbers = calloc((size_t)room + 1, sizeof *code->numbers);
+    code->prepared = malloc(file->prepared + 1);
+    if (code->numbers == NULL || code->prepared == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    const kt_status status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, code->numbers, room, &count, error);
+    if (status != KT_OK)
+        return status;
+    if ((count > 0 ? count : 1) != room)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "--native",
+                            "the compiled file has %d numbers, and the model %d; remove the folder of compiled files",
+                            room, count);
+    file->renew(code->numbers, code->prepared);
+    code->native =
+        (kt_native){.structure = file->structure, .acceleration = file->acceleration, .prepared = code->prepared};
+    return KT_OK;
+}
+
 void kt_native_code_free(kt_native_code *code) {
-    unload_native(code);
     free(code->numbers);
-    code->numbers = NULL;
+    free(code->prepared);
+    code->numbers = code->prepared = NULL;
 }
 
 /* ---- what it saves ----------------------------------------------------------------------------------------------- */
@@ -321,11 +323,11 @@ void kt_native_report(const kt_native_code *code, const kt_simulation *simulatio
     const double library = time_acceleration(&race, false), native = time_acceleration(&race, true);
     const double gain = library - native, count = (double)code->native.computed;
     char compiler[160] = "the compiled file was in the cache", left[400] = "";
-    if (code->seconds > 0.0 && gain > 0.0)
+    if (code->file->seconds > 0.0 && gain > 0.0)
         (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s, which pays from %.2g accelerations on",
-                       code->seconds, code->seconds / gain);
-    else if (code->seconds > 0.0)
-        (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s", code->seconds);
+                       code->file->seconds, code->file->seconds / gain);
+    else if (code->file->seconds > 0.0)
+        (void)snprintf(compiler, sizeof compiler, "the compiler took %.2g s", code->file->seconds);
     describe_left(&code->native, left);
     if (code->native.computed == 0 && code->native.left > 0)
         kt_say("--native: leave it out%s", left);

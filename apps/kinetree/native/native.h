@@ -1,4 +1,4 @@
-/* Accelerations by compiled code: run --native. */
+/* Accelerations by compiled code: run --native, and sweep --native. */
 #ifndef KT_COMMAND_NATIVE_NATIVE_H
 #define KT_COMMAND_NATIVE_NATIVE_H
 
@@ -7,18 +7,40 @@
 
 #include <stdbool.h>
 
-/* The generated file of a model, loaded into this process. */
-typedef struct kt_native_code {
-    kt_native native;
-    void *library;   /* NULL: none */
-    double *numbers; /* of the parameters */
-    void *prepared;  /* what the file makes of them */
-    double seconds;  /* that the compiler took; 0: the file was in the cache */
-} kt_native_code;
+/* Whether the library is expected to compute accelerations faster than a generated file. This depends on the model
+ * alone, so that equal calls give equal records. */
+bool kt_native_is_slow(const kt_model *model);
+
+/* Computes what a file makes of the numbers of its parameters. */
+typedef void kt_native_renew(const double *numbers, void *prepared);
+
+/* A generated file, loaded into this process. All models of its structure share it. */
+typedef struct kt_native_file {
+    void *library; /* NULL: none */
+    uint64_t structure;
+    size_t numbers, prepared; /* bytes */
+    kt_native_renew *renew;
+    kt_native_acceleration *acceleration;
+    double seconds; /* that the compiler took; 0: the file was in the cache */
+} kt_native_file;
 
 /* Generates code for the accelerations of a scene. Compiles the code, or takes it from the cache, and loads it. Returns
- * -1, or an exit code after printing the error. kt_native_code_free may follow in any case. */
-int kt_native_code_make(kt_native_code *code, const char *command, const kt_scene *scene, const kt_model *model);
+ * -1, or an exit code after printing the error. kt_native_file_free may follow in any case. */
+int kt_native_file_make(kt_native_file *file, const char *command, const kt_scene *scene, const kt_model *model);
+void kt_native_file_free(kt_native_file *file);
+
+/* A file with the numbers of a model. */
+typedef struct kt_native_code {
+    const kt_native_file *file;
+    kt_native native;
+    double *numbers; /* of the parameters */
+    void *prepared;  /* what the file makes of them */
+} kt_native_code;
+
+/* Passes the numbers of a model to a file of its structure. kt_native_code_free may follow in any case. Several threads
+ * may call it with one file at the same time. */
+kt_status kt_native_code_begin(kt_native_code *code, const kt_native_file *file, const kt_model *model,
+                               kt_error *error);
 void kt_native_code_free(kt_native_code *code);
 
 /* Prints what the code has saved in a run, and when it pays. */

@@ -457,6 +457,26 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     return code;
 }
 
+/* Makes the code of --native. If the library is faster, there is no code. Returns -1, or an exit code after printing
+ * the error. */
+static int load_code(const kt_run_arguments *arguments, const kt_scene *scene, const kt_model *model,
+                     kt_native_file *file, kt_native_code *code) {
+    kt_error error = {0};
+    if (kt_native_is_slow(model)) {
+        if (!arguments->quiet)
+            kt_say("--native: the library computes the accelerations, since it is faster for planar trees of more than "
+                   "12 coordinates; leave --native out");
+        return -1;
+    }
+    const int failed = kt_native_file_make(file, arguments->command, scene, model);
+    if (failed >= 0)
+        return failed;
+    const kt_status status = kt_native_code_begin(code, file, model, &error);
+    if (status != KT_OK)
+        kt_say_error(&error);
+    return status == KT_OK ? -1 : kt_exit_code(status);
+}
+
 /* Runs a compiled scene: applies the remaining options, names and checks the files, then runs. Returns an exit code. */
 static int run_model(const kt_run_arguments *arguments, const char *path, const kt_scene *scene, const kt_model *model,
                      const kt_absolute *absolute, const char *base, const kt_run_manner *manner) {
@@ -489,16 +509,18 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .absolute = absolute,
                               .run = &run,
                               .unprojected = arguments->unprojected,
-                              .is_native = arguments->native,
                               .energy = kt_energy_watch_of(scene, model),
                               .corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
         outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
-        kt_native_code native = {.library = NULL};
-        code = arguments->native ? kt_native_code_make(&native, arguments->command, scene, model) : -1;
+        kt_native_file file = {.library = NULL};
+        kt_native_code native = {.file = NULL};
+        code = arguments->native ? load_code(arguments, scene, model, &file, &native) : -1;
+        outcome.is_native = native.file != NULL;
         if (code < 0)
-            code = run_with_names(arguments, &outcome, &names, manner, arguments->native ? &native : NULL);
+            code = run_with_names(arguments, &outcome, &names, manner, native.file != NULL ? &native : NULL);
         kt_native_code_free(&native);
+        kt_native_file_free(&file);
     }
     free(csv);
     free(page);

@@ -39,6 +39,8 @@ static const kt_option options[] = {
     {"one-by-one", KT_OPTION_FLAG, KT_AT(one_by_one), NULL,
      "compute one run at a time in each thread instead of one for each lane, for comparison; the bytes are equal",
      NULL},
+    {"native", KT_OPTION_FLAG, KT_AT(native), NULL,
+     "compute accelerations by generated C, as run --native does; all runs of one structure share the file", NULL},
     {"shard", KT_OPTION_TEXT, KT_AT(shard), "K/N", "compute the K-th of N parts of the runs only, for schedulers",
      NULL},
     {"merge", KT_OPTION_FLAG, KT_AT(merge), NULL, "join the parts that --shard has written, in --out", NULL},
@@ -217,6 +219,20 @@ static int threads_of(const kt_sweep_arguments *arguments) {
     return jobs > 0 ? (int)(jobs < 256 ? jobs : 256) : 1;
 }
 
+/* Describes the runs of --native. */
+static void report_native(const kt_sweep_worker *all, int64_t runs) {
+    fprintf(stderr, "\n  --native: %lld run%s with %llu accelerations by generated code", (long long)all->natively,
+            all->natively == 1 ? "" : "s", (unsigned long long)all->computed);
+    if (all->left > 0)
+        fprintf(stderr, ", and %llu by the library next to singular positions or beyond the range of the file",
+                (unsigned long long)all->left);
+    if (all->natively < runs)
+        fprintf(stderr,
+                "\n  --native: %lld by the library, since the structure differs from that of the first run: another "
+                "number is zero, or an axis, a rotation or a formula changes",
+                (long long)(runs - all->natively));
+}
+
 static void report(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
     const int64_t runs = s->end - s->first;
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
@@ -229,6 +245,8 @@ static void report(const sink *s, const kt_sweep_worker *all, const char *out, i
                 kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
     if (all->alone != NULL)
         fprintf(stderr, "\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
+    if (all->natively > 0)
+        report_native(all, runs - all->unmade);
     if (all->why[0] != '\0')
         fprintf(stderr,
                 "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",

@@ -9,6 +9,7 @@
 #include "text/bytes.h"
 
 #include "kinetree/analysis.h"
+#include "kinetree/loop.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -61,6 +62,8 @@ typedef struct kt_sweep_run {
     kt_model *model;
     kt_absolute *absolute;
     kt_simulation *simulation;
+    kt_native_code native;
+    kt_sweep_worker *worker; /* counts the accelerations */
     kt_scene_watch *watch;
     kt_columns columns;
     kt_sweep_range *ranges; /* of each column of the lines */
@@ -81,6 +84,7 @@ static void release(made *m) {
     kt_simulation_free(m->simulation);
     kt_scene_watch_free(m->watch);
     kt_absolute_free(m->absolute);
+    kt_native_code_free(&m->native);
     kt_model_free(m->model);
     kt_scene_free(&m->own);
     m->scene = NULL;
@@ -135,6 +139,17 @@ static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
                : no_memory(error);
 }
 
+/* With --native: passes the numbers of the run to the file, if its structure is that of the first run. */
+static kt_status use_native(made *m, kt_simulation_options *options, kt_error *error) {
+    const kt_native_file *file = &m->sweep->native;
+    if (file->library == NULL || kt_codegen_structure(m->model) != file->structure)
+        return KT_OK;
+    kt_status status = kt_native_code_begin(&m->native, file, m->model, error);
+    if (status == KT_OK)
+        status = kt_native_use(&m->native.native, m->model, options, error);
+    return status;
+}
+
 /* Compiles and assembles the scene, and lists the columns of its records. */
 static kt_status prepare(made *m, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
@@ -145,6 +160,8 @@ static kt_status prepare(made *m, kt_error *error) {
     m->run = m->scene->run;
     status = list_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
+    if (status == KT_OK)
+        status = use_native(m, &options, error);
     if (status == KT_OK)
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
@@ -348,6 +365,7 @@ kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int
     }
     m->sweep = sweep;
     m->number = number;
+    m->worker = worker;
     m->own = kt_scene_default();
     kt_sweep_plan_values(&sweep->plan, number, m->values);
     worker->runs++;
@@ -371,6 +389,12 @@ kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error
     run->result.code = kt_exit_code(status);
     run->result.line = write_line(run, status, run->status == KT_OK ? &why : &run->error);
     const kt_sweep_result result = run->result;
+    run->worker->unmade += run->simulation == NULL;
+    if (run->native.file != NULL) {
+        run->worker->natively++;
+        run->worker->computed += run->native.native.computed;
+        run->worker->left += run->native.native.left;
+    }
     release(run);
     free(run->place);
     free(run);
@@ -491,6 +515,35 @@ static int64_t find_right(const kt_sweep *sweep) {
     return 0;
 }
 
+/* How many runs of a tree a thread computes at a time, in lanes; 1: it has loops, or lanes do not compute it. */
+static size_t count_lanes_of_tree(const kt_model *model) {
+    kt_ensemble *ensemble = NULL;
+    if (kt_loop_count(model) > 0 || kt_ensemble_create(model, &ensemble, NULL) != KT_OK)
+        return 1;
+    const size_t width = kt_ensemble_report_of(ensemble).width;
+    kt_ensemble_free(ensemble);
+    return width;
+}
+
+/* Makes the file of --native from the first run. If the library is faster, there is no file. Returns -1, or an exit
+ * code after printing the error. */
+static int make_native_file(kt_sweep *sweep, const made *m) {
+    const kt_sweep_arguments *arguments = sweep->arguments;
+    const size_t lanes = arguments->one_by_one ? 1 : count_lanes_of_tree(m->model);
+    if (lanes <= 1 && !kt_native_is_slow(m->model))
+        return kt_native_file_make(&sweep->native, "sweep", m->scene, m->model);
+    if (arguments->quiet)
+        return -1;
+    if (lanes > 1)
+        kt_say("--native: the library computes the accelerations, since it is faster for %zu runs of a tree at a time; "
+               "leave --native out, or add --one-by-one",
+               lanes);
+    else
+        kt_say("--native: the library computes the accelerations, since it is faster for planar trees of more than 12 "
+               "coordinates; leave --native out");
+    return -1;
+}
+
 int kt_sweep_list_columns(kt_sweep *sweep) {
     made m = {.scene = NULL};
     kt_error error = {0};
@@ -498,9 +551,11 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
     unsigned record;
+    if (status == KT_OK && sweep->arguments->native)
+        code = make_native_file(sweep, &m);
     if (status == KT_OK)
         status = list_columns(&m, &record, &error);
-    if (status == KT_OK && sweep->arguments->columns != NULL)
+    if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))
         status = no_memory(&error);
@@ -521,6 +576,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
 }
 
 void kt_sweep_free(kt_sweep *sweep) {
+    kt_native_file_free(&sweep->native);
     kt_sweep_plan_free(&sweep->plan);
     for (size_t i = 0; i < sweep->column_count; i++) {
         free(sweep->columns[i]);

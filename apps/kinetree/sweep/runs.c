@@ -30,6 +30,10 @@ typedef struct shared {
 static void add_counts(kt_sweep_worker *all, const kt_sweep_worker *worker) {
     all->runs += worker->runs;
     all->anew += worker->anew;
+    all->unmade += worker->unmade;
+    all->natively += worker->natively;
+    all->computed += worker->computed;
+    all->left += worker->left;
     all->together += worker->together;
     all->width = worker->width > all->width ? worker->width : all->width; /* a thread without runs has 0 */
     all->alone = worker->alone != NULL ? worker->alone : all->alone;
@@ -149,7 +153,7 @@ static void work_in_lanes(runner *r) {
     const kt_ensemble_report report = kt_ensemble_report_of(r->ensemble);
     r->worker.together = (int64_t)report.together;
     r->worker.width = report.width;
-    r->worker.alone = report.why;
+    r->worker.alone = report.why != NULL && r->worker.natively > 0 ? "--native is given" : report.why;
     kt_ensemble_free(r->ensemble);
 }
 

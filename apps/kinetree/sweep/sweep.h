@@ -4,6 +4,7 @@
 #define KT_COMMAND_SWEEP_SWEEP_H
 
 #include "command.h"
+#include "native/native.h"
 #include "text/arguments.h"
 
 #include "kinetree/batch.h"
@@ -46,7 +47,7 @@ typedef struct kt_sweep_arguments {
     kt_settings settings, vary, random;
     const char *sample, *from, *columns, *functionals, *out, *keep, *shard;
     long repeats, seed, jobs;
-    bool merge, resume, quiet, one_by_one;
+    bool merge, resume, quiet, one_by_one, native;
 } kt_sweep_arguments;
 
 /* Makes the plan of the options. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in
@@ -92,6 +93,7 @@ typedef struct kt_sweep {
     int functional_count;
     char **events; /* names of the events that lines count */
     size_t event_count;
+    kt_native_file native; /* --native: the file of the first run; without a library: none */
 } kt_sweep;
 
 /* The data that a thread keeps from run to run. If runs differ only in numbers, these are replaced in the scene. A
@@ -100,6 +102,9 @@ typedef struct kt_sweep_worker {
     kt_scene scene;
     bool has_scene;
     int64_t runs, anew;      /* lines, and those of them for which the scene was read */
+    int64_t unmade;          /* lines of runs without a simulation */
+    int64_t natively;        /* lines whose runs took the file of --native */
+    uint64_t computed, left; /* accelerations of these runs by the file, and by the library */
     int64_t together;        /* lines whose runs were computed in lanes */
     size_t width;            /* of how many */
     const char *alone;       /* why others were not; NULL: all were */
