@@ -176,8 +176,8 @@ KT_TEST(contacts_have_the_stiffness_of_the_file) {
     kt_scene_free(&scene);
 }
 
-/* On a pyramidal cone, the edges of a contact share its force: K = k d^2 / (1 - d) (condim - 1) r / ((1 + mu^2) mu^2). A
- * torsional and a rolling friction have edges, too. */
+/* On a pyramidal cone, the edges of a contact share its force: K = k d^2 / (1 - d) (condim - 1) r / ((1 + mu^2) mu^2).
+ * A torsional and a rolling friction have edges, too. */
 KT_TEST(edges_of_a_pyramid_share_the_force_of_a_contact) {
     static const int dimensions[] = {3, 4, 6};
     for (size_t i = 0; i < sizeof dimensions / sizeof *dimensions; i++) {
