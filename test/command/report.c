@@ -61,8 +61,7 @@ KT_TEST(formula_outside_its_domain_has_a_remedy_of_its_own) {
     kt_check_equal_int("the engine's own words", kt_count_of(ran.err, "right-hand side"), 0);
 }
 
-/* Gravity along the axis of the only joint. Hanging straight down is an equilibrium, and any spring may hold a scene.
- * */
+/* Gravity along the axis of the only joint. Hanging straight down is an equilibrium, and a spring may hold a scene. */
 KT_TEST(run_in_which_nothing_moves_is_doubted) {
     static const char words[] = "warning: nothing has moved: the scene starts at rest, and gravity does not accelerate";
     kt_write_file("rod.yaml", pendulum);
