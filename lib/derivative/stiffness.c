@@ -63,8 +63,7 @@ static void reduce(kt_linearized *w) {
     }
 }
 
-/* ---- all terms -----------------------------------------------------------------------------------------------------
- * */
+/* ---- all terms --------------------------------------------------------------------------------------------------- */
 
 /* Factors the loops' equations. Next to singular positions the error is measured, or they are rejected. */
 static kt_status reject_singular(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {

@@ -38,9 +38,8 @@ KT_CHECKED kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, 
 kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
                         kt_error *error);
 
-/* Finds the first root of event k in a panel in its direction, and the side behind it. times: those of the samples,
- * whose values are in simulation->event_value. HUGE_VAL if there is none: then the side of g behind the panel is kept.
- * */
+/* Finds the first root of event k in a panel in its direction, and the side behind it. The times are those of the
+ * samples, whose values are in simulation->event_value. HUGE_VAL: there is none, and the side of g is kept. */
 KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
                                         int *side, kt_error *error);
 
