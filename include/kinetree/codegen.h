@@ -124,9 +124,9 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * then write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
- * on helices or splines, and loops that are functions in C; loops that contradict each other by rounding; A and B of
- * steps with loops; bodies of variable mass, coordinates that move no mass, hard contacts, forces along paths, and
- * effects and auxiliary states that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
+ * on helices or splines, and loops that are functions in C; loops that contradict each other by rounding; bodies of
+ * variable mass, coordinates that move no mass, hard contacts, forces along paths, and effects and auxiliary states
+ * that are functions in C. KT_ERROR_MEMORY. KT_ERROR_FILE. Cost: O(size of the files). */
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 

@@ -25,7 +25,8 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
-                            KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS;
+                            KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS,
+                   projected = KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES;
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_loop_fault(model, i);
         if (fault != NULL)
@@ -37,7 +38,7 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                     : "leave out forward, forward_derivatives, acceleration, loops, project and "
                                       "steps, or ");
     }
-    for (int i = 0; i < (int)model->n.loop && (functions & (KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS)); i++) {
+    for (int i = 0; i < (int)model->n.loop && (functions & projected); i++) {
         const char *fault = kt_code_projection_fault(model, i);
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, i),
@@ -45,10 +46,6 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                                 "library for this mechanism",
                                 fault);
     }
-    if (kt_code_count_loop_rows(model) > 0 && (functions & KT_CODEGEN_STEP_DERIVATIVES))
-        return kt_error_set(error, KT_ERROR_MODEL, kt_loop_name(model, 0),
-                            "A and B of steps cannot be generated with loops; leave them out, and use "
-                            "kt_step_derivatives of the library, or forward_derivatives");
     if (kt_code_count_loop_rows(model) == 0 && (functions & (KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT)))
         return kt_error_set(error, KT_ERROR_MODEL, "loops", "no loop has an equation; leave out loops and project");
     return KT_OK;

@@ -109,6 +109,18 @@ static const code_kind inner_kinds[KT_CODE_FUNCTIONS - KT_CODEGEN_COUNT] = {
      .equation = "M (next_v - v) = A' lambda, A next_v = rate; gap: phi over its scales",
      .input = {"q", "v"},
      .output = {"next_v", "gap"}},
+    {.name = "close_changes",
+     .meaning = "changes of closed positions",
+     .equation = "derivatives of q + step by q, NV x NV, column-major; not in the memory of q",
+     .input = {"q"},
+     .output = {"change"},
+     .is_apart = true},
+    {.name = "settle_changes",
+     .meaning = "changes of velocities after the impulse of the loops",
+     .equation = "derivatives of next_v by q and v, NV x 2 NV, column-major; not in the memory of inputs",
+     .input = {"q", "v"},
+     .output = {"change"},
+     .is_apart = true},
 };
 
 static const char *const names[] = {
@@ -142,7 +154,7 @@ static bool has_code_effects(int k) {
 }
 static bool has_equations(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_FORWARD_DERIVATIVES_INDEX ||
-           k == KT_CODEGEN_LOOPS_INDEX || k == KT_CODEGEN_PROJECT_INDEX || k == KT_CODE_CLOSE || k == KT_CODE_SETTLE;
+           k == KT_CODEGEN_LOOPS_INDEX || k == KT_CODEGEN_PROJECT_INDEX || k >= KT_CODEGEN_COUNT;
 }
 static bool has_time(const kt_model *model, int k) {
     return kind_of(k)->is_hook || (has_code_effects(k) && kt_code_has_time(model)) ||
@@ -449,6 +461,16 @@ static kt_status reject_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory to generate the files");
 }
 
+/* The functions that projections, and their changes, call. */
+static unsigned functions_of_projection(const kt_model *model, unsigned functions) {
+    const bool is_closed = kt_code_count_closed_rows(model) > 0;
+    const bool changes = functions & KT_CODEGEN_STEP_DERIVATIVES;
+    if (kt_code_count_loop_rows(model) == 0 || !(changes || functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
+        return 0;
+    return 1u << KT_CODE_SETTLE | (is_closed ? 1u << KT_CODE_CLOSE : 0u) |
+           (changes ? 1u << KT_CODE_SETTLE_CHANGES : 0u) | (changes && is_closed ? 1u << KT_CODE_CLOSE_CHANGES : 0u);
+}
+
 /* Makes the graphs of functions. free_made releases *all, which is NULL after an error. */
 static kt_status make_graphs(const kt_model *model, unsigned functions, bool constant, code_made **all,
                              kt_error *error) {
@@ -464,8 +486,7 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     const kt_status status = kt_code_check(model, functions, error);
     if (status != KT_OK)
         return status;
-    if (kt_code_count_loop_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)))
-        functions |= 1u << KT_CODE_SETTLE | (kt_code_count_closed_rows(model) > 0 ? 1u << KT_CODE_CLOSE : 0u);
+    functions |= functions_of_projection(model, functions);
     code_made *made = calloc(1, sizeof *made);
     if (made == NULL)
         return reject_memory(error);

@@ -82,6 +82,14 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
         else
             kt_code_settle_velocities(tree, work, f->out, f->guard);
         return true;
+    case KT_CODE_CLOSE_CHANGES:
+        f->output[0] = f->out_count = (int)(nv * nv);
+        f->guard_count = kt_code_close_changes(tree, work, f->out, f->guard);
+        return true;
+    case KT_CODE_SETTLE_CHANGES:
+        f->output[0] = f->out_count = (int)(2 * nv * nv);
+        kt_code_settle_changes(tree, work, f->out, f->guard);
+        return true;
     case KT_CODEGEN_LOOPS_INDEX:
         kt_code_loop_equations(tree, f->out);
         f->output[0] = f->output[2] = (int)rows;

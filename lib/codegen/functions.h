@@ -6,7 +6,13 @@
 #include "kinetree/codegen.h"
 
 /* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
-enum { KT_CODE_CLOSE = KT_CODEGEN_COUNT, KT_CODE_SETTLE, KT_CODE_FUNCTIONS };
+enum {
+    KT_CODE_CLOSE = KT_CODEGEN_COUNT,
+    KT_CODE_SETTLE,
+    KT_CODE_CLOSE_CHANGES,
+    KT_CODE_SETTLE_CHANGES,
+    KT_CODE_FUNCTIONS
+};
 
 /* Makes the graph of a function that is no text. Returns false if memory is insufficient; the caller frees f->out and
  * f->guard in any case. is_apart: no output is an input. */

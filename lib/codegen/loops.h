@@ -66,6 +66,13 @@ void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *ou
  * before them. Returns how many guards. */
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
+/* The derivatives of q + step by q, for the step of kt_code_close_positions: out has nv nv entries. Guards as those. */
+int kt_code_close_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
+
+/* The derivatives of the velocities of kt_code_settle_velocities by q and v: out has 2 nv nv entries. Guards as those.
+ */
+void kt_code_settle_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
+
 /* v without the part that the loops forbid, and the scaled residuals behind it. Guards as of forward dynamics. */
 void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 

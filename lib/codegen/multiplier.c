@@ -18,7 +18,7 @@
  *
  * Derivatives of accelerations have the same form. With held a and lambda, the chain rule gives the changes of the
  * forces M a + h - A' lambda and of the equations A a - right; then y and b are their negatives. For da/dtau, y is a
- * unit.
+ * unit. Changes of the projections follow likewise, from M x - A' lambda or x - A' lambda, and from A x - b.
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 8.3 and 8.5.
  */
@@ -362,6 +362,128 @@ void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_c
     }
     kt_code_free_loop_rows(&rows);
     free(inverse);
+}
+
+/* ---- changes of projections -------------------------------------------------------------------------------------- */
+
+/* A projection, with its solution x and lambda behind it. */
+typedef struct code_projecting {
+    kt_code_tree *tree;
+    kt_code_loop_rows rows;
+    kt_op *inverse; /* NULL: x is least in the metric 1 */
+    bool moves;     /* x is a change of velocities, A x = rate - A v; else of positions, A x = -phi */
+    kt_op *value;
+    code_solve solve;
+} code_projecting;
+
+/* M x with held x: the forces of these accelerations at rest, without those of gravity. */
+static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v;
+    kt_op *weight = calloc(nv + 1, sizeof *weight);
+    g->failed |= weight == NULL;
+    if (weight == NULL)
+        return;
+    tree->acceleration = held;
+    tree->is_at_rest = g->is_nameless = true;
+    kt_code_inverse(tree, true, f);
+    tree->acceleration = NULL;
+    kt_code_inverse(tree, false, weight);
+    tree->is_at_rest = g->is_nameless = false;
+    for (size_t k = 0; k < nv; k++)
+        f[k] = kt_op_subtract(g, f[k], weight[k]);
+    free(weight);
+}
+
+/* f = (W x - A' lambda, A x - b) with held x and lambda. */
+static void make_projected_residuals(const code_projecting *p, const kt_op *held, kt_op *f) {
+    kt_code_tree *tree = p->tree;
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v;
+    if (p->inverse != NULL)
+        make_held_momentum(tree, held, f);
+    else
+        memcpy(f, held, nv * sizeof *f);
+    for (size_t r = 0; r < (size_t)p->rows.count && !g->failed; r++) {
+        const kt_op *a = p->rows.a + r * nv, lambda = kt_op_input(g, KT_OP_HELD, (int)(nv + r));
+        kt_op sum = p->moves ? kt_op_negate(g, p->rows.rate[r]) : p->rows.phi[r];
+        for (size_t k = 0; k < nv; k++) {
+            f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, a[k], lambda));
+            const kt_op x = p->moves ? kt_op_add(g, held[k], kt_op_input(g, KT_OP_RATE, (int)k)) : held[k];
+            sum = kt_op_add(g, sum, kt_op_multiply(g, a[k], x));
+        }
+        f[nv + r] = sum;
+    }
+}
+
+/* b, and then x and lambda in p->value. */
+static void solve_projection(code_projecting *p) {
+    kt_graph *g = p->tree->graph;
+    const size_t nv = p->tree->model->n.v;
+    for (size_t k = 0; k < nv; k++)
+        p->value[k] = kt_op_number(g, 0.0);
+    for (size_t r = 0; r < (size_t)p->rows.count; r++) {
+        kt_op sum = p->moves ? p->rows.rate[r] : kt_op_negate(g, p->rows.phi[r]);
+        for (size_t k = 0; k < nv && p->moves; k++)
+            sum = kt_op_subtract(g, sum, kt_op_multiply(g, p->rows.a[r * nv + k], kt_op_input(g, KT_OP_RATE, (int)k)));
+        p->value[nv + r] = sum;
+    }
+    solve_loop_matrix(&p->solve, p->value + nv, p->value);
+}
+
+/* The derivatives of x by the first `columns` of q and v, plus 1 for the projected numbers. */
+static void differentiate_projection(code_projecting *p, int columns, kt_op *out) {
+    kt_graph *g = p->tree->graph;
+    const int nv = (int)p->tree->model->n.v, all = nv + p->rows.count, first = p->moves ? nv : 0;
+    kt_op *memory = calloc((size_t)(3 * all + 2 * nv * all) + 1, sizeof *memory);
+    g->failed |= memory == NULL;
+    if (memory == NULL)
+        return;
+    kt_op *held = memory, *f = memory + all, *b = memory + 2 * all, *change = memory + 3 * all;
+    for (int k = 0; k < nv; k++)
+        held[k] = kt_op_input(g, KT_OP_HELD, k);
+    make_projected_residuals(p, held, f);
+    kt_code_differentiate(p->tree, f, all, change);
+    kt_graph_replace(g, change, 2 * nv * all, p->value);
+    for (int k = 0; k < columns && !g->failed; k++) {
+        kt_op *column = out + (size_t)k * (size_t)nv;
+        solve_loop_derivative(&p->solve, k, change, b, column);
+        if (k >= first)
+            column[k - first] = kt_op_add(g, column[k - first], kt_op_number(g, 1.0));
+    }
+    free(memory);
+}
+
+/* Makes the changes of a projection. Returns the number of guards. */
+static int make_projection_changes(kt_code_tree *tree, bool moves, bool has_mass, kt_op *work, kt_op *out,
+                                   kt_code_guard *guard) {
+    const int nv = (int)tree->model->n.v, before = has_mass ? nv : 0;
+    code_projecting p = {.tree = tree, .moves = moves};
+    p.inverse = has_mass ? factor_loop_mass(tree, work, guard) : NULL;
+    kt_code_make_loop_rows(tree, false, &p.rows);
+    if (!moves && !tree->graph->failed)
+        keep_closed_rows(&p.rows, (size_t)nv);
+    const int count = p.rows.count;
+    p.value = calloc((size_t)(nv + count) + 1, sizeof *p.value);
+    tree->graph->failed |= p.value == NULL;
+    if (!tree->graph->failed &&
+        factor_loop_equations(tree, &p.rows, has_mass ? work : NULL, p.inverse, &p.solve, guard + before)) {
+        solve_projection(&p);
+        differentiate_projection(&p, moves ? 2 * nv : nv, out);
+    }
+    kt_code_free_loop_rows(&p.rows);
+    free(p.inverse);
+    free(p.value);
+    free(p.solve.y);
+    return before + count;
+}
+
+int kt_code_close_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    return make_projection_changes(tree, false, tree->model->metric == KT_METRIC_MASS, work, out, guard);
+}
+
+void kt_code_settle_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    (void)make_projection_changes(tree, true, true, work, out, guard);
 }
 
 void kt_code_loop_equations(kt_code_tree *tree, kt_op *out) {

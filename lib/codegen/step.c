@@ -30,7 +30,8 @@ static int count_quaternions(const kt_model *model) {
 /* Whether the functions need step_move. */
 static bool moves_positions(const kt_model *model, unsigned functions) {
     return (functions & KT_CODEGEN_SEMI_IMPLICIT) ||
-           (kt_code_count_closed_rows(model) > 0 && (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT)));
+           (kt_code_count_closed_rows(model) > 0 &&
+            (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEP_DERIVATIVES)));
 }
 
 bool kt_code_steps_read_sines(const kt_model *model, unsigned functions) {
@@ -267,7 +268,8 @@ void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model 
                          const char *const signature[KT_CODE_STEPS]) {
     const int count = count_quaternions(model);
     const unsigned with_forward =
-        (unsigned)KT_CODEGEN_STEPS | (unsigned)KT_CODEGEN_HEUN_DERIVATIVES | (unsigned)KT_CODEGEN_RK4_DERIVATIVES;
+        (unsigned)KT_CODEGEN_STEPS | (unsigned)KT_CODEGEN_HEUN_DERIVATIVES | (unsigned)KT_CODEGEN_RK4_DERIVATIVES |
+        (kt_code_count_loop_rows(model) > 0 ? (unsigned)KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES : 0u);
     if (!(functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_PROJECT)))
         return;
     fputs("/* ---- steps ---- */\n\n", file);

@@ -8,10 +8,14 @@
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, I.14.
  */
+#include "codegen/loops.h"
 #include "codegen/print.h"
 
-static const char *take_time(const kt_code_names *n) { return n->effects_have_time ? "real t, " : ""; }
-static const char *pass_time(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
+static bool changes_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
+static const char *take_time(const kt_code_names *n) { return changes_have_time(n) ? "real t, " : ""; }
+static const char *pass_time(const kt_code_names *n) { return changes_have_time(n) ? "t, " : ""; }
+static const char *time_of_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
+static const char *time_of_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
 
 void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
@@ -20,20 +24,20 @@ void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model 
             "static int step_jacobians(%s%sconst real *q, const real *v, const real *tau, real *f) {\n",
             nv, nv, n->name, n->take, take_time(n));
     if (model->n.effect == 0) {
-        fprintf(file, "    return %s_forward_derivatives(%sq, v, tau, f, f + %d, f + %d);\n}\n\n", n->name, n->pass,
-                nv * nv, 2 * nv * nv);
+        fprintf(file, "    return %s_forward_derivatives(%s%sq, v, tau, f, f + %d, f + %d);\n}\n\n", n->name, n->pass,
+                time_of_loops(n), nv * nv, 2 * nv * nv);
         return;
     }
     fprintf(file,
             "    real force[%d], by[%d];\n    (void)%s_effects(%s%sq, v, force);\n"
             "    (void)%s_effect_derivatives(%s%sq, v, by, by + %d);\n"
             "    for (int i = 0; i < %d; i++)\n        force[i] += tau[i];\n"
-            "    const int code = %s_forward_derivatives(%sq, v, force, f, f + %d, f + %d);\n"
+            "    const int code = %s_forward_derivatives(%s%sq, v, force, f, f + %d, f + %d);\n"
             "    for (int c = 0; c < %d && code == 0; c++)\n        for (int m = 0; m < %d; m++)\n"
             "            for (int i = 0; i < %d; i++)\n"
             "                f[%d * c + i] += f[%d + %d * m + i] * by[%d * c + m];\n    return code;\n}\n\n",
-            nv, 2 * nv * nv, n->name, n->pass, pass_time(n), n->name, n->pass, pass_time(n), nv * nv, nv, n->name,
-            n->pass, nv * nv, 2 * nv * nv, 2 * nv, nv, nv, nv, 2 * nv * nv, nv, nv);
+            nv, 2 * nv * nv, n->name, n->pass, time_of_effects(n), n->name, n->pass, time_of_effects(n), nv * nv, nv,
+            n->name, n->pass, time_of_loops(n), nv * nv, 2 * nv * nv, 2 * nv, nv, nv, nv, 2 * nv * nv, nv, nv);
 }
 
 /* K_i from Y_i and F. */
@@ -61,26 +65,31 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             "    for (int i = 0; i <= stages; a += i++) {\n"
             "        const real *row = i < stages ? a : b;\n",
             n->take, take_time(n), 2 * nv, 2 * nv, 3 * nv * nv, all, all);
-    if (n->effects_have_time)
+    if (changes_have_time(n))
         fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n            real sum = 0;\n"
             "            for (int j = 0; j < i; j++)\n                sum += row[j] * k[j][l];\n"
             "            change[l] = (l %% %d == 0 && l < %d ? 1 : 0) + h * sum;\n        }\n"
-            "        if (i == stages)\n            break;\n"
             "        for (int l = 0; l < %d; l++) {\n            real sum = 0;\n"
             "            for (int j = 0; j < i; j++)\n                sum += row[j] * slope[j][l];\n"
             "            y[l] = (l < %d ? q[l] : v[l - %d]) + h * sum;\n        }\n"
+            "        if (i == stages)\n            break;\n"
             "        for (int l = 0; l < %d; l++)\n            slope[i][l] = y[%d + l];\n",
             all, 2 * nv + 1, 4 * nv * nv, 2 * nv, nv, nv, nv, nv);
-    const char *const time = n->effects_have_time ? "t + node * h, " : "";
+    const char *const time = changes_have_time(n) ? "t + node * h, " : "";
     fprintf(file,
             "        int code = step_forward(%s%sy, y + %d, tau, slope[i] + %d);\n"
             "        if (code == 0)\n            code = step_jacobians(%s%sy, y + %d, tau, f);\n"
             "        if (code != 0)\n            return code;\n",
             n->pass, time, nv, nv, n->pass, time, nv);
+    fputs("        step_change(f, change, k[i]);\n    }\n", file);
+    if (kt_code_count_loop_rows(model) > 0)
+        fprintf(file,
+                "    const int closed = step_project_changes(%s%sy, y + %d, change);\n"
+                "    if (closed != 0)\n        return closed;\n",
+                n->pass, n->loops_have_time ? "t + h, " : "", nv);
     fprintf(file,
-            "        step_change(f, change, k[i]);\n    }\n"
             "    for (int l = 0; l < %d; l++)\n        A[l] = change[l];\n"
             "    for (int l = 0; l < %d; l++)\n        B[l] = change[%d + l];\n    return 0;\n}\n\n",
             4 * nv * nv, 2 * nv * nv, 4 * nv * nv);
@@ -95,12 +104,24 @@ void kt_code_print_method_changes(FILE *file, const kt_code_names *n, const char
 void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *n, const kt_model *model,
                                          const char *signature) {
     const int nv = kt_model_nv(model);
+    const bool has_loops = kt_code_count_loop_rows(model) > 0;
     fprintf(file,
-            "%s {\n    real f[%d];\n    const int code = step_jacobians(%s%sq, v, tau, f);\n    if (code != 0)\n"
+            "%s {\n    real f[%d], change[%d];\n    int code = step_jacobians(%s%sq, v, tau, f);\n    if (code != 0)\n"
             "        return code;\n    for (int c = 0; c < %d; c++) {\n"
-            "        real *column = c < %d ? A + %d * c : B + %d * (c - %d);\n"
+            "        real *column = change + %d * c;\n"
             "        for (int i = 0; i < %d; i++) {\n"
             "            column[%d + i] = h * f[%d * c + i] + (c == %d + i ? 1 : 0);\n"
-            "            column[i] = h * column[%d + i] + (c == i ? 1 : 0);\n        }\n    }\n    return 0;\n}\n\n",
-            signature, 3 * nv * nv, n->pass, pass_time(n), 3 * nv, 2 * nv, 2 * nv, 2 * nv, 2 * nv, nv, nv, nv, nv, nv);
+            "            column[i] = h * column[%d + i] + (c == i ? 1 : 0);\n        }\n    }\n",
+            signature, 3 * nv * nv, 6 * nv * nv, n->pass, pass_time(n), 3 * nv, 2 * nv, nv, nv, nv, nv, nv);
+    if (has_loops)
+        fprintf(file,
+                "    real p[%d], u[%d];\n    code = step_forward(%s%sq, v, tau, u);\n    if (code != 0)\n"
+                "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
+                "        p[i] = q[i] + h * u[i];\n    }\n"
+                "    code = step_project_changes(%s%sp, u, change);\n    if (code != 0)\n        return code;\n",
+                nv, nv, n->pass, pass_time(n), nv, n->pass, n->loops_have_time ? "t + h, " : "");
+    fprintf(file,
+            "    for (int l = 0; l < %d; l++)\n        A[l] = change[l];\n"
+            "    for (int l = 0; l < %d; l++)\n        B[l] = change[%d + l];\n    return 0;\n}\n\n",
+            4 * nv * nv, 2 * nv * nv, 4 * nv * nv);
 }

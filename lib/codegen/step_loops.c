@@ -3,6 +3,9 @@
  *   positions    q := q (+) dq with A dq = -phi, least in the metric of the model, until phi is rounding
  *   velocities   v := v + dv with A dv = rate - A v, least in kinetic energy
  *
+ * Changes of the state, the columns of A and B of a step, pass through the derivative of each step of the iteration, and
+ * finally through those of a step without a move and of the velocities.
+ *
  * Equations of velocities, such as those of rolling, belong to the second alone.
  *
  * Newton's iteration ends if phi is at most ROUNDING of its scale, or if it is at most CLOSED and no longer halves. It
@@ -13,10 +16,7 @@
 #include "codegen/print.h"
 #include "kinetree/codegen.h"
 
-/* Projects positions and velocities. */
-static void print_closing_projection(FILE *file, const kt_code_names *n, const kt_model *model) {
-    const int nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
-    const char *const time = n->loops_have_time ? "t, " : "";
+static void print_gap(FILE *file, int rows) {
     fputs("#define ROUNDING (real)(sizeof(real) < sizeof(double) ? 1e-6 : 2e-15)\n"
           "#define CLOSED (real)(sizeof(real) < sizeof(double) ? 1e-4 : 1e-12)\n\n",
           file);
@@ -29,49 +29,105 @@ static void print_closing_projection(FILE *file, const kt_code_names *n, const k
             "        if (!(x <= most)) {\n            most = x;\n            *widest = i;\n        }\n    }\n"
             "    return most;\n}\n\n",
             rows);
+}
+
+/* Projects positions and velocities, and with them the columns of their changes. */
+static void print_closing_projection(FILE *file, const kt_code_names *n, const kt_model *model, bool changes) {
+    const int nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
+    const char *const time = n->loops_have_time ? "t, " : "";
     fprintf(file,
-            "/* Projects a state onto the loops, in place. */\n"
-            "static int step_project(%s%sreal *q, real *v) {\n"
+            "/* Projects a state%s onto the loops, in place. */\n"
+            "static int step_project%s(%s%sreal *q, real *v%s) {\n"
             "    static const int loop[%d] = {",
-            n->take, n->loops_have_time ? "real t, " : "", rows);
+            changes ? " and its changes" : "", changes ? "_changes" : "", n->take, n->loops_have_time ? "real t, " : "",
+            changes ? ", real *change" : "", rows);
     for (int i = 0, at = 0; i < (int)model->n.loop; i++)
         for (int k = kt_code_closed_rows_of_loop(model, i); k > 0; k--, at++)
             fprintf(file, "%s%d", at > 0 ? ", " : "", i + 1);
+    fprintf(file, "}; /* of each equation */\n    real step[%d], u[%d], gap[%d];\n    int code, widest = 0;\n", nv, nv,
+            rows);
+    if (changes)
+        fprintf(file, "    real by[%d];\n", 2 * nv * nv);
     fprintf(file,
-            "}; /* of each equation */\n"
-            "    real step[%d], u[%d], gap[%d];\n    int code, widest = 0;\n"
             "    for (int i = 0; i < 10; i++) {\n"
             "        code = close_positions(%s%sq, step, gap);\n"
             "        if (code != 0)\n            return code;\n"
-            "        const real before = step_gap(gap, &widest);\n"
+            "        const real before = step_gap(gap, &widest);\n",
+            n->pass, time);
+    if (changes) {
+        fprintf(file,
+                "        code = close_changes(%s%sq, by);\n"
+                "        if (code != 0)\n            return code;\n",
+                n->pass, time);
+        fprintf(file, "        project_changes(by, %d, 0, change);\n", nv);
+    }
+    fprintf(file,
             "        if (!(before <= ROUNDING))\n            code = step_move(q, step, q);\n"
             "        if (code == 0)\n            code = settle_velocities(%s%sq, v, u, gap);\n"
             "        if (code != 0)\n            return code;\n"
             "        const real after = step_gap(gap, &widest);\n"
-            "        if (after <= ROUNDING || (after <= CLOSED && after > before / 2)) {\n"
+            "        if (after <= ROUNDING || (after <= CLOSED && after > before / 2)) {\n",
+            n->pass, time);
+    if (changes)
+        fprintf(file,
+                "            code = close_changes(%s%sq, by);\n"
+                "            if (code == 0)\n                project_changes(by, %d, 0, change);\n"
+                "            if (code == 0)\n                code = settle_changes(%s%sq, v, by);\n"
+                "            if (code != 0)\n                return code;\n"
+                "            project_changes(by, %d, %d, change);\n",
+                n->pass, time, nv, n->pass, time, 2 * nv, nv);
+    fprintf(file,
             "            for (int k = 0; k < %d; k++)\n                v[k] = u[k];\n            return 0;\n        }\n"
             "    }\n    return -loop[widest];\n}\n\n",
-            nv, nv, rows, n->pass, time, n->pass, time, nv);
+            nv);
 }
 
 /* Without residuals the positions stay. */
-static void print_projection_of_velocities(FILE *file, const kt_code_names *n, int nv) {
+static void print_projection_of_velocities(FILE *file, const kt_code_names *n, int nv, bool changes) {
+    const char *const take_time = n->loops_have_time ? "real t, " : "", *const time = n->loops_have_time ? "t, " : "";
     fprintf(file,
-            "/* Projects velocities onto the loops, in place: no equation has a residual. */\n"
-            "static int step_project(%s%sconst real *q, real *v) {\n"
-            "    real u[%d], gap[1] = {0};\n"
-            "    const int code = settle_velocities(%s%sq, v, u, gap);\n"
-            "    for (int k = 0; code == 0 && k < %d; k++)\n        v[k] = u[k];\n    return code;\n}\n\n",
-            n->take, n->loops_have_time ? "real t, " : "", nv, n->pass, n->loops_have_time ? "t, " : "", nv);
+            "/* Projects velocities%s onto the loops, in place: no equation has a residual. */\n"
+            "static int step_project%s(%s%sconst real *q, real *v%s) {\n"
+            "    real u[%d], gap[1] = {0};\n    int code = settle_velocities(%s%sq, v, u, gap);\n",
+            changes ? " and their changes" : "", changes ? "_changes" : "", n->take, take_time,
+            changes ? ", real *change" : "", nv, n->pass, time);
+    if (changes)
+        fprintf(file,
+                "    real by[%d];\n    if (code == 0)\n        code = settle_changes(%s%sq, v, by);\n"
+                "    if (code == 0)\n        project_changes(by, %d, %d, change);\n",
+                2 * nv * nv, n->pass, time, 2 * nv, nv);
+    fprintf(file, "    for (int k = 0; code == 0 && k < %d; k++)\n        v[k] = u[k];\n    return code;\n}\n\n", nv);
+}
+
+/* Prints the projection of states, and that of states with their changes. */
+static void print_projections(FILE *file, const kt_code_names *n, const kt_model *model, unsigned functions) {
+    const int nv = kt_model_nv(model);
+    const bool is_closed = kt_code_count_closed_rows(model) > 0;
+    if (is_closed)
+        print_gap(file, kt_code_count_closed_rows(model));
+    if (functions & KT_CODEGEN_STEP_DERIVATIVES)
+        fprintf(file,
+                "/* The first `columns` numbers of a change give %d of the next one, from number `first` on. */\n"
+                "static void project_changes(const real *by, int columns, int first, real *change) {\n"
+                "    for (int c = 0; c < %d; c++) {\n        real next[%d];\n"
+                "        for (int i = 0; i < %d; i++) {\n            next[i] = 0;\n"
+                "            for (int m = 0; m < columns; m++)\n"
+                "                next[i] += by[%d * m + i] * change[%d * c + m];\n        }\n"
+                "        for (int i = 0; i < %d; i++)\n            change[%d * c + first + i] = next[i];\n    }\n}\n\n",
+                nv, 3 * nv, nv, nv, nv, 2 * nv, nv, 2 * nv);
+    for (int k = 0; k < 2; k++)
+        if (functions & (k == 0 ? KT_CODEGEN_STEPS | KT_CODEGEN_PROJECT : KT_CODEGEN_STEP_DERIVATIVES)) {
+            if (is_closed)
+                print_closing_projection(file, n, model, k == 1);
+            else
+                print_projection_of_velocities(file, n, nv, k == 1);
+        }
 }
 
 void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model *model, unsigned functions,
                               const char *signature) {
-    const int nq = kt_model_nq(model), nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
-    if (rows > 0)
-        print_closing_projection(file, n, model);
-    else
-        print_projection_of_velocities(file, n, nv);
+    const int nq = kt_model_nq(model), nv = kt_model_nv(model);
+    print_projections(file, n, model, functions);
     if (!(functions & KT_CODEGEN_PROJECT))
         return;
     fprintf(file,

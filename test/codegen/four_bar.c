@@ -228,9 +228,6 @@ KT_TEST(loops_that_cannot_be_generated_are_named_with_a_reason) {
     const double length[3] = {0.3, 0.9, 0.7};
     four_bar f;
     four_bar_describe(&f, length, 1.0, 0.0);
-    check_loop_rejected(&f, KT_CODEGEN_RK4_DERIVATIVES, "pin", "kt_step_derivatives");
-
-    four_bar_describe(&f, length, 1.0, 0.0);
     f.loop.switching = KT_SWITCHED_OFF;
     check_loop_rejected(&f, KT_CODEGEN_FORWARD, "pin", "switched on and off");
 
