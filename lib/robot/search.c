@@ -2,9 +2,9 @@
  *
  * "package://NAME/REST" and "model://NAME/REST" are searched in the folders of the search path, in the order given. For
  * meshes, the folder of the robot and those around it follow. A match is FOLDER/NAME/REST, or FOLDER/REST if FOLDER
- * itself is called NAME. "file://PATH" and PATH are used as they are if they are absolute. Else they are in the robot's
- * folder, or on the search path. Meshes may lie anywhere, since robots are published as NAME/urdf next to NAME/meshes.
- * Included files may not (include.c).
+ * itself is called NAME. Without REST, NAME is a folder or a file. "file://PATH" and PATH are used as they are if they
+ * are absolute. Else they are in the robot's folder, or on the search path. Meshes may lie anywhere, since robots are
+ * published as NAME/urdf next to NAME/meshes. Included files may not (include.c).
  */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "robot/robot.h"
@@ -30,7 +30,7 @@ static bool try_path(search *s, const char *folder, int size, const char *packag
     if (path == NULL)
         return kt_reader_out_of_memory(s->r);
     (void)sprintf(path, "%.*s%s%.*s%s%s", size, folder, size > 0 ? "/" : "", length, length > 0 ? package : "",
-                  length > 0 ? "/" : "", s->rest);
+                  length > 0 && *s->rest != '\0' ? "/" : "", s->rest);
     char *real = realpath(path, NULL);
     if (real != NULL && (s->found = kt_pool_text(&s->r->keep, real, strlen(real))) == NULL)
         (void)kt_reader_out_of_memory(s->r);

@@ -1,8 +1,8 @@
 """included KINETREE: random folders of files that include each other, with --allow and --search, against the rule written in Python.
 
 A file may be included from the folder of the robot, from folders of --allow and of --search, links followed, any number of times, but not within
-itself. MJCF looks for a name next to the robot, then next to the file that has it. SDF looks for model://NAME next to the robot, then in folders of
---search; what is nowhere is left out, and a world of which nothing is left is an error.
+itself. MJCF looks for a name next to the robot, then next to the file that has it. SDF looks for NAME or model://NAME, a folder or a file, next to the robot, then in
+folders of --search; what is nowhere is left out, and a world of which nothing is left is an error.
 """
 import os
 import pathlib
@@ -68,14 +68,15 @@ def count_mjcf(root, files, roots, path, within=()):
 # ---- SDF ---------------------------------------------------------------------------------------------------------------
 
 def make_sdf(rng, root):
-    """A world that includes models, some of which lie next to it or on the search path."""
-    names = [f"m{i}" for i in range(rng.randint(1, 4))]
+    """A world that includes models, folders or single files, some of which lie next to it or on the search path."""
+    names = [f"m{i}{rng.choice(('', '.sdf'))}" for i in range(rng.randint(1, 4))]
     places = {name: rng.choice(["robot", "found/models", "common", None]) for name in names}
     os.makedirs(f"{root}/robot", exist_ok=True)
     for name, place in places.items():
+        file = f"{root}/{place}/{name}" if name.endswith(".sdf") else f"{root}/{place}/{name}/model.sdf"
         if place:
-            os.makedirs(f"{root}/{place}/{name}", exist_ok=True)
-            pathlib.Path(f"{root}/{place}/{name}/model.sdf").write_text(f"<sdf version='1.9'><model name='{name}'>{LINK.format('l')}</model></sdf>")
+            os.makedirs(os.path.dirname(file), exist_ok=True)
+            pathlib.Path(file).write_text(f"<sdf version='1.9'><model name='{name[:2]}'>{LINK.format('l')}</model></sdf>")
     own = rng.random() < 0.3
     includes = "".join(f"<include><uri>{rng.choice(('model://', ''))}{name}</uri></include>" for name in names)
     pathlib.Path(f"{root}/robot/robot.sdf").write_text(
