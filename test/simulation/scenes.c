@@ -51,6 +51,26 @@ kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const
     return simulation;
 }
 
+double kt_scene_tolerance_of(const char *method) {
+    return method != NULL && strcmp(method, "dop853") == 0 ? 1e-13 : 1e-10;
+}
+
+kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, double step, double tolerance,
+                                     unsigned record) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    run.integrator = method;
+    run.step = step;
+    run.duration = 100.0;
+    run.relative = run.absolute = tolerance;
+    options.record = record;
+    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+}
+
+kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record) {
+    return kt_scene_start_within(model, method, step, kt_scene_tolerance_of(method), record);
+}
+
 double kt_scene_balance(kt_simulation *simulation) {
     kt_record record = {0};
     kt_error error = {0};

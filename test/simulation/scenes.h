@@ -22,6 +22,12 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 /* NULL after a failed check. */
 kt_model *kt_scene_compile(const kt_description *description);
 kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
+/* A run of 100 s with a method, a fixed step or adaptive ones (0), and records. NULL if the model is NULL, or after a
+ * failed check. kt_scene_start takes the tolerance kt_scene_tolerance_of(method): 1e-13 for dop853, else 1e-10. */
+kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record);
+kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, double step, double tolerance,
+                                     unsigned record);
+double kt_scene_tolerance_of(const char *method);
 
 /* The energy plus dissipated minus supplied work; NaN after a failed check. */
 double kt_scene_balance(kt_simulation *simulation);

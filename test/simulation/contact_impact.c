@@ -1,0 +1,181 @@
+/* Impacts with friction, against closed forms and phases by hand. */
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "touch.h"
+
+/* A ball with an oblique speed and no spin: the tangential impulse is the lesser of 2/7 m v and mu times the normal
+ * one. */
+KT_TEST(impact_with_friction_sticks_or_slips) {
+    for (int i = 0; i < 2; i++) {
+        const double e = 0.6, mu = i == 0 ? 0.5 : 0.1, v = 1.3, w = 2.0, m = 2.0, r = 0.1;
+        const double normal = m * (1.0 + e) * w, tangent = fmin(mu * normal, 2.0 / 7.0 * m * v);
+        const double after = v - tangent / m, spin = tangent * r / (0.4 * m * r * r);
+        const double lost = 0.5 * m * (v * v + w * w * (1.0 - e * e) - after * after) - 0.2 * m * r * r * spin * spin;
+        touch_scene s;
+        touch_scene_ball(&s, mu, e);
+        s.body[0].joint.velocity[0] = v;
+        s.body[0].joint.velocity[2] = -w;
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+        if (simulation != NULL) {
+            const double *u = kt_simulation_velocities(simulation);
+            kt_check_near("along", u[0], after, 1e-15);
+            kt_check_near("up", u[2], e * w, 1e-15);
+            kt_check_near("spin", u[4], spin, 1e-14);
+            kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, lost, 1e-14);
+            kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 1);
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
+/* One phase at a contact in a plane, by hand. W = nn, nt, tt; u = n, t becomes u + W p, with p >= `least` along n. */
+static void phase_by_hand(const double *W, double mu, double least, double *u, double *p) {
+    for (int part = 0; part < 2; part++) { /* pressing, and then with the least impulse */
+        const double n = part ? least : -(W[2] * u[0] - W[1] * u[1]) / (W[0] * W[2] - W[1] * W[1]);
+        double q[2] = {n, -(u[1] + W[1] * n) / W[2]};
+        if (fabs(q[1]) > mu * n) {
+            const double slip = copysign(mu, q[1]);
+            q[0] = part ? least : -u[0] / (W[0] + W[1] * slip);
+            q[1] = slip * q[0];
+        }
+        const double after = u[0] + W[0] * q[0] + W[1] * q[1];
+        if (part ? after < -1e-12 : q[0] < least)
+            continue;
+        u[0] = after;
+        u[1] += W[1] * q[0] + W[2] * q[1];
+        p[0] += q[0];
+        p[1] += q[1];
+        return;
+    }
+}
+
+/* Two rods of 1 kg and 1 m hang on a pin, and the lower end strikes the floor. The source is Kane (1984), and Kane and
+ * Levinson, Dynamics: Theory and Applications (1985). At one contact with friction, Newton's rule returns more than the
+ * compression has taken, and the energy would grow. Poisson's does not. after: rates of both rods. */
+static kt_contact_counts strike_floor(double mu, double e, bool poisson, const double *angle, const double *rate,
+                                      double *after) {
+    touch_scene s;
+    kt_contact_counts counts = {.count = 0};
+    touch_scene_make(&s, KT_JOINT_REVOLUTE);
+    s.body[1].name = "upper";
+    s.body[0].parent = "upper";
+    s.body[1].joint.type = KT_JOINT_REVOLUTE;
+    s.body[0].joint.at = kt_vec3_make(0.0, 0.0, -1.0);
+    for (int i = 0; i < 2; i++) {
+        s.body[i].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
+        s.body[i].mass = 1.0;
+        s.body[i].com = kt_vec3_make(0.0, 0.0, -0.5);
+        s.body[i].inertia.xx = s.body[i].inertia.yy = s.body[i].inertia.zz = 1.0 / 12.0;
+        s.body[i].joint.position[0] = angle[1 - i] - (i == 0 ? angle[0] : 0.0);
+        s.body[i].joint.velocity[0] = rate[1 - i] - (i == 0 ? rate[0] : 0.0);
+    }
+    kt_effect *effect = touch_scene_add(&s, kt_vec3_make(0.0, 0.0, -1.0), 0.0, mu, e);
+    effect->between[1].at = kt_vec3_make(0.0, 0.0, -cos(angle[0]) - cos(angle[1]));
+    effect->poisson = poisson;
+    s.description.body_count = 2;
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+    if (simulation != NULL) {
+        const double *v = kt_simulation_velocities(simulation);
+        after[0] = v[0]; /* the upper one is listed first, as is its joint */
+        after[1] = v[0] + v[1];
+        counts = kt_simulation_contacts(simulation);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    return counts;
+}
+
+/* Velocities of the end, and the rates that impulses p (normal, along) at it give the rods. */
+static void end_velocity(const double *angle, const double *rate, double *u) {
+    u[0] = sin(angle[0]) * rate[0] + sin(angle[1]) * rate[1];
+    u[1] = -cos(angle[0]) * rate[0] - cos(angle[1]) * rate[1];
+}
+
+static void rates_of(const double *angle, const double *p, double *rate) {
+    const double c = 0.5 * cos(angle[1] - angle[0]), det = 4.0 / 9.0 - c * c;
+    const double f0 = sin(angle[0]) * p[0] - cos(angle[0]) * p[1], f1 = sin(angle[1]) * p[0] - cos(angle[1]) * p[1];
+    rate[0] = (f0 / 3.0 - c * f1) / det;
+    rate[1] = (4.0 / 3.0 * f1 - c * f0) / det;
+}
+
+static double rods_energy(const double *angle, const double *rate) {
+    return 2.0 / 3.0 * rate[0] * rate[0] + rate[1] * rate[1] / 6.0 + 0.5 * cos(angle[1] - angle[0]) * rate[0] * rate[1];
+}
+
+KT_TEST(poissons_rule_does_not_let_the_energy_of_kanes_pendulum_grow) {
+    const double angle[2] = {0.349, 0.524}, rate[2] = {-0.1, -0.2}, mus[3] = {0.1, 0.5, 5.0}, e = 0.7;
+    uint64_t told = 0;
+    for (int k = 0; k < 3; k++) {
+        double unit[2][2], W[3], u[2], p[2] = {0.0, 0.0}, by[2], after[2], newton[2];
+        for (int j = 0; j < 2; j++) { /* W by the rates that unit impulses give */
+            rates_of(angle, (double[]){j == 0, j == 1}, by);
+            end_velocity(angle, by, unit[j]);
+        }
+        W[0] = unit[0][0];
+        W[1] = unit[0][1];
+        W[2] = unit[1][1];
+        end_velocity(angle, rate, u);
+        phase_by_hand(W, mus[k], 0.0, u, p);
+        phase_by_hand(W, mus[k], e * p[0], u, p);
+        rates_of(angle, p, by);
+        const kt_contact_counts poisson = strike_floor(mus[k], e, true, angle, rate, after);
+        kt_check_equal_int("reduced", (long long)poisson.reduced, 0);
+        kt_check_near("upper", after[0], rate[0] + by[0], 1e-14);
+        kt_check_near("lower", after[1], rate[1] + by[1], 1e-14);
+        const double before = rods_energy(angle, rate), lost = before - rods_energy(angle, after);
+        kt_check_above("lost, J", lost, 1e-3);
+        kt_check_near("told", poisson.dissipated, lost, 1e-15);
+        told += strike_floor(mus[k], e, false, angle, rate, newton).reduced;
+        kt_check_above("never grows", before - rods_energy(angle, newton), -1e-16);
+    }
+    kt_check_above("told of Newton's rule", (double)told, 0.5);
+}
+
+/* Housner (1963): a block of half-diagonal R at the angle alpha rocks from one corner to the other. If friction holds,
+ * the block keeps 1 - 3/2 sin^2(alpha) of its rate. It keeps its energy between impacts. */
+KT_TEST(rocking_block_loses_what_housner_says) {
+    const double b = 0.1, h = 0.4, m = 2.0, R = hypot(b, h), alpha = atan2(b, h), tilt = 0.5 * alpha;
+    const double keep = 1.0 - 1.5 * sin(alpha) * sin(alpha);
+    touch_scene s;
+    touch_scene_make(&s, KT_JOINT_PLANAR);
+    s.body[0].joint.axis = kt_vec3_make(0.0, 1.0, 0.0); /* z, x, angle */
+    s.body[0].inertia.yy = m / 3.0 * R * R;
+    s.body[0].inertia.xx = s.body[0].inertia.zz = m;
+    (void)touch_scene_add(&s, kt_vec3_make(b, 0.0, -h), 0.0, 1.0, 0.0);
+    (void)touch_scene_add(&s, kt_vec3_make(-b, 0.0, -h), 0.0, 1.0, 0.0);
+    /* On the corner at +b, turned by `tilt` about y. */
+    s.body[0].joint.position[0] = b * sin(tilt) + h * cos(tilt);
+    s.body[0].joint.position[1] = b - b * cos(tilt) + h * sin(tilt);
+    s.body[0].joint.position[2] = tilt;
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = touch_start(model, "dop853", 0.0);
+    kt_error error = {0};
+    double energy = m * g * (R * cos(alpha - tilt) - h), worst = 0.0;
+    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+    for (uint64_t n = 1; status == KT_OK && n <= 5; n++) {
+        while (status == KT_OK && kt_simulation_contacts(simulation).impacts < n &&
+               kt_simulation_time(simulation) < 20.0)
+            status = kt_simulation_step(simulation, 20.0, &error);
+        const double rate = kt_simulation_velocities(simulation)[2];
+        energy *= keep * keep;
+        worst = fmax(worst, fabs(0.5 * (4.0 / 3.0 * m * R * R) * rate * rate / energy - 1.0));
+    }
+    if (kt_fine("rocks", status, &error)) {
+        kt_check_below("energy behind five impacts, relative", worst, 1e-9);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 5);
+        kt_check_equal_int("slips", (long long)kt_simulation_contacts(simulation).slips, 0);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
