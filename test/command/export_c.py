@@ -30,7 +30,7 @@ def main():
     rejected("one_format_at_a_time", 1, "one of them", "--c", "--urdf", arm, "--out", "arm.c")
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
-    rejected("wheels_are_rejected", 2, "rear_contact: code for this loop cannot be generated", "--c", SCENES / "bicycle.yaml", "--out", "arm.c")
+    rejected("wires_along_a_helix_are_rejected", 2, "wire: code for this loop cannot be generated", "--c", SCENES / "spiral-wire.yaml", "--out", "arm.c", "--functions", "forward")
     with tempfile.TemporaryDirectory() as folder:
         rope = pathlib.Path(folder, "rope.yaml")
         rope.write_text(ROPE)
