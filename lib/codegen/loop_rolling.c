@@ -3,7 +3,7 @@
  * Skate: with the axis a = f_z of the second end, f = a and drift = (w x a) . u.
  *
  * Disc: the second end is its centre C with the axle a, the first one a frame of the plane with the normal n. So w and
- * u are the motion of the disc as seen in the plane, and no number depends on how far the plane's point is. With
+ * u are the motion of the disc as seen in the plane. No number depends on the distance of the plane's point. With
  * c = n . a and s = |n x a|:
  *
  *   t  = a x (n x a) / s             from the lowest point of the disc, P = C + p, to its centre; p = -rho t
@@ -18,15 +18,15 @@
  */
 #include "codegen/loop_rows.h"
 
-/* The place at which a disc touches. */
-typedef struct code_touch {
+/* The place of contact of a disc. */
+typedef struct code_disc_contact {
     kt_op s;
     kt_op3 t, rate; /* t' */
-} code_touch;
+} code_disc_contact;
 
-static code_touch touch_of_disc(const kt_code_closing *c, kt_op3 n, kt_op3 turn) {
+static code_disc_contact contact_of_disc(const kt_code_closing *c, kt_op3 n, kt_op3 turn) {
     kt_graph *g = c->tree->graph;
-    code_touch at;
+    code_disc_contact at;
     const kt_op3 a = kt_code_end_axis(c, 1, 2), across = kt_op3_cross(g, n, a), moved = kt_op3_cross(g, turn, a);
     const kt_op cosine = kt_op3_dot(g, n, a), rate = kt_op3_dot(g, n, moved);
     at.s = kt_op3_length(g, across);
@@ -43,7 +43,7 @@ void kt_code_add_rolling(const kt_code_closing *c, kt_code_loop_rows *rows, unsi
     kt_graph *g = c->tree->graph;
     const kt_op radius = c->number->radius;
     const kt_op3 n = kt_code_end_axis(c, 0, 2), w = kt_op3_subtract(g, c->omega[1], c->omega[0]);
-    const code_touch at = touch_of_disc(c, n, w);
+    const code_disc_contact at = contact_of_disc(c, n, w);
     const kt_op back = kt_op_negate(g, radius);
     const kt_op3 p = kt_op3_scale(g, back, at.t), moved = kt_op3_scale(g, back, at.rate);
     const kt_op3 turning = kt_op3_cross(g, c->omega[0], c->omega[1]);

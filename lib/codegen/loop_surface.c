@@ -64,11 +64,11 @@ static void add_on_sphere(const kt_code_closing *c, kt_code_loop_rows *rows) {
 static void add_on_torus(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const code_around a = point_around_axis(c);
-    const kt_op s = kt_op_subtract(g, a.rho, c->number->radius), rise = kt_op3_dot(g, a.e, c->u);
+    const kt_op s = kt_op_subtract(g, a.rho, c->number->radius), axial = kt_op3_dot(g, a.e, c->u);
     const kt_op square = kt_op_add(g, kt_op_multiply(g, s, s), kt_op_multiply(g, a.y, a.y));
     const kt_op tau = kt_op_call(g, KT_OP_SQRT, square, -1), inverse = kt_op_divide(g, kt_op_number(g, 1.0), tau);
     const kt_op3 n = kt_op3_scale(g, inverse, kt_op3_add(g, kt_op3_scale(g, s, a.m), kt_op3_scale(g, a.y, a.e)));
-    const kt_op difference = kt_op_subtract(g, kt_op_multiply(g, a.out, a.y), kt_op_multiply(g, rise, s));
+    const kt_op difference = kt_op_subtract(g, kt_op_multiply(g, a.out, a.y), kt_op_multiply(g, axial, s));
     const kt_op swept = kt_op_multiply(g, difference, inverse);
     const kt_op around = kt_op_multiply(g, s, kt_op_multiply(g, kt_op_multiply(g, a.g, a.g), a.inverse));
     const kt_code_row row = {.moment = kt_op3_zero(g),

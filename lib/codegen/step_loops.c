@@ -3,8 +3,8 @@
  *   positions    q := q (+) dq with A dq = -phi, least in the metric of the model, until phi is rounding
  *   velocities   v := v + dv with A dv = rate - A v, least in kinetic energy
  *
- * Changes of the state, the columns of A and B of a step, pass through the derivative of each step of the iteration,
- * and finally through those of a step without a move and of the velocities.
+ * Changes of the state, the columns of A and B of a step, pass through the derivative of each step of the iteration.
+ * Those of a step without a move and of the velocities follow.
  *
  * Equations of velocities, such as those of rolling, belong to the second alone.
  *
