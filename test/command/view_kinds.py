@@ -171,6 +171,13 @@ ROBOT = """<mujoco model="robot"><worldbody><body name="trunk" pos="0 0 1"><free
   </body></worldbody><actuator><motor name="a" joint="shoulder"/><motor name="b" joint="knuckle"/></actuator></mujoco>
 """
 
+# Cylinders above a floor, each of which touches it in 32 points.
+CYLINDERS = """<mujoco model="cylinders"><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 0.5"><freejoint/>{}</body></worldbody></mujoco>
+"""
+CYLINDER = '<geom type="cylinder" size="0.1 0.1" pos="0 0 {}"/>'
+POINTS = """(() => ({points: kinetree.data.effects.filter(({type}) => type === "contact").length,
+    ticked: [...document.querySelectorAll("#layers label")].find((one) => one.textContent === "Contact points").querySelector("input").checked}))()"""
+
 # At twenty times: the share of the picture by which the farthest end of a solid is outside of it; radii of drives and what the links reach.
 INSIDE = """(() => {
     const page = window.kinetree, {width, height} = document.getElementById("picture");
@@ -213,6 +220,13 @@ def check_robots(page, folder):
     claim("a_robot_that_moves_stays_in_the_picture", faults + ([] if found["follows"] and found["worst"] <= 0 else [f"{found}"]))
     claim("drives_scale_with_their_links", [f"{found}" for ring, reach in found["rings"] if not 0.1 * reach <= ring <= 0.6 * reach] +
           ([] if len(found["rings"]) == 2 else [f"{found['rings']}"]))
+    faults = []
+    for count, is_shown in ((3, True), (4, False)):
+        text = CYLINDERS.format("".join(CYLINDER.format(0.2 * i) for i in range(count)))
+        faults += trouble(page, folder, "cylinders.xml", text, "--duration", "0.1", "--contacts")
+        found = page.evaluate(POINTS)
+        faults += [] if found == {"points": 32 * count, "ticked": is_shown} else [f"{found}"]
+    claim("dots_of_more_than_a_hundred_contact_points_are_not_shown_at_first", faults)
 
 
 def main():

@@ -19,6 +19,11 @@ const LAYERS = [
     ["names", "Names", false], ["frame", "World axes", true],
 ];
 
+/* Which layers a page begins with. The dots of many contact points would hide a robot. */
+const CONTACTS_MOST = 100;
+const layers_at_first = ({effects}) => Object.fromEntries(LAYERS.map(([key, , is_on]) =>
+    [key, is_on && (key !== "contacts" || effects.filter(({type}) => type === "contact").length <= CONTACTS_MOST)]));
+
 /* Of arrows, by where their forces come from; each is a layer. */
 const ARROWS = {reaction: [0.75, 0.2, 0.55], contact: [0.85, 0.4, 0.1], effect: [0.1, 0.55, 0.6]};
 

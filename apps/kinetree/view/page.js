@@ -29,7 +29,7 @@ class Page {
         complete(this.data);
         this.modes = this.data.modes === undefined ? null : new Modes(this.data, this.motion);
         this.poses = new Float32Array(8 * POSES_A_ROW * Math.ceil(this.data.bodies.length / POSES_A_ROW));
-        this.shown = Object.fromEntries(LAYERS.map(([key, , is_on]) => [key, is_on]));
+        this.shown = layers_at_first(this.data);
         this.times = this.modes !== null ? [0, this.modes.duration] : [this.motion.times[0], this.motion.times[this.motion.frames - 1]];
         this.repeats = this.modes !== null;
         this.time = this.data.failed || this.data.overlay ? this.times[1] : this.times[0];
@@ -420,8 +420,8 @@ class Page {
             contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: this.modes === null && data.markers.length, markers: data.markers.length,
             names: true, frame: true,
         };
-        for (const [key, text, is_on] of LAYERS.filter(([key]) => has[key]))
-            this.tick(find("layers"), text, is_on, (on) => { this.shown[key] = on; });
+        for (const [key, text] of LAYERS.filter(([key]) => has[key]))
+            this.tick(find("layers"), text, this.shown[key], (on) => { this.shown[key] = on; });
         find("lengths").hidden = data.arrows.length === 0;
         this.list_modes();
         this.list_traces();
