@@ -494,7 +494,7 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
                                  kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     l->t = t;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force or torque"};
     kt_status status = kt_input_check(l->model, &input, error);

@@ -97,7 +97,7 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
         return why;
     if (s->transformation || s->acceleration || s->projection)
         return "its equations are not those of its own model";
-    return s->size.n > s->size.work || s->watches_works ? "its works are integrated with its motion" : NULL;
+    return s->size.n > s->size.work || s->watches_works ? "it records or watches works (balance)" : NULL;
 }
 
 static bool is_empty(const kt_ensemble *e) {

@@ -210,7 +210,7 @@ static kt_status check(const kt_actuation_work *w, double t, const double *q, co
     for (size_t i = 0; i < w->model->n.v; i++)
         w->right[i] = w->chosen[i] ? x[i] : 0.0;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     return kt_input_check(w->model, &input, error);
 }
 

@@ -118,7 +118,7 @@ static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt
     if (status != KT_OK)
         return status;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     return kt_kkt_factor(&w->kkt, KT_ROWS_ALL, KT_METRIC_MASS, t, q, error);
 }
 

@@ -93,7 +93,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
     if (status != KT_OK)
         return status;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     if (KT_HAS_LOOPS)
         model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
@@ -139,7 +139,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
     if (status != KT_OK)
         return status;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     if (KT_HAS_LOOPS && model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
         kernels->fill(model, data, t, q, model->zero);

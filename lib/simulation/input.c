@@ -64,7 +64,8 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
             if (!isfinite(torque[at.v + i])) {
                 char where[KT_WHERE_SIZE];
                 snprintf(where, sizeof where, "joint '%s'", kt_joint_name(simulation->user_model, body));
-                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g", torque[at.v + i]);
+                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g; give a finite number",
+                                    torque[at.v + i]);
             }
     }
     if (torque != NULL)

@@ -349,7 +349,7 @@ static kt_status set_state(kt_simulation *simulation, double t, const double *q,
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g", t);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     kt_move(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     kt_move(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
     if (KT_HAS_FORMULAS)

@@ -141,7 +141,7 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
                            kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, NULL, NULL), KT_ERROR_EFFECT);
         kt_check_equal_bits("what was known stays", s.system->state + 1, &stiffness, 1);
         check_words("no time", kt_linearization_evaluate(s.linearization, HUGE_VAL, l.q, l.v, NULL, &e), &e,
-                    KT_ERROR_NOT_FINITE, "the time is inf");
+                    KT_ERROR_NOT_FINITE, "the time is inf; give a finite number");
         const double tau = (double)NAN;
         spring.reach = 1.0;
         check_words("torque", kt_linearization_evaluate(s.linearization, 0.0, l.q, l.v, &tau, &e), &e,

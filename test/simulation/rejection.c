@@ -198,7 +198,7 @@ KT_TEST(state_at_no_time_is_rejected) {
     if (!make_stand(&s, &o, kt_run_fixed("rk4", 0.25, 10.0), true))
         return;
     kt_check_equal_int("status", kt_simulation_set_state(s.simulation, HUGE_VAL, &q, &v, &error), KT_ERROR_NOT_FINITE);
-    kt_check_text("message", error.message, "the time is inf");
+    kt_check_text("message", error.message, "the time is inf; give a finite number");
     kt_check_near("q", kt_simulation_positions(s.simulation)[0], 0.0, 0.0);
     free_stand(&s);
 }
