@@ -283,6 +283,27 @@ KT_TEST(picture_of_a_run_shows_what_is_recorded) {
 
 /* Eleven joints: the first eight rest, the ninth turns slowly, the last ones fast, one trembles by rounding. A residual
  * falls to 1e-222. */
+/* The name of a joint's column has no unit. A summary of the run next to the records has it. */
+KT_TEST(plot_takes_units_from_the_summary_beside_it) {
+    kt_write_file("two.yaml", "kinetree: 1\n"
+                              "gravity: [0, -9.81, 0]\n"
+                              "bodies:\n"
+                              "  - {name: cart, joint: {type: prismatic, axis: y}, mass: 1}\n"
+                              "  - {name: arm, joint: {type: revolute}, mass: 1, com: [1, 0, 0]}\n"
+                              "simulate: {duration: 1}\n");
+    kt_expect(0, NULL, "rm -f two.json; $K run two.yaml --quiet --out two.csv");
+    kt_expect(0, "picture", "$K plot two.csv --columns position.arm,velocity.arm --out none.svg");
+    kt_check_equal_int("without a summary", kt_count_of(kt_read_file("none.svg"), ">Positions, rad or m<"), 1);
+    kt_expect(0, NULL, "$K run two.yaml --quiet --out two.csv --summary two.json");
+    kt_expect(0, "picture", "$K plot two.csv --columns position.arm,velocity.arm --out arm.svg");
+    kt_check_equal_int("an angle", kt_count_of(kt_read_file("arm.svg"), ">Positions, rad<"), 1);
+    kt_check_equal_int("its rate", kt_count_of(kt_read_file("arm.svg"), ">Velocities, rad/s<"), 1);
+    kt_expect(0, "picture", "$K plot two.csv --columns position.cart --out cart.svg");
+    kt_check_equal_int("a length", kt_count_of(kt_read_file("cart.svg"), ">Positions, m<"), 1);
+    kt_expect(0, "picture", "$K plot two.csv --columns position --out both.svg");
+    kt_check_equal_int("both", kt_count_of(kt_read_file("both.svg"), ">Positions, rad or m<"), 1);
+}
+
 /* `state` is recorded by default, and a column by a formula is recorded since the scene asks for it. A table without
  * any known quantity is drawn as a whole. */
 KT_TEST(plot_shows_states_and_columns_by_formulas_by_default) {

@@ -29,6 +29,7 @@ typedef struct kt_chart {
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
     char labels[KINDS][KT_PLOT_SERIES_MAX][128];
+    char units[KT_COLUMN_KINDS][16]; /* by the summary */
     int count[KINDS];
     kt_candidate *candidates; /* the requested columns */
     int candidate_count;
@@ -320,12 +321,45 @@ static int read_marks(const char *path, kt_marks *marks, char *name, size_t size
     return fine ? -1 : say_no_marks(path);
 }
 
-/* Finds the name of the scene in the summary next to the records: NAME.json for NAME.csv. The summary must end at the
- * same time as the records. */
-static void find_scene_name(kt_chart *chart, const char *path) {
+static const char *unit_in(const json_t *summary, const char *column) {
+    return json_string_value(json_object_get(json_object_get(json_object_get(summary, "columns"), column), "unit"));
+}
+
+/* The unit of all columns that a panel of this kind shows, by the summary; NULL: they differ, or it has none. */
+static const char *common_unit(const kt_chart *chart, const json_t *summary, int kind) {
+    const char *unit = NULL;
+    for (int i = 0; i < chart->candidate_count; i++) {
+        const kt_candidate *column = &chart->candidates[i];
+        if (column->panel != kind || !column->is_shown)
+            continue;
+        const char *own = unit_in(summary, column->name);
+        if (own == NULL || (unit != NULL && strcmp(own, unit) != 0))
+            return NULL;
+        unit = own;
+    }
+    return unit;
+}
+
+/* A column of a joint has no unit in its name. The summary decides between 'rad' and 'm'. */
+static void decide_units(kt_chart *chart, const json_t *summary) {
+    for (int kind = 0; kind < KT_COLUMN_KINDS; kind++) {
+        const char *unit = common_unit(chart, summary, kind);
+        if (unit == NULL || kt_column_kinds[kind].unit == NULL || strchr(unit, '^') != NULL ||
+            strstr(kt_column_kinds[kind].unit, " or ") == NULL)
+            continue;
+        (void)snprintf(chart->units[kind], sizeof chart->units[kind], "%s", unit);
+        for (int i = 0; i < chart->panel_count; i++)
+            if (chart->panels[i].series == chart->series[kind])
+                chart->panels[i].unit = chart->units[kind];
+    }
+}
+
+/* Finds the name of the scene, and units, in the summary next to the records: NAME.json for NAME.csv. The summary must
+ * end at the same time as the records. */
+static void read_summary(kt_chart *chart, const char *path) {
     const char *ending = strrchr(path, '.');
     char summary[4096];
-    if (chart->scene[0] != '\0' || chart->table->part_count > 1 || ending == NULL || strcmp(ending, ".csv") != 0 ||
+    if (chart->table->part_count > 1 || ending == NULL || strcmp(ending, ".csv") != 0 ||
         snprintf(summary, sizeof summary, "%.*s.json", (int)(ending - path), path) >= (int)sizeof summary)
         return;
     json_t *root = json_load_file(summary, 0, NULL);
@@ -333,8 +367,11 @@ static void find_scene_name(kt_chart *chart, const char *path) {
     const char *scene = json_string_value(json_object_get(root, "scene"));
     const double end = json_number_value(json_object_get(root, "time"));
     if (scene != NULL && times != NULL && chart->table->rows > 0 &&
-        fabs(times[chart->table->rows - 1] - end) <= 1e-9 * fabs(end))
-        (void)snprintf(chart->scene, sizeof chart->scene, "%s", scene);
+        fabs(times[chart->table->rows - 1] - end) <= 1e-9 * fabs(end)) {
+        if (chart->scene[0] == '\0')
+            (void)snprintf(chart->scene, sizeof chart->scene, "%s", scene);
+        decide_units(chart, root);
+    }
     json_decref(root);
 }
 
@@ -438,7 +475,7 @@ int kt_plot_draw_chart(const kt_plot_arguments *arguments, const kt_table *table
     if (code < 0)
         code = add_marks(chart);
     if (code < 0) {
-        find_scene_name(chart, path);
+        read_summary(chart, path);
         code = paint(chart, base, out);
     }
     free(candidates);
