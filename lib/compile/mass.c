@@ -141,7 +141,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
                                 "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
             .example = KT_WORDS("bodies:\n"
                                 "  - name: bracket\n"
-                                "    joint: {type: revolute, axis: z, position: 30 deg}\n"
+                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
                                 "    mass: 2\n"
                                 "    shape: {type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], "
                                 "[0, 0.8]], thickness: 0.05}\n"),

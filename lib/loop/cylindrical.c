@@ -25,7 +25,7 @@ const kt_descriptor kt_loop_cylindrical_descriptor = {
     .name = "cylindrical",
     .help = KT_WORDS("a rotation about the axis and a translation along it are left free"),
     .formula = KT_WORDS("the equations of inline and of coaxial"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: cylindrical, between: [world, box], axis: x}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: cylindrical, between: [world, box], axis: z}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

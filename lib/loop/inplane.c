@@ -23,7 +23,7 @@ const kt_descriptor kt_loop_inplane_descriptor = {
     .name = "inplane",
     .help = KT_WORDS("the second point stays in a plane through the first"),
     .formula = KT_WORDS("e_z . d = 0    e_z = axis, of the first end;  d: from its point to the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: inplane, between: [world, box], axis: z}\n"),
+    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: inplane, between: [world, box], axis: x}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -26,7 +26,8 @@ const kt_descriptor kt_loop_universal_descriptor = {
     .name = "universal",
     .help = KT_WORDS("Cardan joint: rotations about an axis of either end are left free"),
     .formula = KT_WORDS("the equations of spherical and of orthogonal"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: universal, between: [world, box], axis: x, axis2: y}\n"),
+    .example =
+        KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: universal, between: [world, box.corner], axis: x, axis2: y}\n"),
     KT_DESCRIPTOR_KEYS,
 };
 #endif

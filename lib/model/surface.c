@@ -19,7 +19,7 @@ static const kt_descriptor surfaces[KT_SURFACE_TYPE_COUNT] = {
     [KT_SURFACE_PLANE] = {.name = "plane",
                           .help = KT_WORDS("normal to the axis"),
                           .formula = KT_WORDS("z = 0"),
-                          .example = KT_WORDS(BEAD("{plane: {}}", "[0.3, 0, 0]"))},
+                          .example = KT_WORDS(BEAD("{plane: {}}, axis: x", "[0, 0.3, 0]"))},
     [KT_SURFACE_CYLINDER] = {.name = "cylinder",
                              .help = KT_WORDS("about the axis, without ends"),
                              .formula = KT_WORDS("sqrt(x^2 + y^2) = R"),

@@ -25,7 +25,7 @@ static const kt_descriptor tracks[KT_TRACK_TYPE_COUNT] = {
     [KT_TRACK_LINE] = {.name = "line",
                        .help = KT_WORDS("along the axis"),
                        .formula = KT_WORDS("c = (0, 0, sigma)"),
-                       .example = KT_WORDS(BEAD("{line: {}}, axis: x", "[0.2, 0, 0]"))},
+                       .example = KT_WORDS(BEAD("{line: {}}, axis: [1, 0, -1]", "[0.2, 0, -0.2]"))},
     [KT_TRACK_CIRCLE] = {.name = "circle",
                          .help = KT_WORDS("about the axis"),
                          .formula = KT_WORDS("c = (R cos(a), R sin(a), 0),  sigma = R a"),
