@@ -88,7 +88,7 @@ static void close_ranks(kt_cone *cone, double *p, int *count) {
 }
 
 /* Marks members for leaving whose normal rows depend on those of members before, by Cholesky's method. */
-static void leave_dependent(kt_cone *cone, const kt_cone_problem *problem, int count) {
+static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int count) {
     const int stride = 3 * cone->most;
     double w[9];
     int *chosen = cone->order, rank = 0;
@@ -125,7 +125,7 @@ static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p,
     close_ranks(cone, p, count);
     if (*count < cone->most)
         return true;
-    leave_dependent(cone, problem, *count);
+    drop_dependent(cone, problem, *count);
     close_ranks(cone, p, count);
     return *count < cone->most;
 }
