@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 /* So many contacts always have room in matrices, and so many if no contact has friction. */
-enum { ROOM = 32, ROOM_WITHOUT_FRICTION = 3 * ROOM };
+enum { CONTACT_ROOM = 32, SMOOTH_ROOM = 3 * CONTACT_ROOM };
 
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
@@ -35,9 +35,9 @@ static size_t least_of(size_t a, size_t b) { return a < b ? a : b; }
  * many normal rows as degrees of freedom can be independent; dry friction takes part always, and one more contact may
  * be about to close (linear/cone_members.c). */
 static size_t room_for(const kt_contact_sizes *s, size_t dry) {
-    const bool is_smooth = s->list == s->n && s->items <= ROOM_WITHOUT_FRICTION;
+    const bool is_smooth = s->list == s->n && s->items <= SMOOTH_ROOM;
     const size_t needed = s->nv + dry + 1;
-    return is_smooth ? s->items : least_of(s->items, needed > ROOM ? needed : ROOM);
+    return is_smooth ? s->items : least_of(s->items, needed > CONTACT_ROOM ? needed : CONTACT_ROOM);
 }
 
 static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {

@@ -26,7 +26,7 @@ static const double closing = 1e-10;
 /* Impulses below this part of the largest are none. Normal rows depend on others below this part of their square. */
 static const double no_impulse = 1e-12, dependent_row = 1e-10;
 /* Changes of the set, for each contact of which it has room. */
-enum { CHANGES = 4 };
+enum { SET_CHANGES = 4 };
 
 size_t kt_cone_members_size(int n, int most) { return lay_out_cone_members(NULL, NULL, (size_t)n, 3 * (size_t)most); }
 
@@ -188,7 +188,7 @@ kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *probl
     int count = 0, newton = 0;
     if (!begin_set(cone, problem, p, &count))
         return result;
-    for (int change = 0; change < CHANGES * cone->most; change++) {
+    for (int change = 0; change < SET_CHANGES * cone->most; change++) {
         double speed;
         result = count > 0 ? solve_set(cone, problem, count, p) : (kt_cone_result){.converged = true};
         newton += result.newton;

@@ -129,7 +129,7 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
 }
 
 /* If W is not stored: most impulses are zero. */
-static double compute_along(const kt_coulomb *c, int row, const double *p) {
+static double sum_nonzero_along(const kt_coulomb *c, int row, const double *p) {
     double sum = 0.0;
     for (int j = 0; j < c->rows; j++)
         sum += p[j] != 0.0 ? kt_coulomb_entry(c, row, j) * p[j] : 0.0;
@@ -140,7 +140,7 @@ static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
     const double *W = kt_coulomb_row(c, row);
     double sum = 0.0;
     if (W == NULL)
-        return compute_along(c, row, p);
+        return sum_nonzero_along(c, row, p);
     for (int j = 0; j < c->rows; j++)
         sum += W[c->line[j]] * p[j];
     return sum;
