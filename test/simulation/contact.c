@@ -501,7 +501,7 @@ KT_TEST(checkpoint_between_impacts_goes_on_with_the_same_bits) {
     kt_model_free(model);
 }
 
-/* ---- what is rejected ---------------------------------------------------------------------------------------------- */
+/* ---- what is rejected -------------------------------------------------------------------------------------------- */
 
 static void check_rejected(const char *what, const kt_description *d, const char *words) {
     kt_model *model = NULL;
