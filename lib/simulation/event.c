@@ -79,7 +79,7 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
     const double *before = simulation->event_value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
                  *end = times + KT_EVENT_SAMPLES - 1;
     const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
-    const bool is_hidden = *end - times[0] <= kt_event_together(times[0]) && kt_simulation_hides_contact(simulation, k);
+    const bool is_hidden = kt_simulation_hides_contact(simulation, k, *end - times[0] <= kt_event_together(times[0]));
     if (is_hidden || kt_sign_of(last) != -simulation->event_root[k].side ||
         !(fabs(last) > reached * simulation->event_search[k].size))
         return *end;

@@ -162,9 +162,12 @@ bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
 #endif
 }
 
-bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k) {
+bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief) {
     const double *value = simulation->event_value + k;
     const double last = value[(KT_EVENT_VALUES - 2) * simulation->size.event];
-    return k < kt_simulation_contact_events(simulation) && last == value[0] &&
-           fabs(last) <= kt_simulation_contact_margin(simulation);
+    bool hides = k < kt_simulation_contact_events(simulation) && last == value[0] &&
+                 fabs(last) <= kt_simulation_contact_margin(simulation);
+    for (size_t j = 1; !is_brief && j + 2 < KT_EVENT_VALUES; j++)
+        hides = hides && value[j * simulation->size.event] == last;
+    return hides;
 }

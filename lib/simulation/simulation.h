@@ -261,8 +261,8 @@ double kt_simulation_end_within(kt_simulation *simulation, double instant);
 /* Whether slip of contact k rests at the end of the last step, up to its rest velocity. */
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k);
 /* Whether rounding of the state may hide that contact k is reached: it touches, and the last step has not changed its
- * gap. */
-bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k);
+ * gap. Unless the step is brief, none of its samples shows another gap. */
+bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief);
 
 /* Whether a smaller step may avoid an error. */
 bool kt_simulation_is_recoverable(kt_status status);

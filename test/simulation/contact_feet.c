@@ -222,3 +222,43 @@ KT_TEST(box_at_rest_takes_few_steps) {
     kt_check_worst(&height);
     kt_check_below("rejected steps", (double)rejected, 30.0);
 }
+
+/* A box that is dropped comes to rest on its corners. While two of them hold it, rounding may move a third one to the
+ * boundary at which it closes, and no farther: its gap has equal bits along whole steps. The contact is then reached.
+ * Otherwise one of these runs fails, since no step reaches the contact. */
+KT_TEST(dropped_boxes_come_to_rest) {
+    static const char *const methods[] = {"dopri5", "radau5", "heun", "dop853"};
+    static const double restitutions[] = {0.0, 0.3, 0.6};
+    kt_random random = kt_random_of_test();
+    int failed = 0;
+    for (int i = 0; i < 24; i++) {
+        double half[3], q[7] = {0.0, 0.0, 0.8}, v[6] = {0.0};
+        crate s;
+        for (int k = 0; k < 3; k++)
+            half[k] = kt_random_uniform(&random, 0.05, 0.3);
+        make_crate(&s, half, CORNERS, 0.5, 0.0);
+        for (int k = 0; k < CORNERS; k++) {
+            s.effect[k].friction = kt_random_uniform(&random, 0.2, 1.0);
+            s.effect[k].restitution = restitutions[kt_random_int(&random, 0, 2)];
+        }
+        kt_random_direction(&random, 4, q + 3);
+        v[0] = kt_random_uniform(&random, -1.0, 1.0);
+        kt_run run = kt_run_default();
+        kt_simulation_options options = kt_simulation_options_default();
+        run.integrator = methods[i % 4];
+        run.duration = 2.0;
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+        kt_error error = {0};
+        kt_status status =
+            simulation != NULL ? kt_simulation_set_state(simulation, 0.0, q, v, &error) : KT_ERROR_MEMORY;
+        if (status == KT_OK)
+            status = kt_simulation_advance(simulation, run.duration, &error);
+        failed += status != KT_OK;
+        if (status != KT_OK)
+            kt_note("run %d, %s: %s", i, methods[i % 4], error.message);
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_below("runs that fail", failed, 0.0);
+}
