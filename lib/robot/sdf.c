@@ -89,6 +89,8 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
+    KT_NOTE(kt_sdf, renamed_frames, DETAIL,
+            "frames before SDF 1.7 that have the name of another item, and are called NAME_frame here:"),
     KT_NOTE(kt_sdf, floating, START, "links that move freely, since no joint connects them with the world:"),
     KT_NOTE(kt_sdf, reserved, MOTION,
             "links with the name 'world', which is reserved: joints to 'world' hold the world, and these links are "

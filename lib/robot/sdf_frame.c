@@ -124,6 +124,37 @@ void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int vers
 /* Joints have their own scope of names: before 1.7, a joint and a link may have one name. */
 static int scope_of(int scope, bool is_joint) { return 2 * scope + is_joint; }
 
+/* NAME_frame, or if that is taken, the first free name NAME_frameI from the frame's own number I on. */
+static const char *other_name(kt_sdf *m, const kt_sdf_frame *f, int number) {
+    const size_t room = strlen(f->name) + 32;
+    char *made = kt_pool_take(&m->r->scratch, room, 1);
+    if (made == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return f->name;
+    }
+    (void)snprintf(made, room, "%s_frame", f->name);
+    for (; kt_names_find(&m->names, scope_of(f->scope, false), made) >= 0; number++)
+        (void)snprintf(made, room, "%s_frame%d", f->name, number);
+    return made;
+}
+
+/* Before 1.7, a frame could have the name of a model, a link or another frame. It gets one of its own. */
+static void add_name(kt_sdf *m, int i) {
+    kt_sdf_frame *f = kt_sdf_frame_at(m, i);
+    const int scope = scope_of(f->scope, f->kind == KT_SDF_JOINT);
+    const int other = f->name != NULL ? kt_names_add(&m->names, scope, f->name, i) : -1;
+    if (other >= 0 && f->kind == KT_SDF_FRAME && f->version < 107) {
+        f->name = other_name(m, f, i);
+        (void)kt_names_add(&m->names, scope, f->name, i);
+        kt_left_count(&m->renamed_frames, f->element);
+    } else if (other >= 0) {
+        (void)kt_robot_fault(m->r, f->element, "the name is that of the %s in line %u, too",
+                             kt_sdf_frame_at(m, other)->element->name,
+                             (unsigned)kt_sdf_frame_at(m, other)->element->line);
+    }
+}
+
+/* Frames are last, since others keep their names. */
 static void add_names(kt_sdf *m) {
     const size_t count = (size_t)m->frames.count + 1;
     void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
@@ -132,15 +163,10 @@ static void add_names(kt_sdf *m) {
         return;
     }
     kt_names_init(&m->names, count, memory);
-    for (int i = 1; i < m->frames.count; i++) {
-        const kt_sdf_frame *f = kt_sdf_frame_at(m, i);
-        const int other =
-            f->name != NULL ? kt_names_add(&m->names, scope_of(f->scope, f->kind == KT_SDF_JOINT), f->name, i) : -1;
-        if (other >= 0)
-            (void)kt_robot_fault(m->r, f->element, "the name is that of the %s in line %u, too",
-                                 kt_sdf_frame_at(m, other)->element->name,
-                                 (unsigned)kt_sdf_frame_at(m, other)->element->line);
-    }
+    for (int frames = 0; frames < 2; frames++)
+        for (int i = 1; i < m->frames.count; i++)
+            if ((kt_sdf_frame_at(m, i)->kind == KT_SDF_FRAME) == (frames == 1))
+                add_name(m, i);
 }
 
 static int find_in(const kt_sdf *m, int scope, const char *name) {

@@ -449,6 +449,27 @@ KT_TEST(versions_before_1_4_are_the_same_models) {
     free(current);
 }
 
+/* Before 1.7, frames have names of their own only as far as they need them: others keep theirs. */
+KT_TEST(frames_of_old_versions_are_renamed_if_others_have_their_name) {
+    static const char text[] =
+        "<sdf version='1.6'><model name='m'><frame name='a'><pose>0 0 3 0 0 0</pose></frame><link name='a'>"
+        "<pose>0 0 1 0 0 0</pose></link><frame name='a'><pose>0 0 5 0 0 0</pose></frame>"
+        "<link name='b'><pose relative_to='a_frame'>1 0 0 0 0 0</pose></link>"
+        "<link name='c'><pose relative_to='a'>2 0 0 0 0 0</pose></link></model></sdf>";
+    static const kt_vec3 places[] = {{0.0, 0.0, 1.0}, {1.0, 0.0, 3.0}, {2.0, 0.0, 1.0}};
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_true("it is told", has_note(&scene, "called NAME_frame here: 2"));
+    for (int i = 0; i < 3; i++) {
+        const char name[] = {(char)('a' + i), '\0'};
+        const double *at = find_body(&scene, name)->joint.position;
+        kt_check_near("x", at[0], places[i].x, 0.0);
+        kt_check_near("z", at[2], places[i].z, 0.0);
+    }
+    kt_scene_free(&scene);
+}
+
 KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
     static const char *const texts[][2] = {
         {"<sdf version='1.2'><model name='m'><link "
@@ -480,6 +501,7 @@ KT_TEST(faults_are_told_at_their_places) {
         {"<sdf version='1.9'/>", "1:1: there is no <model> and no <world>"},
         {SDF("<link/>"), "1:36: model 'm': link: the attribute 'name' is missing"},
         {SDF(LINK("a") LINK("a")), "1:52: model 'm': link 'a': the name is that of the link in line 1, too"},
+        {SDF("<frame name='a'/>" LINK("a")), "frame 'a': the name is that of the link in line 1, too"},
         {SDF(LINK("arm") JOINT("j", "fixed", "world", "amr", "")), "child: 'amr' does not exist; did you mean 'arm'?"},
         {SDF(LINK("a") "<joint name='j' type='fixed'><child>a</child></joint>"), "joint 'j': <parent> is missing"},
         {SDF(LINK("a") JOINT("j", "hinge", "world", "a", "")), "there is no type 'hinge'; it is revolute"},
