@@ -51,6 +51,13 @@ def main():
     note(f"--record: {len(recorded)} quantities")
     claim("quantities_to_record_are_known", [] if len(recorded) > 12 else [rejection])
     claim("help_of_run_lists_each_quantity", [word for word in recorded if f" {word}," not in shown])
+
+    header = (pathlib.Path(__file__).resolve().parents[2] / "include/kinetree/codegen.h").read_text()
+    functions = re.findall(r"X\(KT_CODEGEN_\w+, (\w+),", header)
+    listed = re.search(r"The\s+functions\s+are\s+(.*?)\.", helps["export"], flags=re.S)[1]
+    note(f"--functions: {len(functions)} functions")
+    claim("functions_of_generated_c_are_known", [] if len(functions) > 15 else [str(functions)])
+    claim("help_of_export_lists_each_function", [word for word in functions if not re.search(rf"\b{word}\b", listed)])
     finish()
 
 

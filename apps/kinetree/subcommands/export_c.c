@@ -33,7 +33,8 @@ static unsigned read_functions(const char *list) {
         kt_nearest nearest = kt_nearest_make(word, NULL);
         for (k = 0; k < KT_CODEGEN_COUNT; k++)
             (void)kt_nearest_try(&nearest, kt_codegen_name(k));
-        kt_say("export: --functions has no '%s'%s", word, kt_ask(&nearest, "").text);
+        kt_say("export: --functions has no '%s'%s", word,
+               nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree export --help' lists the functions");
         return 0;
     }
     return functions;
