@@ -99,14 +99,16 @@ typedef struct slip_end {
     kt_vec3 arm, lever; /* from its body's origin, and from its link's */
 } slip_end;
 
-static slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
+/* The axes of a sphere are not computed: only those of planes and discs are read. */
+static inline slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
     const kt_link_kinematics *link = &links[effect->link[k]];
     if (effect->link[k] == 0) { /* the ground, at rest */
         const kt_vec3 at = effect->frame[k].position;
         return (slip_end){.axes = effect->frame[k].rotation, .point = at, .arm = effect->arm[k], .lever = at};
     }
     const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
-    return (slip_end){.axes = kt_mat3_multiply(link->axes, effect->frame[k].rotation),
+    return (slip_end){.axes =
+                          k == 1 || effect->disc ? kt_mat3_multiply(link->axes, effect->frame[k].rotation) : link->axes,
                       .point = kt_vec3_add(link->position, arm),
                       .omega = link->omega,
                       .velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm)),
@@ -184,6 +186,7 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
     if (status != KT_OK || normal == NULL)
         return status;
     const bool known = kt_slip_has_responses(model, data);
+    kt_slip_problem_of(data)->is_known = known;
     if (!known) {
         kt_multipliers_find(model, data, &loaded, a);
         status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
@@ -202,7 +205,7 @@ static kt_status evaluate_without_friction(const kt_model *model, kt_data *data,
     p->per = per;
     load(model, data, at->external);
     const kt_status status = evaluate(model, data, at, a, normal, error);
-    p->responds = status == KT_OK && kt_slip_has_responses(model, data);
+    p->responds = status == KT_OK && p->is_known;
     if (p->responds)
         kt_slip_find_responses(model, data, p);
     return status;

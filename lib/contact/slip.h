@@ -44,6 +44,7 @@ typedef struct kt_slip_contact {
 
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */
+    bool is_known; /* the last evaluation with normal forces left what responses follow from */
     bool found;    /* directions of slow slip are found */
     size_t wedged; /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;    /* of each contact one, along e, or two, along both axes */

@@ -29,6 +29,8 @@ static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip
             p->per == 2 ? frame->axis[j % 2]
                         : kt_vec3_add(kt_vec3_scale(e[0], frame->axis[0]), kt_vec3_scale(e[1], frame->axis[1]));
         for (int end = 0; end < 2; end++) {
+            if (effect->link[end] == 0) /* the ground */
+                continue;
             const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, along);
             add_joint_forces(model, data, effect->link[end], kt_vec3_cross(frame->lever[end], force), force,
                              p->unit_force + j * model->n.v);
@@ -38,8 +40,12 @@ static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip
 
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
     bool all = true;
-    for (size_t k = 0; k < model->n.slip && all; k++)
-        all = kt_half_has_terms(model, data, (size_t)kt_slip_problem_of(data)->contact[k].loop->group);
+    int32_t last = -1; /* contacts of a group follow each other */
+    for (size_t k = 0; k < model->n.slip && all; k++) {
+        const int32_t group = kt_slip_problem_of(data)->contact[k].loop->group;
+        all = group == last || kt_half_has_terms(model, data, (size_t)group);
+        last = group;
+    }
     return all;
 }
 

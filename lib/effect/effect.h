@@ -161,11 +161,12 @@ static inline double kt_stop_distance(const kt_effect_record *effect, double q) 
  * x a) / |n x a| for a disc with the axle a. For a disc that lies flat, it is that of any point of the rim. */
 static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 axes, kt_vec3 n) {
 #if KT_HAS_SWITCHES
-    const kt_vec3 across = kt_vec3_cross(n, axes.z);
-    const double s = kt_vec3_norm(across);
-    if (effect->disc)
+    if (effect->disc) {
+        const kt_vec3 across = kt_vec3_cross(n, axes.z);
+        const double s = kt_vec3_norm(across);
         return s > 0.0 ? kt_vec3_scale(-effect->radius / s, kt_vec3_cross(axes.z, across))
                        : kt_vec3_scale(-effect->radius, axes.x);
+    }
 #else
     (void)axes;
 #endif
