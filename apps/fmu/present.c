@@ -1,7 +1,7 @@
 /* Calculations in the present state of a simulation, and times at which functions of time jump. */
 #include "present.h"
 
-#include "expression/corner.h"
+#include "expression/breakpoint.h"
 #include "simulation/simulation.h"
 
 #include "kinetree/mechanism.h"
@@ -34,7 +34,7 @@ void kt_fmu_forget_present(kt_simulation *simulation) {
 static double next_jump_of(const kt_model *model, const kt_curve *curve, double t, int64_t *left, double least) {
     enum { ORDERS = 2, MOST = 64 };
     for (int k = 0; k < MOST && t < least; k++) {
-        const kt_corner next = kt_curve_next_corner(curve, model->number, t, least, left);
+        const kt_breakpoint next = kt_curve_next_breakpoint(curve, model->number, t, least, left);
         if (next.order <= ORDERS)
             return fmin(next.time, least);
         t = next.time;
@@ -43,7 +43,7 @@ static double next_jump_of(const kt_model *model, const kt_curve *curve, double 
 }
 
 double kt_fmu_next_jump(const kt_model *model, double t) {
-    int64_t left = KT_CORNER_OPERATIONS;
+    int64_t left = KT_BREAKPOINT_OPERATIONS;
     double next = HUGE_VAL;
     for (size_t i = 0; i < model->n.loop; i++)
         next = next_jump_of(model, &model->loop[i].curve, t, &left, next);
