@@ -1,4 +1,4 @@
-/* Orientations, as in loop/orientation.h, which has the derivations. Rows as in loop_rows.c.
+/* Orientations, as in loop/orientation.h, which has the derivations. Rows as in loop_row.c.
  *
  *   one axis       phi = F h_k            components of 4 tan(theta / 4) n of the rotation that takes e_z to f_z
  *   orientation    phi = p_k              components of 4 tan(theta / 4) n of the whole rotation

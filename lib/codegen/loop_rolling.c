@@ -1,4 +1,4 @@
-/* Rolling and skating, as in loop/rolling.c and loop/knife_edge.c. Rows as in loop_rows.c.
+/* Rolling and skating, as in loop/rolling.c and loop/knife_edge.c. Rows as in loop_row.c.
  *
  * Skate: with the axis a = f_z of the second end, f = a and drift = (w x a) . u.
  *

@@ -1,5 +1,5 @@
-/* The cascade of the cone solver: sweeps of block Gauss-Seidel, proximal points, and the order of its parts
- * (cone.h). */
+/* The cascade of the cone solver for a stored matrix: sweeps of block Gauss-Seidel, proximal points, and the order of
+ * its parts (cone.h). */
 #include "linear/cone_parts.h"
 
 #include "kinetree/algebra.h"
@@ -7,30 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-KT_ARENA_LAYOUT(lay_out_cone, struct kt_cone, KT_CONE_FIELDS, size_t m)
-KT_ARENA_ARRAYS(lay_out_cone_matrices, struct kt_cone, KT_CONE_MATRICES, size_t m)
-
 static const double converged = 1e-9, polished = 1e-12;
 enum { NEWTON_MOST = 25, MANY = 600, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON = 10 };
-
-size_t kt_cone_size(int n, int most) {
-    return lay_out_cone(NULL, 3 * (size_t)most) + (n > most ? kt_cone_members_size(n, most) : 0);
-}
-
-size_t kt_cone_matrices_size(int most) { return lay_out_cone_matrices(NULL, NULL, 3 * (size_t)most); }
-
-kt_cone *kt_cone_init(int n, int most, void *memory, void *matrices) {
-    kt_cone *cone = memory;
-    const size_t own = lay_out_cone(memory, 3 * (size_t)most);
-    (void)lay_out_cone_matrices(cone, matrices, 3 * (size_t)most);
-    cone->most = most;
-    if (n > most)
-        kt_cone_members_init(cone, n, (char *)memory + own);
-    return cone;
-}
-
-int kt_cone_room(const kt_cone *cone) { return cone->most; }
-double *kt_cone_matrix(kt_cone *cone) { return cone->W; }
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
@@ -299,10 +277,8 @@ static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round rou
     }
 }
 
-kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, double *p) {
+kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p) {
     kt_cone_result result = {.residual = (double)INFINITY};
-    if (problem->blocks != NULL)
-        return kt_cone_solve_members(cone, problem, p);
     scale_problem(cone, problem, p);
     const kt_cone_linear of = {cone->W, cone->b};
     memcpy(cone->found, cone->x, 3 * (size_t)cone->n * sizeof *p);

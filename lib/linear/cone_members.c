@@ -157,7 +157,7 @@ static kt_cone_result solve_set(kt_cone *cone, const kt_cone_problem *problem, i
                                  .limit = problem->limit != NULL ? cone->of_limit : NULL,
                                  .symmetric = problem->symmetric,
                                  .enough = problem->enough};
-    const kt_cone_result result = kt_cone_solve(cone, &own, cone->of_p);
+    const kt_cone_result result = kt_cone_cascade(cone, &own, cone->of_p);
     for (int k = 0; k < count; k++)
         memcpy(p + 3 * cone->member[k], cone->of_p + 3 * k, 3 * sizeof *p);
     return result;

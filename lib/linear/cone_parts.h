@@ -76,6 +76,9 @@ typedef struct kt_cone_linear {
     const double *W, *b;
 } kt_cone_linear;
 
+/* Solves a problem with a stored matrix. */
+kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p);
+
 double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x);
 
 /* Newton's method from x, at most so many steps. Returns whether the residual is cone->enough or less; x is the best.

@@ -1,0 +1,106 @@
+/* Which rows that touch depend on those of closed contacts, in the metric of W = J M^-1 J'.
+ *
+ * Friction of a joint whose row depends on them holds still. A contact that grazes is closed without a reaction only if
+ * its row does not depend on them: then it takes no freedom twice. */
+#include "contact/contact.h"
+
+#include <math.h>
+
+/* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
+ * gets row n of their Cholesky factor, except its last number. */
+static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
+    const int m = c->touching;
+    double *L = c->L + (ptrdiff_t)n * m, left = kt_contacts_own(c, W, i);
+    for (int j = 0; j < n; j++) {
+        const double *other = c->L + (ptrdiff_t)j * m;
+        double sum = kt_contacts_between(c, W, i, c->independent[j]);
+        for (int k = 0; k < j; k++)
+            sum -= L[k] * other[k];
+        L[j] = sum / other[j];
+        left -= L[j] * L[j];
+    }
+    return left;
+}
+
+static bool is_independent(const struct kt_contacts *c, const double *W, int i, double left) {
+    return left > kt_contact_rounding * kt_contacts_own(c, W, i);
+}
+
+/* Adds row i to the n independent rows, unless it depends on them. Returns their number. */
+static int add_independent(struct kt_contacts *c, const double *W, int n, int i) {
+    const double left = orthogonalise_row(c, W, n, i);
+    if (!is_independent(c, W, i, left) || n >= (int)c->all->n.v)
+        return n;
+    c->L[(ptrdiff_t)n * c->touching + n] = sqrt(left);
+    c->independent[n] = i;
+    return n + 1;
+}
+
+/* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
+ * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
+ * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
+uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W) {
+    struct kt_contacts *c = simulation->contacts;
+    int n = 0;
+    uint64_t held = 0;
+    for (int i = 0; i < c->touching; i++)
+        if (kt_contact_is_closed(simulation->model, &c->item[c->list[i]]))
+            n = add_independent(c, W, n, i);
+    for (int i = c->meeting; i < c->resting; i++) {
+        const kt_contact *item = &c->item[c->list[i]];
+        if (!kt_contact_is_closed(simulation->model, item) && fabs(c->v[item->v]) <= kt_contact_resting &&
+            !is_independent(c, W, i, orthogonalise_row(c, W, n, i)))
+            held |= item->bit;
+    }
+    return held;
+}
+
+/* A contact grazes if it closes its gap no faster than its rest velocity, or if it grazed when it closed and has not
+ * left its boundary since. */
+void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int i = 0; i < c->meeting; i++) {
+        kt_contact *item = &simulation->contacts->item[c->list[i]];
+        const double slowest = fmax(kt_contact_loop(simulation, i)->rest_velocity, kt_contact_resting);
+        item->grazes = kt_contact_is_closed(simulation->model, item)
+                           ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves
+                           : item->meets && fabs(u[i]) <= slowest;
+    }
+}
+
+/* Whether the contact of row i slips. */
+static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
+    double most = 0.0;
+    for (int j = c->resting; j < c->touching; j++)
+        most = c->list[j] == c->item[c->list[i]].of ? fmax(most, fabs(u[j])) : most;
+    return most > kt_contact_resting;
+}
+
+void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w) {
+    struct kt_contacts *c = simulation->contacts;
+    bool any = false;
+    int n = 0;
+    for (int i = 0; i < c->meeting; i++) {
+        simulation->contact_state[c->list[i]].opens_at = 0.0;
+        any = any || (c->item[c->list[i]].grazes && c->item[c->list[i]].next == KT_CONTACT_OFF);
+    }
+    for (int i = 0; any && i < c->touching; i++)
+        if (c->item[c->list[i]].next == KT_CONTACT_ON)
+            n = add_independent(c, W, n, i);
+    for (int i = 0; any && i < c->meeting; i++) {
+        kt_contact *item = &c->item[c->list[i]];
+        double size;
+        (void)kt_contact_acceleration(c, W, i, &size);
+        const double left = orthogonalise_row(c, W, n, i);
+        if (!item->grazes || item->next != KT_CONTACT_OFF || !(fabs(w[i]) <= kt_contact_grazing * size) ||
+            !is_independent(c, W, i, left) || rubs_at_speed(c, i, u))
+            continue;
+        item->next = KT_CONTACT_ON;
+        if (item->of >= 0)
+            c->item[item->of].next = KT_CONTACT_ON;
+        simulation->contact_state[item->index].opens_at = -2.0 * kt_contact_grazing * size / left;
+        for (int j = i; j < c->touching; j++)
+            if (j == i || c->list[j] == item->of)
+                n = add_independent(c, W, n, j);
+    }
+}
