@@ -60,7 +60,7 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
                             "the relative tolerance %g is below the rounding of numbers; give %.2g or more, or 0 to "
                             "use the absolute tolerance alone",
-                            o->relative_tolerance, KT_TOLERANCE_LEAST);
+                            o->relative_tolerance, 1.04 * KT_TOLERANCE_LEAST); /* two digits, rounded up */
     for (size_t i = 0; o->absolute_tolerances != NULL && i < n; i++)
         if (!kt_is_not_negative(o->absolute_tolerances[i]) ||
             (o->absolute_tolerances[i] == 0.0 && o->relative_tolerance == 0.0))

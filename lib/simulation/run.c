@@ -54,7 +54,7 @@ static kt_status check_tolerances(const kt_run *run, kt_error *error) {
         return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
                             "%g (relative) is below the rounding of numbers, which no step can undercut; take %.2g or "
                             "more, or 0 for the absolute one alone",
-                            run->relative, KT_TOLERANCE_LEAST);
+                            run->relative, 1.04 * KT_TOLERANCE_LEAST); /* two digits, rounded up */
     return KT_OK;
 }
 

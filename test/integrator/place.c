@@ -183,7 +183,7 @@ KT_TEST(wrong_options_are_rejected_with_words) {
 #undef KT_REJECTD
     kt_integrator_options o = kt_integrator_options_default();
     kt_check_equal_int("no estimate", place_status("rk4", 2, &o, 0, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("words", error.message, "method 'rk4' has no error estimate: give a step");
+    kt_check_contains("words", error.message, "method 'rk4' has no error estimate; give a step");
     kt_check_equal_int("no equation", place_status("dopri5", 0, &o, 0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("memory", place_status("dopri5", 2, &o, 1, &error), KT_ERROR_MEMORY);
     kt_check_contains("words", error.message, "kt_integrator_size needs");

@@ -100,8 +100,9 @@ KT_TEST(options_at_and_beyond_the_ends_of_their_ranges) {
         KT_PLACED(KT_ERROR_ARGUMENT, change);                                                                          \
         kt_check_contains("words", error.message, words);                                                              \
     } while (0)
-    KT_REJECTD("2.2e-16 (relative) is below the rounding", o.relative_tolerance = 2.2e-16);
-    KT_REJECTD("4.94066e-324 (relative) is below", o.relative_tolerance = 5e-324);
+    KT_REJECTD("the relative tolerance 2.2e-16 is below the rounding of numbers; give 2.3e-16 or more",
+               o.relative_tolerance = 2.2e-16);
+    KT_REJECTD("the relative tolerance 4.94066e-324 is below", o.relative_tolerance = 5e-324);
     KT_PLACED(KT_OK, o.relative_tolerance = 2.3e-16);
     KT_PLACED(KT_OK, o.relative_tolerance = 0.0);
     KT_REJECTD("safety must be between 0 and 1", o.safety = 0.0);
