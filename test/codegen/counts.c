@@ -18,7 +18,7 @@ typedef struct operation_counts {
     int products, sums, divisions;
 } operation_counts;
 
-/* What a file has, or may have at most. */
+/* The counts of a file, or their bounds. */
 typedef struct code_size {
     operation_counts count[COUNTED];
     int bytes; /* of the source */

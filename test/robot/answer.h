@@ -1,4 +1,4 @@
-/* What mujoco_wasm.mjs answers of a model: its bodies, joints and equalities, and random states one by one. */
+/* The output of mujoco_wasm.mjs for a model: its bodies, joints and equalities, and random states one by one. */
 #ifndef KT_TEST_ROBOT_ANSWER_H
 #define KT_TEST_ROBOT_ANSWER_H
 
