@@ -3,23 +3,17 @@
  * Friction of a joint whose row depends on them holds still. A contact that grazes is closed without a reaction only if
  * its row does not depend on them: then it takes no freedom twice. */
 #include "contact/contact.h"
+#include "linear/cholesky.h"
 
 #include <math.h>
 
 /* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
  * gets row n of their Cholesky factor, except its last number. */
 static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
-    const int m = c->touching;
-    double *L = c->L + (ptrdiff_t)n * m, left = kt_contacts_own(c, W, i);
-    for (int j = 0; j < n; j++) {
-        const double *other = c->L + (ptrdiff_t)j * m;
-        double sum = kt_contacts_between(c, W, i, c->independent[j]);
-        for (int k = 0; k < j; k++)
-            sum -= L[k] * other[k];
-        L[j] = sum / other[j];
-        left -= L[j] * L[j];
-    }
-    return left;
+    double *L = c->L + (ptrdiff_t)n * c->touching;
+    for (int j = 0; j < n; j++)
+        L[j] = kt_contacts_between(c, W, i, c->independent[j]);
+    return kt_cholesky_add_row(c->L, c->touching, n, kt_contacts_own(c, W, i));
 }
 
 static bool is_independent(const struct kt_contacts *c, const double *W, int i, double left) {

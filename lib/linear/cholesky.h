@@ -44,6 +44,22 @@ KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, cons
     return positive;
 }
 
+/* Adds a row to a Cholesky factor L of n rows, which are `stride` numbers apart. Row n of L has the products with the
+ * rows before, and becomes the row of the factor, without its diagonal. own: the product with itself. Returns what is
+ * left of it, the square of the diagonal: rounding if the row depends on those before. */
+static inline double kt_cholesky_add_row(double *L, ptrdiff_t stride, int n, double own) {
+    double *row = L + n * stride;
+    for (int j = 0; j < n; j++) {
+        const double *other = L + j * stride;
+        double sum = row[j];
+        for (int k = 0; k < j; k++)
+            sum -= row[k] * other[k];
+        row[j] = sum / other[j];
+        own -= row[j] * row[j];
+    }
+    return own;
+}
+
 /* x = (L L')^-1 x */
 KT_INLINE void kt_dense_solve(const kt_real1 *l, int n, kt_real1 *x) {
     for (int j = 0; j < n; j++) {

@@ -14,6 +14,7 @@
  * The set changes by one contact at a time, so that most of its problems are small. Each problem begins with the
  * impulses of the one before.
  */
+#include "linear/cholesky.h"
 #include "linear/cone_parts.h"
 
 #include <math.h>
@@ -95,16 +96,12 @@ static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int co
     for (int k = 0; k < count; k++) {
         const int i = cone->member[k];
         double *L = cone->A + rank * stride;
-        problem->blocks->block(problem->blocks->user, i, i, w);
-        double left = w[0];
         for (int j = 0; j < rank; j++) {
             problem->blocks->block(problem->blocks->user, i, chosen[j], w);
-            double sum = w[0];
-            for (int l = 0; l < j; l++)
-                sum -= L[l] * cone->A[j * stride + l];
-            L[j] = sum / cone->A[j * stride + j];
-            left -= L[j] * L[j];
+            L[j] = w[0];
         }
+        problem->blocks->block(problem->blocks->user, i, i, w);
+        const double left = kt_cholesky_add_row(cone->A, stride, rank, w[0]);
         if (left * cone->unit[i] * cone->unit[i] > dependent_row) {
             L[rank] = sqrt(left);
             chosen[rank++] = i;
