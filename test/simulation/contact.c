@@ -503,23 +503,15 @@ KT_TEST(checkpoint_between_impacts_goes_on_with_the_same_bits) {
 
 /* ---- what is rejected -------------------------------------------------------------------------------------------- */
 
-static void check_rejected(const char *what, const kt_description *d, const char *words) {
-    kt_model *model = NULL;
-    kt_error error = {0};
-    kt_check_true(what, kt_model_compile(d, NULL, &model, &error) != KT_OK);
-    kt_check_contains("words", error.message, words);
-    kt_model_free(model);
-}
-
 KT_TEST(what_cannot_be_hard_is_told) {
     row r;
     row_make(&r, 2);
     row_floor(&r, 0.5);
     r.effect[0].restitution = 1.5;
-    check_rejected("above 1", &r.description, "restitution is 1.5; it must be 0 to 1");
+    kt_scene_check_rejected("above 1", &r.description, "restitution is 1.5; it must be 0 to 1");
     r.effect[0].restitution = 0.5;
     r.effect[0].stiffness = 100.0;
-    check_rejected("both", &r.description, "a hard stop (restitution) has no stiffness");
+    kt_scene_check_rejected("both", &r.description, "a hard stop (restitution) has no stiffness");
     r.effect[0].stiffness = 0.0;
     r.effect[0].name = "stop";
     kt_model *hard = kt_scene_compile(&r.description);
@@ -530,33 +522,33 @@ KT_TEST(what_cannot_be_hard_is_told) {
     kt_model_free(hard);
     r.effect[0].name = NULL;
     r.effect[0].restitution = (double)INFINITY;
-    check_rejected("neither", &r.description, "stiffness is 0 or missing");
+    kt_scene_check_rejected("neither", &r.description, "stiffness is 0 or missing");
     r.effect[0].stiffness = 100.0;
     r.effect[0].poisson = true;
-    check_rejected("no impulses", &r.description, "Poisson's rule is for a hard stop");
+    kt_scene_check_rejected("no impulses", &r.description, "Poisson's rule is for a hard stop");
     r.effect[0].stiffness = 0.0;
     r.effect[0].poisson = false;
     r.effect[0].restitution = 0.5;
     row_touch(&r, 0, 0.5);
     r.loop[0].type = KT_LOOP_RATES;
-    check_rejected("no side", &r.description, "no loop but distance, inplane, surface and coupling");
+    kt_scene_check_rejected("no side", &r.description, "no loop but distance, inplane, surface and coupling");
     r.loop[0].type = KT_LOOP_COUPLING;
     r.loop[0].side = KT_SIDE_NONE;
-    check_rejected("no bounce", &r.description, "a loop that holds does not bounce");
+    kt_scene_check_rejected("no bounce", &r.description, "a loop that holds does not bounce");
     r.loop[0].restitution = 0.0;
     r.loop[0].poisson = true;
-    check_rejected("no rule", &r.description, "a loop that holds does not bounce");
+    kt_scene_check_rejected("no rule", &r.description, "a loop that holds does not bounce");
     r.description.loop_count = 0;
     r.effect[0] = kt_effect_default();
     r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
     r.effect[0].joint = "a";
     r.effect[0].stick = true;
-    check_rejected("nothing slips", &r.description, "coulomb is 0; give what slips");
+    kt_scene_check_rejected("nothing slips", &r.description, "coulomb is 0; give what slips");
     r.effect[0].coulomb = 1.0;
     r.effect[0].smoothing = 0.1;
-    check_rejected("smoothed", &r.description, "friction that sticks is not smoothed");
+    kt_scene_check_rejected("smoothed", &r.description, "friction that sticks is not smoothed");
     r.effect[0].smoothing = kt_effect_default().smoothing;
     r.effect[0].stribeck = 0.0;
     r.effect[0].stick = false;
-    check_rejected("no curve", &r.description, "stribeck is 0; it must be greater than 0");
+    kt_scene_check_rejected("no curve", &r.description, "stribeck is 0; it must be greater than 0");
 }

@@ -221,21 +221,13 @@ KT_TEST(coin_that_bounces_with_friction_keeps_its_account) {
     coin_end(&run, 2e-13);
 }
 
-static void check_rejected(const char *what, const kt_description *d, const char *words) {
-    kt_model *model = NULL;
-    kt_error error = {0};
-    kt_check_true(what, kt_model_compile(d, NULL, &model, &error) != KT_OK);
-    kt_check_contains("words", error.message, words);
-    kt_model_free(model);
-}
-
 KT_TEST(discs_that_cannot_be_hard_are_told) {
     coin c;
     coin_make(&c, 1.0, 0.0, 0.5);
     c.rim.radius = 0.0;
-    check_rejected("a point", &c.description, "radius is 0; that of a disc must be above 0");
+    kt_scene_check_rejected("a point", &c.description, "radius is 0; that of a disc must be above 0");
     c.rim.radius = coin_radius;
     c.rim.restitution = (double)INFINITY;
     c.rim.stiffness = 1e4;
-    check_rejected("elastic", &c.description, "an elastic contact is that of a sphere");
+    kt_scene_check_rejected("elastic", &c.description, "an elastic contact is that of a sphere");
 }

@@ -51,6 +51,14 @@ kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const
     return simulation;
 }
 
+void kt_scene_check_rejected(const char *what, const kt_description *description, const char *words) {
+    kt_model *model = NULL;
+    kt_error error = {0};
+    kt_check_true(what, kt_model_compile(description, NULL, &model, &error) != KT_OK);
+    kt_check_contains("words", error.message, words);
+    kt_model_free(model);
+}
+
 double kt_scene_tolerance_of(const char *method) {
     return method != NULL && strcmp(method, "dop853") == 0 ? 1e-13 : 1e-10;
 }

@@ -29,6 +29,9 @@ kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, 
                                      unsigned record);
 double kt_scene_tolerance_of(const char *method);
 
+/* Checks that a description does not compile, and the words of its fault. */
+void kt_scene_check_rejected(const char *what, const kt_description *description, const char *words);
+
 /* The energy plus dissipated minus supplied work; NaN after a failed check. */
 double kt_scene_balance(kt_simulation *simulation);
 
