@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Writes the path of the folder. Returns false after printing an error if there is none. */
-bool kt_bundled_find(char *folder, size_t size);
+/* Writes the path of the folder. If there is none, prints an error if `says`, and returns false. */
+bool kt_bundled_find(char *folder, size_t size, bool says);
 
 #endif

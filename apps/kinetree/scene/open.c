@@ -1,6 +1,7 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
 #include "records/output.h"
 #include "scene/load.h"
+#include "scene/missing.h"
 #include "scene/start.h"
 #include "text/bytes.h"
 
@@ -53,17 +54,8 @@ static void report(void *user, const kt_error *error) {
             error->where[0] != '\0' ? ": " : "", error->message);
 }
 
-/* Suggests pendulum.yaml for 'run pendulum', if that file exists. */
-static void suggest_ending(const char *path) {
-    char whole[4096];
-    const int length = snprintf(whole, sizeof whole, "%s.yaml", path);
-    if (length > 0 && (size_t)length < sizeof whole && access(path, F_OK) != 0 && access(whole, R_OK) == 0)
-        kt_say("did you mean '%s'?", whole);
-}
-
-/* Returns whether a file is a robot, from the ending of its name. is_xml decides from the first character of the text.
- * The reader of robots finds the format. */
-static bool is_robot_name(const char *path) {
+/* is_xml decides from the first character of the text. The reader of robots finds the format. */
+bool kt_is_robot_name(const char *path) {
     static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
     const char *dot = strrchr(path, '.');
     bool found = false;
@@ -226,7 +218,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     if (status == KT_OK)
         print_notes(scene, settings);
     if (status == KT_ERROR_FILE)
-        suggest_ending(path);
+        kt_missing_suggest(path);
     return kt_exit_code(status);
 }
 
@@ -270,7 +262,7 @@ static bool has_robot_options(const kt_settings *settings) {
 }
 
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
-    const bool is_robot = is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
+    const bool is_robot = kt_is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
     kt_robot_options options = {0};
     if (!may_be && has_robot_options(settings)) {
         kt_say(

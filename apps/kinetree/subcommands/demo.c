@@ -128,7 +128,7 @@ int kt_command_demo(int argc, char **argv) {
         if (code >= 0)
             return code;
     }
-    if (!kt_bundled_find(folder, sizeof folder))
+    if (!kt_bundled_find(folder, sizeof folder, true))
         return KT_EXIT_SCENE;
     int count = scandir(folder, &entries, is_scene, alphasort);
     if (count < 0) {

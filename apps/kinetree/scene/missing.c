@@ -1,0 +1,73 @@
+/* Suggests scenes for a path that does not exist. */
+#include "scene/missing.h"
+#include "base/names.h"
+#include "command.h"
+#include "scene/bundled.h"
+#include "scene/load.h"
+
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+enum { PATH_SIZE = 4096 };
+
+/* Builds a path from a folder and a name with an ending. Returns whether a readable file is there. */
+static bool find_file(char *path, const char *folder, const char *name, const char *ending) {
+    const int length = snprintf(path, PATH_SIZE, "%s%s%s", folder, name, ending);
+    return length > 0 && length < PATH_SIZE && access(path, R_OK) == 0;
+}
+
+static bool suggest_bundled(const char *path) {
+    char folder[PATH_SIZE - 1], file[PATH_SIZE];
+    const size_t length = strlen(path);
+    const bool has_ending = length > 5 && strcmp(path + length - 5, ".yaml") == 0;
+    if (strchr(path, '/') != NULL || !kt_bundled_find(folder, sizeof folder, false))
+        return false;
+    const size_t end = strlen(folder);
+    if (end + 2 > sizeof folder)
+        return false;
+    memcpy(folder + end, "/", 2);
+    if (!find_file(file, folder, path, has_ending ? "" : ".yaml"))
+        return false;
+    kt_say("'kinetree demo %.*s' runs the bundled scene of this name; its file is %s",
+           (int)(has_ending ? length - 5 : length), path, file);
+    return true;
+}
+
+static int is_scene_or_robot(const struct dirent *entry) {
+    const char *dot = strrchr(entry->d_name, '.');
+    return (dot != NULL && (strcasecmp(dot, ".yaml") == 0 || strcasecmp(dot, ".yml") == 0)) ||
+           kt_is_robot_name(entry->d_name);
+}
+
+static void suggest_nearest(const char *path) {
+    char folder[PATH_SIZE];
+    const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
+    struct dirent **files = NULL;
+    int64_t effort = 10000000;
+    kt_nearest nearest = kt_nearest_make(name, &effort);
+    if (name - path >= PATH_SIZE)
+        return;
+    snprintf(folder, sizeof folder, "%.*s", (int)(name - path), path);
+    const int count = scandir(folder[0] != '\0' ? folder : ".", &files, is_scene_or_robot, alphasort);
+    for (int i = 0; i < count; i++)
+        (void)kt_nearest_try(&nearest, files[i]->d_name);
+    if (nearest.best != NULL)
+        kt_say("did you mean '%s%s'?", folder, nearest.best);
+    for (int i = 0; i < count; i++)
+        free(files[i]);
+    free(files);
+}
+
+void kt_missing_suggest(const char *path) {
+    char file[PATH_SIZE];
+    if (access(path, F_OK) == 0)
+        return;
+    if (find_file(file, "", path, ".yaml"))
+        kt_say("did you mean '%s'?", file);
+    else if (!suggest_bundled(path))
+        suggest_nearest(path);
+}

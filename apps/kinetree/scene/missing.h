@@ -1,0 +1,9 @@
+/* Suggestions for the path of a scene that does not exist. */
+#ifndef KT_COMMAND_SCENE_MISSING_H
+#define KT_COMMAND_SCENE_MISSING_H
+
+/* Prints what a path that does not exist may mean: the path with the ending .yaml, a bundled scene, or the file in the
+ * same folder whose name is nearest. Prints nothing for a path that exists, or without such a file. */
+void kt_missing_suggest(const char *path);
+
+#endif
