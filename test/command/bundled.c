@@ -22,7 +22,7 @@ void kt_say(const char *format, ...) {
 static const char *find(void) {
     static char folder[4096];
     said[0] = '\0';
-    return kt_bundled_find(folder, sizeof folder) ? folder : "none";
+    return kt_bundled_find(folder, sizeof folder, true) ? folder : "none";
 }
 
 /* Nothing lies next to this program; its source tree is ./source, and its scenes are installed in ./installed. */
