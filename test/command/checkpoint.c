@@ -226,11 +226,17 @@ KT_TEST(second_run_with_one_checkpoint_is_rejected_at_its_start) {
     kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out second.csv --checkpoint long.state");
 }
 
-/* A run that is through before its first checkpoint leaves no empty file, and an old one as it was. */
+/* A run that ends before its first checkpoint leaves no empty file, also if it is killed. An old file stays. */
 KT_TEST(run_without_a_checkpoint_leaves_the_file_as_it_was) {
     kt_expect(0, NULL,
               "$K make chain --links 2 >two.yaml; $K run two.yaml --quiet --duration 1 --out o.csv --checkpoint x");
-    kt_expect(0, NULL, "test ! -e x");
+    kt_expect(0, NULL, "test ! -e x -a ! -e x.new");
+    kt_expect(
+        137, "another run writes its checkpoints there",
+        "$K make chain --links 20 >chain.yaml; $K run chain.yaml --quiet --duration 1e5 --out k.csv --checkpoint x "
+        "--checkpoint-interval 1000 & while test ! -s k.csv.partial && kill -0 $!; do :; done; $K run two.yaml --quiet "
+        "--duration 1 --out o.csv --checkpoint x; kill -9 $!; wait $!");
+    kt_expect(0, NULL, "test ! -e x -a -e x.new; rm x.new");
     kt_expect(0, NULL,
               "echo old >x; $K run two.yaml --quiet --duration 1 --out o.csv --checkpoint x; echo old | cmp - x");
 }

@@ -79,6 +79,7 @@ def runs():
     status, told = interrupt(["run", "long.yaml", "--out", "f.csv", "--quiet", "--checkpoint", "none.state", "--checkpoint-interval", "1000"],
                              lambda: lines_of("f.csv.partial") > 20)
     check_interrupted("before_the_first_checkpoint_it_names_the_interval", status, told, "f.csv.partial", ["no checkpoint yet", "--checkpoint-interval"], "record")
+    claim("and_leaves_no_file_of_checkpoints", [f"{name} is left" for name in ("none.state", "none.state.new") if os.path.lexists(name)])
     whole = ["run", "long.yaml", "--out", "b.csv", "--quiet", "--checkpoint", "b.state", "--checkpoint-interval"]
     state, times = pathlib.Path("b.state"), set()
 

@@ -7,8 +7,11 @@
  * with the options of the command line. The checkpoint also holds the length and a checksum of the records.
  *
  * Order of writing: the records, flushed to the disk; the checkpoint as FILE.new, flushed; FILE.new renamed to FILE;
- * the folder, flushed. So FILE is complete at any moment, and never ahead of the records. The run that writes FILE
- * locks it, and locks a new file before renaming it to FILE. */
+ * the folder, flushed. So FILE is complete at any moment, and never ahead of the records.
+ *
+ * The run that writes FILE holds a lock against other runs. Before the first checkpoint of a new FILE, the lock is on
+ * FILE.new, so that no empty FILE appears. A file of an earlier run is locked itself. Each FILE.new is locked before it
+ * is renamed to FILE. */
 #include "records/checkpoint.h"
 
 #include "fmu/couple.h"
@@ -92,12 +95,30 @@ static bool take_fingerprints(kt_checkpoint *checkpoint, const kt_outcome *outco
     return true;
 }
 
-/* Locks the file of checkpoints. A new file is empty until the first checkpoint. A file of an earlier run keeps its
- * content until then. */
+/* Locks FILE, or FILE.new if there is no FILE. Another run may rename its first FILE.new to FILE in between; then FILE
+ * is tried. Returns the descriptor, or -1 with errno. */
+static int lock_name(kt_checkpoint *checkpoint) {
+    struct stat status;
+    for (;;) {
+        checkpoint->has_file = stat(checkpoint->path, &status) == 0;
+        const int file =
+            kt_open_locked(checkpoint->has_file ? checkpoint->path : checkpoint->new_path, O_RDWR | O_CREAT);
+        if (file < 0 || checkpoint->has_file || stat(checkpoint->path, &status) != 0)
+            return file;
+        (void)unlink(checkpoint->new_path);
+        (void)close(file);
+    }
+}
+
 static bool take_lock(kt_checkpoint *checkpoint) {
     if (checkpoint->path == NULL)
         return true;
-    checkpoint->lock = kt_open_locked(checkpoint->path, O_RDWR | O_CREAT);
+    const size_t room = strlen(checkpoint->path) + sizeof ".new";
+    checkpoint->new_path = malloc(room);
+    if (checkpoint->new_path == NULL)
+        return say_no_memory();
+    (void)snprintf(checkpoint->new_path, room, "%s.new", checkpoint->path);
+    checkpoint->lock = lock_name(checkpoint);
     if (checkpoint->lock < 0)
         kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,
                errno == EBUSY ? "another run writes its checkpoints there" : strerror(errno));
@@ -128,11 +149,11 @@ int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double inter
 }
 
 void kt_checkpoint_close(kt_checkpoint *checkpoint) {
-    struct stat status;
-    if (checkpoint->lock >= 0 && fstat(checkpoint->lock, &status) == 0 && status.st_size == 0)
-        (void)unlink(checkpoint->path); /* the run has ended before its first checkpoint */
+    if (checkpoint->lock >= 0 && !checkpoint->has_file)
+        (void)unlink(checkpoint->new_path); /* the run has ended before its first checkpoint */
     if (checkpoint->lock >= 0)
         (void)close(checkpoint->lock);
+    free(checkpoint->new_path);
     free(checkpoint->block);
     *checkpoint = (kt_checkpoint){.lock = -1};
 }
@@ -174,22 +195,27 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
            put(file, words, so_far->words, &sum) && put(file, &sum, sizeof sum, &unused);
 }
 
-/* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name. */
-static bool write_and_rename(const char *new_name, kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                             const kt_extremes *extremes, const char *words) {
-    const int file = kt_open_locked(new_name, O_WRONLY | O_CREAT);
+/* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name; for the first checkpoint it
+ * is locked already. */
+static bool write_and_rename(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
+                             const char *words) {
+    const int file = checkpoint->has_file ? kt_open_locked(checkpoint->new_path, O_WRONLY | O_CREAT) : checkpoint->lock;
     if (file < 0)
         return false;
     if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, words) && fsync(file) == 0 &&
-        rename(new_name, checkpoint->path) == 0) {
-        (void)close(checkpoint->lock);
+        rename(checkpoint->new_path, checkpoint->path) == 0) {
+        if (checkpoint->has_file)
+            (void)close(checkpoint->lock);
         checkpoint->lock = file;
+        checkpoint->has_file = true;
         kt_sync_folder(checkpoint->path);
         return true;
     }
     const int reason = errno;
-    (void)unlink(new_name);
-    (void)close(file);
+    if (checkpoint->has_file) { /* else it is removed with the lock */
+        (void)unlink(checkpoint->new_path);
+        (void)close(file);
+    }
     errno = reason;
     return false;
 }
@@ -211,15 +237,9 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
 
 static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
                        const char *words) {
-    const size_t room = strlen(checkpoint->path) + sizeof ".new";
-    char *new_name = malloc(room);
-    if (new_name == NULL)
-        return say_no_memory();
-    snprintf(new_name, room, "%s.new", checkpoint->path);
-    const bool fine = write_and_rename(new_name, checkpoint, so_far, extremes, words);
+    const bool fine = write_and_rename(checkpoint, so_far, extremes, words);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
-    free(new_name);
     return fine;
 }
 

@@ -8,7 +8,9 @@
 /* The file of a run's checkpoints, and how often it is written. */
 typedef struct kt_checkpoint {
     const char *path;     /* NULL: none are written */
-    int lock;             /* descriptor of that file, which keeps it from other runs; -1: none */
+    char *new_path;       /* FILE.new, which becomes `path` when it is complete; NULL: none */
+    int lock;             /* descriptor of `path`, or of `new_path` before the first checkpoint; -1: none */
+    bool has_file;        /* the lock is on `path` */
     double interval;      /* s between two checkpoints, measured by kt_clock */
     double last;          /* s, value of kt_clock when the last one was written */
     uint64_t scene;       /* fingerprint of the scene */
@@ -20,10 +22,10 @@ typedef struct kt_checkpoint {
     size_t size, mode_size;
 } kt_checkpoint;
 
-/* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. The path may be NULL (only to
- * resume). The run's watch on fast modes, `modes`, may be NULL. Returns -1 on success, else an exit code after printing
- * the error. It is an error if another run writes its checkpoints there. A call of kt_checkpoint_close must follow in
- * any case. */
+/* Locks the file, computes the fingerprints, and allocates the memory for a checkpoint. A new file gets its name with
+ * the first checkpoint. The path may be NULL (only to resume). The run's watch on fast modes, `modes`, may be NULL.
+ * Returns -1 on success, else an exit code after printing the error. It is an error if another run writes its
+ * checkpoints there. A call of kt_checkpoint_close must follow in any case. */
 int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double interval, const kt_outcome *outcome,
                        const kt_simulation_options *options, kt_mode_watch *modes);
 void kt_checkpoint_close(kt_checkpoint *checkpoint);

@@ -1,5 +1,5 @@
-/* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, raise. A second Ctrl-C
- * ends the program at once, also while the lines of a long file are counted. */
+/* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, unlink, raise. A second
+ * Ctrl-C ends the program at once, also while the lines of a long file are counted. */
 #include "records/interrupt.h"
 
 #include "command.h"
@@ -15,7 +15,7 @@
 enum { PATH_SIZE = 4096, HEAD_SIZE = 400, ADVICE_SIZE = 800 };
 
 /* Written before the handler is installed, except for the advice. */
-static char partial[PATH_SIZE], head[HEAD_SIZE];
+static char partial[PATH_SIZE], unfinished[PATH_SIZE], head[HEAD_SIZE]; /* "": none */
 static const char *unit;
 static char advices[2][ADVICE_SIZE]; /* the one in use, and the one that is written next */
 static _Atomic(const char *) advice;
@@ -68,7 +68,7 @@ static void interrupt_say_count(long long count) {
     interrupt_say(count == 1 ? "." : "s.");
 }
 
-static void end_by_interrupt(int number) {
+static void interrupt_report(void) {
     const long long lines = unit != NULL ? count_lines() : -1;
     interrupt_say(head);
     if (lines >= 0)
@@ -79,17 +79,30 @@ static void end_by_interrupt(int number) {
     interrupt_say(atomic_load(&advice));
     interrupt_say("\n");
     interrupt_write();
+}
+
+static void end_by_interrupt(int number) {
+    if (unfinished[0] != '\0')
+        (void)unlink(unfinished);
+    if (partial[0] != '\0')
+        interrupt_report();
     (void)raise(number); /* SA_RESETHAND has restored the default, and SA_NODEFER does not block it */
 }
 
-void kt_interrupt_start(const char *path, const char *counted) {
+static void take_path(char to[PATH_SIZE], const char *path) {
+    const bool fits = path != NULL && strlen(path) < PATH_SIZE;
+    (void)snprintf(to, PATH_SIZE, "%s", fits ? path : "");
+}
+
+void kt_interrupt_start(const char *path, const char *counted, const char *removed) {
     const struct sigaction action = {.sa_handler = end_by_interrupt, .sa_flags = (int)(SA_RESETHAND | SA_NODEFER)};
-    const bool fits = path != NULL && strlen(path) < sizeof partial;
-    if (!fits || sigaction(SIGINT, NULL, &before) != 0 || before.sa_handler == SIG_IGN)
+    take_path(partial, path);
+    take_path(unfinished, removed);
+    if ((partial[0] == '\0' && unfinished[0] == '\0') || sigaction(SIGINT, NULL, &before) != 0 ||
+        before.sa_handler == SIG_IGN)
         return;
-    (void)snprintf(partial, sizeof partial, "%s", path);
     (void)snprintf(head, sizeof head, "%skinetree: interrupted: %s", isatty(STDERR_FILENO) ? "\n" : "",
-                   kt_show(path).text);
+                   kt_show(partial).text);
     unit = counted;
     atomic_store(&advice, "");
     is_watching = sigaction(SIGINT, &action, NULL) == 0;

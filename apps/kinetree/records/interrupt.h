@@ -5,9 +5,10 @@
 
 #include "kinetree/status.h"
 
-/* Watches for SIGINT, unless that is ignored. path: the partial file, which stays as it is. Does nothing if path is
- * NULL. counted: "record" if each line behind the first one is a record. If it is NULL, the lines are not counted. */
-void kt_interrupt_start(const char *path, const char *counted);
+/* Watches for SIGINT, unless that is ignored. path: the partial file, which stays as it is; NULL: there is no message.
+ * counted: "record" if each line behind the first one is a record. If it is NULL, the lines are not counted. removed:
+ * an unfinished file, which the interrupt removes; NULL: none. Does nothing without both files. */
+void kt_interrupt_start(const char *path, const char *counted, const char *removed);
 
 /* Sets the last sentences of the message, which replace earlier ones. */
 void kt_interrupt_advise(const char *format, ...) KT_PRINTF(1, 2);

@@ -51,14 +51,15 @@ static void advise_resume(const char *checkpoint) {
 }
 
 /* Prepares the message of Ctrl-C, which a checkpoint changes. */
-static void start_interrupt(const kt_run_arguments *arguments, const kt_results *results) {
+static void start_interrupt(const kt_run_arguments *arguments, const kt_results *results,
+                            const kt_checkpoint *checkpoint) {
     if (results->keep.file != NULL) {
-        kt_interrupt_start(results->keep.output.partial, NULL);
+        kt_interrupt_start(results->keep.output.partial, NULL, checkpoint->new_path);
         kt_interrupt_advise("It is no HDF5 file, and cannot be continued. With --out FILE.csv --checkpoint FILE a run "
                             "can be continued by --resume FILE");
         return;
     }
-    kt_interrupt_start(results->csv.output.partial, "record");
+    kt_interrupt_start(results->csv.output.partial, "record", checkpoint->new_path);
     if (arguments->resume != NULL)
         advise_resume(arguments->resume);
     else if (arguments->checkpoint != NULL)
@@ -316,7 +317,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
-        start_interrupt(arguments, &results);
+        start_interrupt(arguments, &results, checkpoint);
         code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_interrupt_end();
         kt_warn_of_rest(outcome);

@@ -313,7 +313,7 @@ static int write_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, con
         (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
         return KT_EXIT_INTEGRATION;
     }
-    kt_interrupt_start(output.partial, "run");
+    kt_interrupt_start(output.partial, "run", NULL);
     kt_interrupt_advise("To go on, repeat the command with --resume");
     code = write_runs(sweep, ranks, file, keep, kt_output_path(&output), out, first, end);
     kt_interrupt_end();
