@@ -290,7 +290,8 @@ static void keep_parameters(kt_reader *r, kt_scene *scene) {
         const kt_named_number *from = &r->scene->parameters[k];
         parameters[k] = (kt_scene_parameter){.name = kt_pool_text(&r->keep, from->name, strlen(from->name)),
                                              .value = from->value,
-                                             .is_set = from->node->line >= KT_SETTING_LINE};
+                                             .is_set = from->node->line >= KT_SETTING_LINE,
+                                             .is_used = from->is_used};
         if (parameters[k].name == NULL)
             parameters = NULL;
     }

@@ -420,6 +420,8 @@ def faults():
                              (["--vary", "g=1", "--vary", "g=2"], "twice"), (["--random", "g=normal(1)"], "normal(MEAN,DEVIATION)"),
                              (["--vary", "g=log:-1:2:3"], "above zero"), ([], "nothing is varied"), (["--vary", "g=1:2", "--sample", "sobol"], "sobol:COUNT"),
                              (["--vary", "g=1,2", "--columns", "position.stona"], "did you mean 'position.stone'"),
+                             (["--vary", "parameters.gg=1,2"], "nothing in the scene uses the parameter 'gg'; did you mean 'g'?"),
+                             (["--vary", "g=1,2", "--vary", "parameters.nonsense=1,2"], "'nonsense'; write =NAME where it is meant"),
                              (["--vary", "g=1,2", "--shard", "4/3"], "K/N"), (["--from", "none.csv"], "cannot be read")):
         same(f"words of {arguments}", words in run("fall.yaml", *arguments, "--out", "-", code=1).stderr, True)
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)

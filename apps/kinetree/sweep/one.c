@@ -551,7 +551,9 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
     unsigned record;
-    if (status == KT_OK && sweep->arguments->native)
+    if (status == KT_OK)
+        code = kt_sweep_plan_check(&sweep->plan, m.scene);
+    if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = make_native_file(sweep, &m);
     if (status == KT_OK)
         status = list_columns(&m, &record, &error);

@@ -370,6 +370,31 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
     return plan->is_table ? -1 : set_grid(plan);
 }
 
+/* Prints that a parameter changes nothing, and suggests one that does. */
+static int say_without_use(const kt_scene *scene, const char *path, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int k = 0; k < scene->parameter_count; k++)
+        if (scene->parameters[k].is_used)
+            (void)kt_nearest_try(&nearest, scene->parameters[k].name);
+    kt_say("sweep: '%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name,
+           kt_ask(&nearest, "").text,
+           nearest.best != NULL ? ""
+                                : "; write =NAME where it is meant, or vary a number by its path (bodies.arm.mass)");
+    return KT_EXIT_USAGE;
+}
+
+int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene) {
+    static const char section[] = "parameters.";
+    for (int i = 0; i < plan->count; i++) {
+        const char *path = plan->axes[i].path;
+        const char *name = strncmp(path, section, sizeof section - 1) == 0 ? path + sizeof section - 1 : path;
+        for (int k = 0; k < scene->parameter_count; k++)
+            if (!scene->parameters[k].is_used && strcmp(scene->parameters[k].name, name) == 0)
+                return say_without_use(scene, path, name);
+    }
+    return -1;
+}
+
 void kt_sweep_plan_free(kt_sweep_plan *plan) {
     for (int i = 0; i < plan->count; i++) {
         free(plan->axes[i].path);

@@ -56,6 +56,9 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
 void kt_sweep_plan_free(kt_sweep_plan *plan);
 static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return plan->points * plan->repeats; }
 
+/* Returns -1 if something in the scene uses every parameter that varies, else an exit code after printing the error. */
+int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene);
+
 /* The values of all axes in a run, which depend on the plan and the number of the run alone. */
 void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
 
