@@ -27,6 +27,7 @@ def main():
     rejected("name_begins_with_a_letter", 1, "must begin with a letter", "--c", arm, "--out", "7.c")
     rejected("name_has_no_dash", 1, "'my-arm' must begin with a letter", "--c", arm, "--out", "my-arm.c")
     rejected("unknown_function_has_a_proposal", 1, "did you mean 'inverse'?", "--c", arm, "--out", "arm.c", "--functions", "forward,invers")
+    rejected("unknown_function_is_named_also_without_a_file", 1, "--functions has no 'nonsense'", "--c", arm, "--functions", "nonsense")
     rejected("one_format_at_a_time", 1, "one of them", "--c", "--urdf", arm, "--out", "arm.c")
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")

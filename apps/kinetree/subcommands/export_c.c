@@ -56,6 +56,8 @@ static bool is_name_in_c(const char *name) {
 int kt_export_c_check(const kt_export_c *c) {
     const size_t length = strlen(c->out);
     char name[KT_EXPORT_NAME];
+    if (read_functions(c->functions) == 0)
+        return KT_EXIT_USAGE;
     if (length < 3 || strcmp(c->out + length - 2, ".c") != 0) {
         kt_say("export: --c writes two files; give --out FILE.c, and FILE.h is written next to it");
         return KT_EXIT_USAGE;
@@ -67,7 +69,7 @@ int kt_export_c_check(const kt_export_c *c) {
                name);
         return KT_EXIT_USAGE;
     }
-    return read_functions(c->functions) == 0 ? KT_EXIT_USAGE : -1;
+    return -1;
 }
 
 /* Opens one of both files for writing. Returns NULL after printing an error. */
