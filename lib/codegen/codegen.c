@@ -246,7 +246,10 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
             (int)model->n.x, count, has_loops ? ", equations of loops" : "", name,
             (unsigned long long)kt_codegen_structure(model));
     if (!tree->constant) {
-        fprintf(file, "/* Numbers that may change. Zeros are folded. */\ntypedef struct %s_parameters {\n", name);
+        fprintf(file,
+                "/* Numbers that may change. Those that are zero in the scene are left out: they stay zero. */\n"
+                "typedef struct %s_parameters {\n",
+                name);
         for (int i = 0; i < tree->parameter_count; i++)
             fprintf(file, "    %s_real %s; /* %s */\n", name, tree->parameter[i].name, tree->parameter[i].meaning);
         if (tree->parameter_count == 0)
