@@ -2,8 +2,8 @@
  *
  * Prescribed motions (loops that are functions of time) reduce the degrees of freedom from which W = J M^-1 J' follows.
  * If they alone determine the rates of contacts, u = J v - b', rows of W are dependent or zero. Impulses then change
- * these rates by rounding only. The computed result of a complementarity problem with such a matrix is no solution.
- * After the projection of velocities onto the loops, a contact still closes.
+ * these rates by rounding only, and the result of the complementarity problem with such a W is no solution. After the
+ * projection of velocities onto the loops, a contact still closes.
  *
  * If n contacts are compressed together, the sum of their rates is prescribed. One of them therefore keeps at least the
  * n-th part of that sum. If impulses exist, only rounding remains. Half of the smallest such part separates the two
@@ -32,7 +32,7 @@ static const double wrong = 1e-6;
 /* Contradicting equations leave at least this part of the speed. */
 static const double left = 1e-3;
 
-/* The rate of row i of the touching contacts, at the velocities v. */
+/* Returns the rate of row i of the touching contacts, at the velocities v. */
 static double rate_of(const struct kt_contacts *c, int i, const double *v) {
     const kt_contact *contact = &c->item[c->list[i]];
     double sum = -contact->sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
@@ -41,7 +41,7 @@ static double rate_of(const struct kt_contacts *c, int i, const double *v) {
     return sum;
 }
 
-/* The row that closes fastest; *speed: its speed, not below 0. */
+/* Returns the row that closes fastest; *speed: its speed, at least 0. */
 static int find_fastest(const struct kt_contacts *c, const double *v, double *speed) {
     int fastest = 0;
     *speed = 0.0;
@@ -58,7 +58,7 @@ static void name_contact(const kt_simulation *simulation, int i, double t, char 
                    simulation->model->text + kt_contact_loop(simulation, i)->name, t);
 }
 
-/* The largest violation of the velocity equations after a projection. */
+/* Returns the largest violation of the velocity equations after a projection. */
 static double violation_of(const kt_model *model, const kt_data *data) {
     double most = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -69,8 +69,8 @@ static double violation_of(const kt_model *model, const kt_data *data) {
     return most;
 }
 
-/* Whether loops prescribe that contacts continue to close. Then sets an error that names them. Otherwise data belong to
- * the simulation's model again. */
+/* Returns whether loops prescribe that contacts continue to close. If so, sets an error that names these loops. If not,
+ * data belong to the simulation's model again. */
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
     if (!KT_HAS_LOOPS)
         return false;
@@ -97,9 +97,9 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
         return false;
     }
     (void)snprintf(what, sizeof what,
-                   "a prescribed motion goes on through this boundary, which is met at %.3g (m/s or rad/s), and no "
-                   "impulse stops it; let it end before, let it act through a spring (joint_spring), or take an "
-                   "elastic stop or contact (stiffness). What contradicts each other",
+                   "a prescribed motion drives it through its boundary at %.3g (m/s or rad/s), and no impulse can "
+                   "stop this motion; end the motion earlier, apply it through a spring (joint_spring), or use an "
+                   "elastic stop or contact (stiffness). These loops contradict each other",
                    speed);
     (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
     name_contact(simulation, fastest, t, where);
@@ -130,10 +130,10 @@ kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *op
             return KT_ERROR_CONSTRAINT;
         name_contact(simulation, i, t, where);
         return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                            "'%.60s' is met at %.3g (m/s or rad/s) where no joint has a lever against it, so that its "
-                            "impulse would have no bound: keep away from such a position (a rod that stands on what "
-                            "lifts it), or take an elastic one (stiffness)",
-                            simulation->model->text + kt_contact_loop(simulation, i)->name, -u[i]);
+                            "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
+                            "no bound; avoid this position (such as a rod that stands upright on its lift), or use an "
+                            "elastic stop or contact (stiffness)",
+                            -u[i]);
     }
     return status;
 }
@@ -149,8 +149,8 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                : status;
 }
 
-/* The reserve of a closed contact before it pulls, or of joint friction before its limit. *size: the scale of the
- * reserve. */
+/* Returns the reserve of a closed contact until it pulls, or of joint friction until its limit. *size: the scale of
+ * the reserve. */
 static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_contact *contact = &c->item[k];
@@ -172,10 +172,9 @@ kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt
                        kt_loop_name(simulation->model, c->item[k].loop), t);
         return kt_error_set(
             error, KT_ERROR_STEP, where,
-            "its reaction is %.3g (N or N m) there, %s: a step has passed over the instants at which it "
-            "opens or slips and comes back; bound the steps (max_step)",
+            "its reaction of %.3g (N or N m) %s: a step missed the instants at which it %s; bound the steps (max_step)",
             simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
-            k < c->sides ? "and it pulls" : "more than its friction holds");
+            k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
     }
     return KT_OK;
 }
@@ -186,9 +185,9 @@ kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *wh
     if (is_prescribed(simulation, t, error))
         return KT_ERROR_CONSTRAINT;
     name_contact(simulation, 0, t, where);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "there are no %s by which it and the %d others that touch could part: they wedge each other%s; "
-                        "leave a gap, or take an elastic one (stiffness)",
-                        what, c->meeting - 1,
-                        c->touching > c->resting ? ", or friction has no solution (Painleve's paradox)" : "");
+    return kt_error_set(
+        error, KT_ERROR_CONSTRAINT, where,
+        "no %s separate it and the %d other touching contacts: they wedge each other%s; leave a gap, or "
+        "use an elastic stop or contact (stiffness)",
+        what, c->meeting - 1, c->touching > c->resting ? ", or friction has no solution (Painleve's paradox)" : "");
 }

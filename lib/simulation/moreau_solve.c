@@ -337,9 +337,9 @@ static kt_status reject_step(const kt_simulation *simulation, kt_error *error) {
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
                    kt_loop_name(simulation->model, simulation->contacts->item[m->item[0]].loop), m->t);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "there are no impulses of it and the %d others that take part in the step: a prescribed motion "
-                        "goes on through a boundary, or no joint has a lever against it; let the motion end before, or "
-                        "take a smaller step",
+                        "no impulses satisfy it and the %d other contacts of the step: a prescribed motion drives it "
+                        "through its boundary, or no joint has a lever against it; end the motion earlier, or take a "
+                        "smaller step",
                         m->count - 1);
 }
 

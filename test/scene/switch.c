@@ -497,10 +497,10 @@ static void check_rejection(const char *what, const char *text, double t, const 
  * presses a block against a wall. A table is lifted against a pendulum that hangs straight down. With W = 0, no impulse
  * p changes u + W p, for any rounding of W. */
 KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
-    static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion goes on", "elastic stop", NULL};
-    static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion goes on", NULL};
+    static const char *const stop[] = {"'jaw.upper'", "'drive'", "a prescribed motion drives it", "elastic stop", NULL};
+    static const char *const straight[] = {"'bump'", "'drive'", "a prescribed motion drives it", NULL};
     static const char *const inclined[] = {"'bump'", "no joint has a lever against it", NULL};
-    static const char *const vice[] = {"'wall'", "'face'", "'drive'", "a prescribed motion goes on", NULL};
+    static const char *const vice[] = {"'wall'", "'face'", "'drive'", "a prescribed motion drives it", NULL};
     check_rejection("stop", DRIVEN("polynomial: [0, 1]", STOP("0.5")), 0.5, stop);
     check_rejection("stop, plastic", DRIVEN("polynomial: [0, 1]", STOP("0")), 0.5, stop);
     check_rejection("from the stop", DRIVEN("ramp: {from: 0.5, to: 1, start: 0.2, end: 0.4}", STOP("0.5")), 0.2, stop);
