@@ -61,8 +61,9 @@ bool kt_check_below(const char *what, double observed, double bound) {
 }
 
 bool kt_check_above(const char *what, double observed, double bound) {
-    return report(observed >= bound, what, "observed %.6g  lower bound %.3g  ratio %.3g%s", observed, bound,
-                  bound / observed, slack_if(observed > 0.0 && bound < 1e-3 * observed));
+    return report(observed >= bound && (observed > 0.0 || bound != 0.0), what,
+                  "observed %.6g  lower bound %.3g  ratio %.3g%s", observed, bound, bound / observed,
+                  slack_if(observed > 0.0 && bound < 1e-3 * observed));
 }
 
 bool kt_check_equal_int(const char *what, long long observed, long long expected) {

@@ -49,7 +49,8 @@ bool kt_check_near(const char *what, double observed, double expected, double bo
 /* observed <= bound; meant for errors, other magnitudes, and numbers of failures: a negative value fails. */
 bool kt_check_below(const char *what, double observed, double bound);
 
-/* observed >= bound, for quantities that must not be small: a rejected value, a condition, an observed order. */
+/* observed >= bound, for quantities that must not be small: a rejected value, a condition, an observed order. A bound
+ * of 0 must be exceeded, because counts and magnitudes are never below 0. */
 bool kt_check_above(const char *what, double observed, double bound);
 
 bool kt_check_equal_int(const char *what, long long observed, long long expected);

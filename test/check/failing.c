@@ -17,6 +17,7 @@ KT_TEST(below_nan) { kt_check_below("x", (double)NAN, 1.0); }
 KT_TEST(below_negative) { kt_check_below("x", -0.5, 1.0); }
 KT_TEST(below_infinite_bound) { kt_check_below("x", 0.5, HUGE_VAL); }
 KT_TEST(above_short_of_the_bound) { kt_check_above("x", 0.9, 1.0); }
+KT_TEST(above_zero_of_zero) { kt_check_above("x", 0.0, 0.0); }
 KT_TEST(above_nan) { kt_check_above("x", (double)NAN, 1.0); }
 KT_TEST(equal_int_differs) { kt_check_equal_int("x", 1LL << 40, (1LL << 40) + 1); }
 KT_TEST(equal_bits_sign_of_zero) {
