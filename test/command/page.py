@@ -344,6 +344,26 @@ def check_bushings(page, folder):
           ([] if "bushing mount_front between world and engine" in found and len(found) == 2 else [f"{found}"]))
 
 
+FEET = """kinetree: 1
+name: feet
+bodies:
+  - {name: crate, joint: {type: free, position: {position: [0, 0, 0.1]}}, mass: 1, shape: {type: box, size: [0.4, 0.4, 0.2]}}
+effects:
+  - {type: contact, point: {body: crate, at: [0.2, 0, -0.1]}, plane: world, stiffness: 1e4}
+  - {name: heel, type: contact, point: {body: crate, at: [-0.2, 0, -0.1]}, plane: world, stiffness: 1e4}
+  - {type: contact, point: {body: crate, at: [0, 0.2, -0.1]}, plane: world, stiffness: 1e4}
+"""
+
+
+def check_contact_names(page, folder):
+    """Contacts without a name have names that differ: their places in the list of effects, as in records."""
+    run = kinetree("view", "-", "--view", "feet.html", "--duration", "0.02", "--quiet", folder=folder, text=FEET)
+    page.open(f"{folder}/feet.html")
+    found = page.evaluate("""kinetree.figure.things.map((thing) => thing.text).filter((text) => text.startsWith("contact"))""")
+    wanted = [f"contact {name} of crate and world" for name in ("effect[0]", "heel", "effect[2]")]
+    claim("contacts_without_a_name_are_told_apart", ([run.stderr] if run.returncode else []) + page.complaints() + ([] if found == wanted else [f"{found}, wanted {wanted}"]))
+
+
 HOSTILE = "</script><img src=x onerror=document.title='taken'>"
 
 
@@ -436,6 +456,7 @@ def main():
             timed("seen", check_seen, page, folder)
             timed("rest", check_rest, page, folder)
             timed("bushings", check_bushings, page, folder)
+            timed("contacts", check_contact_names, page, folder)
             timed("names", check_names, page, folder)
             timed("large", check_large, page, folder)
             timed("modes", check_modes, page, folder)

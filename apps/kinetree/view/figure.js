@@ -37,6 +37,9 @@ const PICKABLE = ["joints", "loops", "springs", "contacts", "markers"];
 /* Whether a loop or an effect acts at a time; `released` are the times at which it is released, engaged, released, ... */
 const acts = ({released = []}, t) => released.filter((at) => at <= t).length % 2 === 0;
 
+/* The name of effect i. Without one, its place in the list, as in records. */
+const effect_name = ({name}, i) => name || `effect[${i}]`;
+
 class Figure {
     constructor(painter, data, motion) {
         Object.assign(this, {painter, data, motion});
@@ -118,8 +121,8 @@ class Figure {
         this.data.solids.forEach((solid, i) => this.hidden.has(solid.body) || this.put_solid(solid, i));
         this.data.joints.filter((joint) => !joint.loop && !this.hidden.has(joint.body)).forEach((joint) => this.put_joint(joint));
         this.data.loops.forEach((loop, i) => acts(loop, this.time) && this.put_loop(loop, i));
-        this.data.effects.filter((effect) => effect.type === "contact").forEach((effect) => this.put_contact(effect));
-        this.data.effects.filter((effect) => effect.type === "bushing" && acts(effect, this.time)).forEach((effect) => this.put_bushing(effect));
+        this.data.effects.forEach((effect, i) => effect.type === "contact" && this.put_contact(effect, effect_name(effect, i)));
+        this.data.effects.forEach((effect, i) => effect.type === "bushing" && acts(effect, this.time) && this.put_bushing(effect, effect_name(effect, i)));
         this.data.markers.forEach((marker) => this.put("markers", "sphere", marker.body, marker.at, [1, 0, 0, 0],
             Array(3).fill(0.8 * this.data.radius), this.theme.ink,
             this.thing(`marker ${this.data.bodies[marker.body].name}.${marker.name}`, marker.body)));
@@ -171,19 +174,18 @@ class Figure {
             end.body, end.at, end.turn, [(1.15 + 0.25 * k) * r, (1.15 + 0.25 * k) * r, (2.1 - 0.5 * k) * r], colour, id));
     }
 
-    put_contact({name, ends, radius}) {
+    put_contact({ends, radius}, name) {
         const r = Math.max(0.6 * this.data.radius, 1.02 * radius);
-        const id = this.thing(`contact ${name ?? ""} of ${this.data.bodies[ends[0].body].name} and ` +
-            `${this.data.bodies[ends[1].body].name}`.replace("  ", " "), ends[0].body);
+        const id = this.thing(`contact ${name} of ${this.data.bodies[ends[0].body].name} and ${this.data.bodies[ends[1].body].name}`, ends[0].body);
         if (radius < this.data.radius || !this.data.solids.some((s) => s.body === ends[0].body))
             this.put("contacts", "sphere", ends[0].body, ends[0].at, [1, 0, 0, 0], [r, r, r], this.theme.ink, id);
     }
 
     /* At its first end; a line from there to the second one is too short to be seen. */
-    put_bushing({name, ends}) {
+    put_bushing({ends}, name) {
         const r = this.data.radius, [a, b] = ends.map((end) => this.data.bodies[end.body].name);
         this.put("springs", "cylinder", ends[0].body, ends[0].at, ends[0].turn, [2.2 * r, 2.2 * r, 1.6 * r], this.theme.joint,
-            this.thing(`bushing ${name ?? ""} between ${a} and ${b}`.replace("  ", " "), ends[1].body));
+            this.thing(`bushing ${name} between ${a} and ${b}`, ends[1].body));
     }
 
     /* ---- from frame to frame ------------------------------------------------------------------------------------- */
