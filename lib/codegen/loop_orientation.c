@@ -1,12 +1,15 @@
-/* Orientations, as in loop/orientation.h, which has the derivations. Rows as in loop_row.c.
+/* Rows of loops that prescribe an orientation. loop/orientation.h derives them, and loop_row.c describes rows.
  *
- *   one axis       phi = F h_k            components of 4 tan(theta / 4) n of the rotation that takes e_z to f_z
- *   orientation    phi = p_k              components of 4 tan(theta / 4) n of the whole rotation
- *   right angle    phi = 2 tan(eps / 2),  sin(eps) = e_z . f_z
- *   homokinetic    phi = p,               p = 4 tan(theta / 4), theta: the angle about both axes
+ * Frame 1 has the axes e_k, and frame 2 the axes f_k. A rotation by theta about the axis n has the vector
+ *     p = 4 tan(theta / 4) n
+ *
+ *   orientation    phi = e_k . p            p of the rotation from frame 1 to frame 2, k = x, y, z
+ *   one axis       phi = e_k . p            p of the rotation that takes e_z to f_z, k = x, y
+ *   right angle    phi = 2 tan(eps / 2)     sin(eps) = e_z . f_z
+ *   homokinetic    phi = 4 tan(theta / 4)   theta: the angle between the frames about their axes
  *   screw          phi = e_z . d - pitch theta
  *
- * Orientations are regular up to half a turn.
+ * Each phi is regular as long as its rotation is below half a turn.
  */
 #include "codegen/loop_rows.h"
 
