@@ -50,7 +50,7 @@ static kt_status unknown_sequence(int sequence, kt_error *error) {
                         sequence);
 }
 
-static kt_status check(int sequence, kt_vec3 angles, axes *a, kt_error *error) {
+static kt_status check_euler_angles(int sequence, kt_vec3 angles, axes *a, kt_error *error) {
     if (!axes_of(sequence, a))
         return unknown_sequence(sequence, error);
     if (!kt_vec3_is_finite(angles))
@@ -63,7 +63,7 @@ static kt_vec3 column(kt_mat3 m, int i) { return i == 0 ? m.x : i == 1 ? m.y : m
 
 /* ---- angles to matrix and back ----------------------------------------------------------------------------------- */
 
-static kt_mat3 compose(const axes *a, kt_vec3 angles) {
+static kt_mat3 compose_euler_rotation(const axes *a, kt_vec3 angles) {
     const kt_mat3 rj_rk = kt_mat3_multiply(kt_matrix_about(a->j, angles.y), kt_matrix_about(a->k, angles.z));
     return kt_mat3_multiply(kt_matrix_about(a->i, angles.x), rj_rk);
 }
@@ -105,9 +105,9 @@ kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, 
     if (KT_IS_MISSING(error, rotation))
         return KT_ERROR_ARGUMENT;
     axes a;
-    const kt_status status = check(sequence, angles, &a, error);
+    const kt_status status = check_euler_angles(sequence, angles, &a, error);
     if (status == KT_OK)
-        *rotation = compose(&a, angles);
+        *rotation = compose_euler_rotation(&a, angles);
     return status;
 }
 
@@ -128,7 +128,7 @@ kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, 
 
 /* ---- rates to angular velocity and back -------------------------------------------------------------------------- */
 
-static kt_mat3 map_of(const axes *a, kt_vec3 angles) {
+static kt_mat3 euler_rate_map(const axes *a, kt_vec3 angles) {
     const kt_mat3 identity = kt_mat3_identity(), ri = kt_matrix_about(a->i, angles.x);
     kt_mat3 g;
     g.x = column(identity, a->i);
@@ -141,9 +141,9 @@ kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *map, kt_error *err
     if (KT_IS_MISSING(error, map))
         return KT_ERROR_ARGUMENT;
     axes a;
-    const kt_status status = check(sequence, angles, &a, error);
+    const kt_status status = check_euler_angles(sequence, angles, &a, error);
     if (status == KT_OK)
-        *map = map_of(&a, angles);
+        *map = euler_rate_map(&a, angles);
     return status;
 }
 
@@ -151,7 +151,7 @@ kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, k
     if (KT_IS_MISSING(error, inverse))
         return KT_ERROR_ARGUMENT;
     axes a;
-    const kt_status status = check(sequence, angles, &a, error);
+    const kt_status status = check_euler_angles(sequence, angles, &a, error);
     if (status != KT_OK)
         return status;
     const double determinant = a.proper ? -sin(angles.y) : a.e * cos(angles.y);
@@ -161,7 +161,7 @@ kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, k
             "at the middle angle %.17g rad the first and third axes of Euler sequence %d fall together: use "
             "a quaternion, or a sequence whose %s",
             angles.y, sequence, a.proper ? "three axes differ" : "first and third axes are the same");
-    const kt_mat3 g = map_of(&a, angles);
+    const kt_mat3 g = euler_rate_map(&a, angles);
     kt_mat3 rows;
     rows.x = kt_vec3_scale(1.0 / determinant, kt_vec3_cross(g.y, g.z));
     rows.y = g.y;
@@ -176,7 +176,7 @@ static kt_vec3 backwards(kt_vec3 a) { return kt_vec3_make(a.z, a.y, a.x); }
 
 static const axes yaw_pitch_roll = {2, 1, 0, -1.0, false};
 
-kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy) { return compose(&yaw_pitch_roll, backwards(rpy)); }
+kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy) { return compose_euler_rotation(&yaw_pitch_roll, backwards(rpy)); }
 
 kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular) {
     bool at_singularity;
@@ -187,7 +187,7 @@ kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular) {
 }
 
 kt_mat3 kt_rpy_map(kt_vec3 rpy) {
-    const kt_mat3 g = map_of(&yaw_pitch_roll, backwards(rpy));
+    const kt_mat3 g = euler_rate_map(&yaw_pitch_roll, backwards(rpy));
     kt_mat3 map;
     map.x = g.z;
     map.y = g.y;

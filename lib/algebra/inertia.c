@@ -33,7 +33,7 @@ static void annul(double s[3][3], int p, int q) {
     s[r][q] = s[q][r] = sine * rp + cosine * rq;
 }
 
-static void order(double *a, double *b) {
+static void order_moments(double *a, double *b) {
     if (*a > *b) {
         const double c = *a;
         *a = *b;
@@ -58,9 +58,9 @@ kt_vec3 kt_sym3_eigenvalues(kt_sym3 m) {
         annul(s, 0, 2);
         annul(s, 1, 2);
     }
-    order(&s[0][0], &s[1][1]);
-    order(&s[1][1], &s[2][2]);
-    order(&s[0][0], &s[1][1]);
+    order_moments(&s[0][0], &s[1][1]);
+    order_moments(&s[1][1], &s[2][2]);
+    order_moments(&s[0][0], &s[1][1]);
     return kt_vec3_make(ldexp(s[0][0], exponent), ldexp(s[1][1], exponent), ldexp(s[2][2], exponent));
 }
 

@@ -23,31 +23,33 @@ static const struct {
 
 /* ---- constructors ------------------------------------------------------------------------------------------------ */
 
-static kt_rotation make(kt_rotation_type type, double a, double b, double c, double d) {
+static kt_rotation make_rotation(kt_rotation_type type, double a, double b, double c, double d) {
     const kt_rotation r = {type, 0, {a, b, c, d, 0.0, 0.0, 0.0, 0.0, 0.0}};
     return r;
 }
 
 kt_rotation kt_rotation_quaternion(double w, double x, double y, double z) {
-    return make(KT_ROTATION_QUATERNION, w, x, y, z);
+    return make_rotation(KT_ROTATION_QUATERNION, w, x, y, z);
 }
 
 kt_rotation kt_rotation_rpy(double roll, double pitch, double yaw) {
-    return make(KT_ROTATION_RPY, roll, pitch, yaw, 0.0);
+    return make_rotation(KT_ROTATION_RPY, roll, pitch, yaw, 0.0);
 }
 
 kt_rotation kt_rotation_euler(int sequence, double a, double b, double c) {
-    kt_rotation r = make(KT_ROTATION_EULER, a, b, c, 0.0);
+    kt_rotation r = make_rotation(KT_ROTATION_EULER, a, b, c, 0.0);
     r.sequence = sequence;
     return r;
 }
 
-kt_rotation kt_rotation_vector(kt_vec3 theta) { return make(KT_ROTATION_VECTOR, theta.x, theta.y, theta.z, 0.0); }
+kt_rotation kt_rotation_vector(kt_vec3 theta) {
+    return make_rotation(KT_ROTATION_VECTOR, theta.x, theta.y, theta.z, 0.0);
+}
 
-kt_rotation kt_rotation_cgr(kt_vec3 cgr) { return make(KT_ROTATION_CGR, cgr.x, cgr.y, cgr.z, 0.0); }
+kt_rotation kt_rotation_cgr(kt_vec3 cgr) { return make_rotation(KT_ROTATION_CGR, cgr.x, cgr.y, cgr.z, 0.0); }
 
 kt_rotation kt_rotation_axis_angle(kt_vec3 axis, double angle) {
-    return make(KT_ROTATION_AXIS_ANGLE, axis.x, axis.y, axis.z, angle);
+    return make_rotation(KT_ROTATION_AXIS_ANGLE, axis.x, axis.y, axis.z, angle);
 }
 
 kt_rotation kt_rotation_matrix(kt_mat3 m) {

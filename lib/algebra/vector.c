@@ -34,7 +34,7 @@
 static double sinc(double x) { return x != 0.0 ? sin(x) / x : 1.0; }
 
 /* I + p x + c u x u x */
-static kt_mat3 map_of(kt_vec3 p, double c, kt_vec3 u) {
+static kt_mat3 skew_polynomial(kt_vec3 p, double c, kt_vec3 u) {
     const kt_vec3 cu = kt_vec3_scale(c, u);
     kt_mat3 g;
     g.x = kt_vec3_make(1.0 - (cu.y * u.y + cu.z * u.z), cu.x * u.y + p.z, cu.x * u.z - p.y);
@@ -68,11 +68,11 @@ kt_mat3 kt_euler_vector_map(kt_vec3 theta) {
     const double t = kt_vec3_norm_wide(theta), h = sinc(0.5 * t);
     const kt_vec3 p = kt_vec3_scale(0.5 * h, kt_vec3_scale(h, theta));
     if (t >= 1.0)
-        return map_of(p, 1.0 - sin(t) / t, kt_vec3_scale(1.0 / t, theta));
+        return skew_polynomial(p, 1.0 - sin(t) / t, kt_vec3_scale(1.0 / t, theta));
     double c = 1.0;
     for (int k = 9; k >= 2; k--) /* the first term left out is below 1e-18 */
         c = 1.0 - t * t / (2 * k * (2 * k + 1)) * c;
-    return map_of(p, c / 6.0, theta);
+    return skew_polynomial(p, c / 6.0, theta);
 }
 
 kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error *error) {
@@ -87,7 +87,7 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
         double c = 1.0;
         for (int k = 9; k >= 1; k--) /* the first term left out is below 1e-18 */
             c = 1.0 - y * y / (2 * k * (2 * k + 3)) * c;
-        *inverse = map_of(p, c / (12.0 * sinc(y)), theta);
+        *inverse = skew_polynomial(p, c / (12.0 * sinc(y)), theta);
         return KT_OK;
     }
     if (fabs(sin(y)) <= 16.0 * DBL_EPSILON * t)
@@ -96,7 +96,7 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
             "the Euler vector [%g, %g, %g] is a whole number of full turns, where its rates do not "
             "give every angular velocity: replace it by the vector of the same rotation within half a turn",
             theta.x, theta.y, theta.z);
-    *inverse = map_of(p, 1.0 - y * cos(y) / sin(y), kt_vec3_scale(1.0 / t, theta));
+    *inverse = skew_polynomial(p, 1.0 - y * cos(y) / sin(y), kt_vec3_scale(1.0 / t, theta));
     return KT_OK;
 }
 
