@@ -42,7 +42,7 @@ typedef struct extrapolation {
 } extrapolation;
 
 /* Computes the next row of the tableau for one number. */
-static void extrapolate(const extrapolation *x, size_t i, double difference) {
+static void extrapolate_difference(const extrapolation *x, size_t i, double difference) {
     const size_t f = x->l->size.f;
     double power = 1.0;
     x->now[i] = difference;
@@ -78,7 +78,7 @@ static bool take_best(const extrapolation *x, size_t i, double h, double roundin
 }
 
 /* Raises the errors to the rounding that the last step shows. The two rows of the tableau have been swapped since. */
-static void expect_rounding(const extrapolation *x, double h) {
+static void expect_difference_rounding(const extrapolation *x, double h) {
     const size_t f = x->l->size.f;
     const int deepest = x->step_count - 1 < KT_TABLEAU_DEPTH - 1 ? x->step_count - 1 : KT_TABLEAU_DEPTH - 1;
     for (size_t i = 0; i < f && deepest > 1; i++) {
@@ -90,29 +90,29 @@ static void expect_rounding(const extrapolation *x, double h) {
 }
 
 /* The part of a probe that a number belongs to, and the unit by which it is scaled within that part. */
-static size_t part_of(const kt_linearization *l, size_t i) {
+static size_t probe_part_of(const kt_linearization *l, size_t i) {
     return i < 3 * l->size.v ? i / l->size.v : i < kt_probe_rates(l) ? 3 : 4;
 }
-static double unit_of(const kt_linearization *l, size_t i) {
+static double probe_unit_of(const kt_linearization *l, size_t i) {
     if (i >= 3 * l->size.v)
         return 1.0;
     const double unit = l->unit[i % l->size.v];
-    return l->of_force && part_of(l, i) == 2 ? 1.0 / unit : unit; /* a force times a unit is an energy */
+    return l->of_force && probe_part_of(l, i) == 2 ? 1.0 / unit : unit; /* a force times a unit is an energy */
 }
 
 /* Adds one step size. Returns whether a number that was not yet accurate has improved, and the largest error over its
  * size. */
-static bool add_step(extrapolation *x, double h, double *worst) {
+static bool add_difference_step(extrapolation *x, double h, double *worst) {
     kt_linearization *l = x->l;
     bool better = false;
     double size[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
     *worst = 0.0;
     for (size_t i = 0; i < l->size.f; i++) {
-        extrapolate(x, i, (l->ahead[i] - l->behind[i]) / (2.0 * h));
-        size[part_of(l, i)] = fmax(size[part_of(l, i)], fabs(x->now[i]) / unit_of(l, i));
+        extrapolate_difference(x, i, (l->ahead[i] - l->behind[i]) / (2.0 * h));
+        size[probe_part_of(l, i)] = fmax(size[probe_part_of(l, i)], fabs(x->now[i]) / probe_unit_of(l, i));
     }
     for (size_t i = 0; i < l->size.f && x->step_count; i++) {
-        const double whole = fmax(size[part_of(l, i)] * unit_of(l, i), NOTHING * l->floor[i] / x->first);
+        const double whole = fmax(size[probe_part_of(l, i)] * probe_unit_of(l, i), NOTHING * l->floor[i] / x->first);
         const bool was_good = x->error[i] <= GOOD * whole;
         better |= take_best(x, i, h, 2.0 * DBL_EPSILON * l->floor[i] / h) && !was_good;
         if (whole > 0.0)
@@ -147,14 +147,14 @@ kt_status kt_difference(kt_linearization *l, double first, double *derivative, d
             x.step_count = 0; /* cannot be assembled: the rows of longer steps are discarded */
             continue;
         }
-        const bool better = add_step(&x, h, &worst);
+        const bool better = add_difference_step(&x, h, &worst);
         known |= x.step_count > 1;
         if (x.step_count > 1 && worst <= GOOD)
             break;
         idle = x.step_count > 1 && !better && worst <= PASSES ? idle + 1 : 0;
     }
     if (known) {
-        expect_rounding(&x, h);
+        expect_difference_rounding(&x, h);
         return KT_OK;
     }
     if (error)

@@ -24,7 +24,7 @@ static double net_work(const kt_energy_watch *watch, const kt_record *record) {
     return watch->has_balance ? record->work.dissipated - record->work.supplied : record->estimate.net;
 }
 
-static void begin(kt_energy_watch *watch, const kt_record *record) {
+static void begin_energy_watch(kt_energy_watch *watch, const kt_record *record) {
     watch->start = watch->lowest = record->kinetic + record->potential;
     watch->start_size = fmax(record->kinetic, fabs(record->potential));
     watch->potential[0] = watch->potential[1] = record->potential;
@@ -60,7 +60,7 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
     if (isnan(energy))
         return;
     if (watch->records++ == 0)
-        begin(watch, record);
+        begin_energy_watch(watch, record);
     lower_to(&watch->lowest, energy);
     raise_to(&watch->change, fabs(energy - watch->start));
     raise_to(&watch->kinetic, record->kinetic);

@@ -113,7 +113,7 @@ static void fill_inertia(const search *s) {
 }
 
 /* g at q0, and the sizes to which its rounding errors are proportional. */
-static kt_status fill_force(const search *s, kt_error *error) {
+static kt_status fill_equilibrium_force(const search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     double most = 0.0;
@@ -185,7 +185,7 @@ static void add_up(const search *s, double mu, bool symmetric) {
 
 /* Computes the rounding error of forces. It follows from the weights, and from the force of the stiffest degree of
  * freedom displaced by a unit. For the rest criterion, the force by the rounding of its position counts, too. */
-static void expect_rounding(search *s) {
+static void expect_force_rounding(search *s) {
     kt_linearization *l = s->l;
     double most = 0.0, resting = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
@@ -210,7 +210,7 @@ static bool is_at_rest(const search *s) {
 
 /* Sets forces below their rounding error to zero, so that they cause no step where nothing resists; returns whether any
  * force remains. */
-static bool clear_rounding(const search *s) {
+static bool clear_force_rounding(const search *s) {
     bool any = false;
     for (int j = 0; j < s->dofs; j++) {
         const bool zero = fabs(s->l->force[j]) * s->l->unit[s->out->velocity_coordinate[j]] <= s->rounding;
@@ -234,7 +234,7 @@ static bool is_symmetric(const search *s, double stiff) {
 }
 
 /* Solves for the step, into l->step; returns false if the matrix is singular. */
-static bool solve(const search *s, double stiff) {
+static bool solve_equilibrium_step(const search *s, double stiff) {
     kt_linearization *l = s->l;
     bool positive = false;
     double mu = NEUTRAL * (stiff > 0.0 ? stiff : 1.0);
@@ -255,7 +255,7 @@ static bool solve(const search *s, double stiff) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-static double size_of(const kt_linearization *l, const double *x) {
+static double size_in_units(const kt_linearization *l, const double *x) {
     double most = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
         most = fmax(most, fabs(x[i]) / l->unit[i]);
@@ -278,7 +278,7 @@ static double expand_step(const search *s) {
     for (size_t j = 0; j < (size_t)s->dofs; j++)
         for (size_t i = 0; i < nv; i++)
             l->direction[i] += l->free_velocity[j * nv + i] * l->step[j];
-    const double length = size_of(l, l->direction);
+    const double length = size_in_units(l, l->direction);
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
         for (int i = 0; i < kt_link_dofs(link); i++) {
@@ -292,7 +292,7 @@ static double expand_step(const search *s) {
 }
 
 /* Evaluates the position `part` of the step away, into tried_q and tried_a. */
-static kt_status try_step(const search *s, double part, kt_error *error) {
+static kt_status try_equilibrium_step(const search *s, double part, kt_error *error) {
     kt_linearization *l = s->l;
     for (size_t i = 0; i < l->size.v; i++) {
         l->ahead[i] = part * l->direction[i];
@@ -327,14 +327,14 @@ static bool is_better(const search *s, double length) {
 }
 
 /* One step of the search. *length is its length in units, or 0 if no part of the step is an improvement. */
-static kt_status step(search *s, double *length, kt_error *error) {
+static kt_status take_equilibrium_step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
     const double whole = expand_step(s);
     kt_status status = KT_OK;
     *length = 0.0;
     for (int i = 0; i < SHORTER_MOST; i++) {
         const double part = ldexp(1.0, -i);
-        status = try_step(s, part, error);
+        status = try_equilibrium_step(s, part, error);
         if (status == KT_OK && is_better(s, part * whole)) {
             *length = part * whole;
             s->reach = i ? fmax(part * s->reach, REACH) : 2.0 * s->reach;
@@ -377,10 +377,11 @@ static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
 }
 
 /* Whether the k-th degree of freedom of a link is a length. */
-static bool is_length(const kt_link *link, int k) { return k < kt_link_lengths(link); }
+static bool dof_is_length(const kt_link *link, int k) { return k < kt_link_lengths(link); }
 
 /* The name of the joint whose acceleration is largest over its unit, that acceleration, and its SI unit. */
-static const char *joint_of(const kt_linearization *l, const double *x, double *acceleration, const char **unit) {
+static const char *fastest_joint_of(const kt_linearization *l, const double *x, double *acceleration,
+                                    const char **unit) {
     const char *name = "";
     double most = 0.0;
     *acceleration = 0.0;
@@ -391,7 +392,7 @@ static const char *joint_of(const kt_linearization *l, const double *x, double *
             if (fabs(x[link->v + k]) / l->unit[link->v + k] >= most) {
                 most = fabs(x[link->v + k]) / l->unit[link->v + k];
                 *acceleration = fabs(x[link->v + k]);
-                *unit = is_length(link, k) ? "m/s^2" : "rad/s^2";
+                *unit = dof_is_length(link, k) ? "m/s^2" : "rad/s^2";
                 name = l->model->text + l->model->body[link->body].joint_name;
             }
     }
@@ -400,7 +401,7 @@ static const char *joint_of(const kt_linearization *l, const double *x, double *
 
 static kt_status give_up(const search *s, int steps, bool gone, kt_error *error) {
     double acceleration;
-    const char *unit, *name = joint_of(s->l, s->l->a0, &acceleration, &unit);
+    const char *unit, *name = fastest_joint_of(s->l, s->l->a0, &acceleration, &unit);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "joint '%.120s'", name);
     return kt_error_set(error, KT_ERROR_STEP, where,
@@ -412,14 +413,14 @@ static kt_status give_up(const search *s, int steps, bool gone, kt_error *error)
 }
 
 /* Moves q0 to an equilibrium, or reports why there is none. */
-static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error) {
+static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system system = {0};
     double length = 0.0, path = 0.0;
     s->reach = REACH;
     for (int steps = 0; steps < most && path < RUNAWAY; steps++, found->steps++) {
         found->distance = length;
-        found->acceleration = size_of(l, l->a0);
+        found->acceleration = size_in_units(l, l->a0);
         if (found->acceleration == 0.0)
             return KT_OK;
         kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
@@ -427,18 +428,18 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
         find_dependents(s);
         kt_probe_floor(l);
         if (status == KT_OK)
-            status = fill_force(s, error);
+            status = fill_equilibrium_force(s, error);
         if (status == KT_OK)
             status = fill_stiffness(s, error);
         if (status != KT_OK)
             return status;
         fill_inertia(s);
-        expect_rounding(s);
-        if (!clear_rounding(s))
+        expect_force_rounding(s);
+        if (!clear_force_rounding(s))
             return KT_OK;
-        if (!solve(s, stiffest(s)))
+        if (!solve_equilibrium_step(s, stiffest(s)))
             break;
-        status = step(s, &length, error);
+        status = take_equilibrium_step(s, &length, error);
         if (status != KT_OK)
             return status;
         path += length;
@@ -451,7 +452,7 @@ static kt_status run(search *s, int most, kt_equilibrium *found, kt_error *error
 }
 
 /* Moves q0 to the given positions, displaced by up to `size` units and projected; returns whether that can be done. */
-static bool start_at(const search *s, const double *given, double size, int start) {
+static bool start_search_at(const search *s, const double *given, double size, int start) {
     kt_linearization *l = s->l;
     for (size_t i = 0; i < l->size.v; i++) {
         l->ahead[i] = size * l->unit[i] * kt_generic(i + 131 * (size_t)start);
@@ -465,14 +466,15 @@ static bool start_at(const search *s, const double *given, double size, int star
 /* Searches from the start, and for the nearest from others; reports why the first has failed. */
 static kt_status run_from(search *s, const double *given, int most, kt_equilibrium *found, kt_error *error) {
     const bool nearest = s->nearest;
-    const kt_status status = run(s, most, found, error);
+    const kt_status status = search_equilibrium(s, most, found, error);
     found->starts = 1;
     if (status == KT_OK || !nearest)
         return status;
     for (int start = 1; start <= STARTS; start++) { /* the last one is downhill */
         s->nearest = start < STARTS;
         found->starts++;
-        if (start_at(s, given, s->nearest ? scatter[start] : 0.0, start) && run(s, most, found, NULL) == KT_OK)
+        if (start_search_at(s, given, s->nearest ? scatter[start] : 0.0, start) &&
+            search_equilibrium(s, most, found, NULL) == KT_OK)
             return KT_OK;
     }
     return status;

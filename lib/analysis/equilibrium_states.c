@@ -65,14 +65,14 @@ static kt_status write_residual(const search *s, double *to, kt_error *error) {
 }
 
 /* out (rows) += matrix x. */
-static void add_product(const double *matrix, size_t rows, size_t n, const double *x, double *out) {
+static void add_matrix_product(const double *matrix, size_t rows, size_t n, const double *x, double *out) {
     for (size_t k = 0; k < n; k++)
         for (size_t i = 0; i < rows; i++)
             out[i] += matrix[k * rows + i] * x[k];
 }
 
 /* E' x for a column x of nv, into to. */
-static void reduce(const search *s, const double *x, double *to) {
+static void reduce_to_independent(const search *s, const double *x, double *to) {
     const kt_linearization *l = s->l;
     for (int j = 0; j < s->dofs; j++)
         to[j] = 0.0;
@@ -86,19 +86,19 @@ static void add_velocities(const search *s, const kt_linearized *w, double d) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     memset(l->tried_a, 0, nv * sizeof *l->tried_a);
-    add_product(w->mass, nv, nv, l->v0, l->tried_a);
+    add_matrix_product(w->mass, nv, nv, l->v0, l->tried_a);
     for (size_t i = 0; i < nv; i++)
         l->tried_a[i] /= d;
-    add_product(w->d_v, nv, nv, l->v0, l->tried_a);
-    reduce(s, l->tried_a, l->force);
+    add_matrix_product(w->d_v, nv, nv, l->v0, l->tried_a);
+    reduce_to_independent(s, l->tried_a, l->force);
     for (int j = 0; j < s->dofs; j++)
         l->step[j] += l->force[j];
-    add_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
+    add_matrix_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
 }
 
 /* Writes the matrix at q0 and x0 into `factor`. d: the step in time, s; infinite for Newton's matrix. The right-hand
  * side of a step in time, in l->step, gains its terms by v0. */
-static kt_status write_matrix(const search *s, double d, kt_error *error) {
+static kt_status write_search_matrix(const search *s, double d, kt_error *error) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v, nx = l->size.x, n = (size_t)s->dofs + nx;
     kt_linearized w;
@@ -118,11 +118,11 @@ static kt_status write_matrix(const search *s, double d, kt_error *error) {
         memset(to, 0, n * sizeof *to);
         if (j < (size_t)s->dofs) {
             memset(l->tried_a, 0, nv * sizeof *l->tried_a);
-            add_product(w.d_q, nv, nv, e, l->tried_a);
-            reduce(s, l->tried_a, to);
-            add_product(w.rate_q, nx, nv, e, to + s->dofs);
+            add_matrix_product(w.d_q, nv, nv, e, l->tried_a);
+            reduce_to_independent(s, l->tried_a, to);
+            add_matrix_product(w.rate_q, nx, nv, e, to + s->dofs);
         } else {
-            reduce(s, w.force_x + (j - (size_t)s->dofs) * nv, to);
+            reduce_to_independent(s, w.force_x + (j - (size_t)s->dofs) * nv, to);
             kt_copy(to + s->dofs, w.rate_x + (j - (size_t)s->dofs) * nx, nx * sizeof *to);
             to[j] += in_time ? 1.0 / d : 0.0;
         }
@@ -131,7 +131,7 @@ static kt_status write_matrix(const search *s, double d, kt_error *error) {
 }
 
 /* The length of a step, in units. */
-static double length_of(const search *s, const double *step) {
+static double search_step_length(const search *s, const double *step) {
     const kt_linearization *l = s->l;
     double most = 0.0;
     for (int j = 0; j < s->dofs; j++)
@@ -142,7 +142,7 @@ static double length_of(const search *s, const double *step) {
 }
 
 /* Moves to `part` of the step from tried_q and x_begin, which takes d seconds, or leads to rest. */
-static kt_status move(const search *s, double part, double d, kt_error *error) {
+static kt_status move_search(const search *s, double part, double d, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system unused = {0};
     memset(l->direction, 0, l->size.v * sizeof *l->direction);
@@ -168,7 +168,7 @@ static kt_status reject_search(const search *s, const char *why, kt_error *error
 }
 
 /* The residual at q0 and x0, which are kept, and the matrix of a step of d seconds, HUGE_VAL: to rest. */
-static kt_status begin_step(search *s, double d, kt_error *error) {
+static kt_status begin_search_step(search *s, double d, kt_error *error) {
     kt_linearization *l = s->l;
     kt_linear_system system = {0};
     kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);
@@ -176,7 +176,7 @@ static kt_status begin_step(search *s, double d, kt_error *error) {
     if (status == KT_OK)
         status = write_residual(s, l->step, error);
     if (status == KT_OK)
-        status = write_matrix(s, d, error);
+        status = write_search_matrix(s, d, error);
     kt_copy(l->tried_q, l->q0, l->size.q * sizeof *l->q0);
     kt_copy(l->x_begin, l->x0, l->size.x * sizeof *l->x0);
     return status;
@@ -191,34 +191,34 @@ static void choose_units(const search *s, bool so_far) {
 }
 
 /* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
-static kt_status step(search *s, double *length, kt_error *error) {
+static kt_status take_search_step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
-    kt_status status = begin_step(s, HUGE_VAL, error);
+    kt_status status = begin_search_step(s, HUGE_VAL, error);
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
     choose_units(s, false);
     *length = 0.0;
-    if (length_of(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
+    if (search_step_length(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
         return KT_OK;
     memcpy(l->matrix, l->factor, (size_t)n * (size_t)n * sizeof *l->factor);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
         return reject_search(s, "nothing holds a position or a state where it is", error);
-    const double whole = length_of(s, l->step);
+    const double whole = search_step_length(s, l->step);
     *length = whole;
     if (whole <= ARRIVED)
         return KT_OK;
     for (int i = 0; i < SHORTER_MOST; i++) {
         const double part = ldexp(fmin(1.0, LONGEST / whole), -i);
-        if (move(s, part, HUGE_VAL, NULL) != KT_OK || write_residual(s, l->force, NULL) != KT_OK)
+        if (move_search(s, part, HUGE_VAL, NULL) != KT_OK || write_residual(s, l->force, NULL) != KT_OK)
             continue;
         memcpy(l->factor, l->matrix, (size_t)n * (size_t)n * sizeof *l->factor);
-        if (kt_lapack_gesv(n, l->factor, l->pivot, l->force) == 0 && length_of(s, l->force) < whole) {
+        if (kt_lapack_gesv(n, l->factor, l->pivot, l->force) == 0 && search_step_length(s, l->force) < whole) {
             *length = part * whole;
             return KT_OK;
         }
     }
-    status = move(s, 0.0, HUGE_VAL, error);
+    status = move_search(s, 0.0, HUGE_VAL, error);
     *length = 0.0;
     return status == KT_OK && whole > STALLED ? reject_search(s, "no part of a step leads nearer", error) : status;
 }
@@ -229,19 +229,19 @@ static kt_status step(search *s, double *length, kt_error *error) {
 /* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
 static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
     kt_linearization *l = s->l;
-    const kt_status status = begin_step(s, d, error);
+    const kt_status status = begin_search_step(s, d, error);
     if (status != KT_OK)
         return status;
     const int n = s->dofs + (int)l->size.x;
     choose_units(s, true);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)
         return reject_search(s, "nothing holds a position or a state where it is", error);
-    *length = length_of(s, l->step);
-    return *length > FOLLOWED_LENGTH ? KT_OK : move(s, 1.0, d, error);
+    *length = search_step_length(s, l->step);
+    return *length > FOLLOWED_LENGTH ? KT_OK : move_search(s, 1.0, d, error);
 }
 
 /* Follows the motion until a step of any duration leads nowhere. */
-static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_error *error) {
+static kt_status follow_to_rest(search *s, kt_equilibrium *found, double *length, kt_error *error) {
     double d = FIRST;
     kt_status status = KT_OK;
     for (size_t k = 0; k < s->l->size.x; k++)
@@ -250,7 +250,7 @@ static kt_status follow(search *s, kt_equilibrium *found, double *length, kt_err
         status = step_in_time(s, d, length, error);
         found->steps++;
         if (d >= LAST && *length <= ARRIVED)
-            return status == KT_OK ? move(s, 1.0, HUGE_VAL, error) : status; /* there, at rest */
+            return status == KT_OK ? move_search(s, 1.0, HUGE_VAL, error) : status; /* there, at rest */
         if (*length > FOLLOWED_LENGTH)
             d *= 0.25;
         else if (*length < 0.5 * FOLLOWED_LENGTH)
@@ -271,7 +271,7 @@ kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_opt
     kt_status status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
     found->starts = 1;
     while (status == KT_OK && length > ARRIVED && found->steps < most) {
-        status = step(&s, &length, error);
+        status = take_search_step(&s, &length, error);
         found->steps += length > 0.0;
     }
     if (status == KT_OK && length > ARRIVED)
@@ -281,7 +281,7 @@ kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_opt
         status = kt_linearization_begin(l, t, q, l->model->zero, tau, &system, error);
         found->followed = true;
         if (status == KT_OK)
-            status = follow(&s, found, &length, error);
+            status = follow_to_rest(&s, found, &length, error);
     }
     found->distance = length;
     for (size_t i = 0; i < l->size.v && status == KT_OK; i++)

@@ -42,7 +42,7 @@ bool kt_exact_is_possible(const kt_linearization *l) {
 }
 
 /* y += matrix x, column by column: most directions of a tree are unit vectors. */
-static void add_product(const double *matrix, size_t n, const double *x, double *y) {
+static void add_columns_times(const double *matrix, size_t n, const double *x, double *y) {
     for (size_t k = 0; k < n; k++) {
         if (x[k] == 0.0)
             continue;
@@ -93,15 +93,15 @@ static kt_status evaluate_linearization(kt_linearization *l, double side, kt_err
 static void write_derivative(kt_linearization *l, const double *dq, const double *dv, double *derivative) {
     const size_t nv = l->size.v;
     memset(derivative, 0, nv * sizeof *derivative);
-    add_product(l->by_position, nv, dq, derivative);
+    add_columns_times(l->by_position, nv, dq, derivative);
     if (dv)
-        add_product(l->by_velocity, nv, dv, derivative);
+        add_columns_times(l->by_velocity, nv, dv, derivative);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
 /* The largest component of a direction over its unit. */
-static double length_of(const kt_linearization *l, const double *x) {
+static double direction_length(const kt_linearization *l, const double *x) {
     double length = 0.0;
     for (size_t i = 0; i < l->size.v && x; i++)
         length = fmax(length, fabs(x[i]) / l->unit[i]);
@@ -109,11 +109,11 @@ static double length_of(const kt_linearization *l, const double *x) {
 }
 
 /* T for a direction along which the probe has this derivative. */
-static void write_terms(const kt_linearization *l, const double *dq, const double *dv, const double *derivative,
-                        double *term) {
+static void write_direction_terms(const kt_linearization *l, const double *dq, const double *dv,
+                                  const double *derivative, double *term) {
     const size_t nv = l->size.v;
     const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
-    const double moved = length_of(l, dq), changed = length_of(l, dv);
+    const double moved = direction_length(l, dq), changed = direction_length(l, dv);
     memset(term, 0, nv * sizeof *term);
     add_product_of_sizes(l->mass, nv, derivative, term);
     for (size_t k = 0; k < nv; k++) {
@@ -127,7 +127,7 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
                          double *term, double *error) {
     const size_t nv = l->size.v;
     double *sum = l->behind;
-    write_terms(l, dq, dv, derivative, term);
+    write_direction_terms(l, dq, dv, derivative, term);
     memset(sum, 0, nv * sizeof *sum);
     add_product_of_sizes(l->by_force, nv, term, sum);
     add_product_of_sizes(l->by_position, nv, dq, sum);
@@ -150,7 +150,7 @@ static void average(const double *second, size_t n, double *derivative, double *
 }
 
 /* The columns of a_tau that belong to inputs, averaged likewise. */
-static void write_inputs(kt_linearization *l, bool is_second) {
+static void write_exact_inputs(kt_linearization *l, bool is_second) {
     const size_t nv = l->size.v;
     for (size_t k = 0; k < l->size.inputs; k++) {
         const double *column = l->by_force + (size_t)l->input_coordinate[k] * nv;
@@ -176,8 +176,8 @@ static void subtract_rates(const double *matrix, size_t rows, size_t n, const do
 
 /* Writes the rows of the rates of auxiliary states in a column, along (dq, dv) or of auxiliary state k. On the first
  * side they are the rates' derivatives, on the second the mean of both sides and its errors. */
-static void write_rates(kt_linearization *l, const double *dq, const double *dv, size_t k, size_t column,
-                        bool is_second) {
+static void write_auxiliary_rates(kt_linearization *l, const double *dq, const double *dv, size_t k, size_t column,
+                                  bool is_second) {
     const size_t x = l->size.x, nv = l->size.v, first = column * l->size.f + kt_probe_rates(l);
     double *derivative = l->derivative + first, *error = l->derivative_error + first;
     double *to = is_second ? l->behind : derivative;
@@ -211,13 +211,14 @@ static void write_state_column(kt_linearization *l, size_t k, size_t column, boo
 }
 
 /* Writes all that auxiliary states add, on one side. */
-static void write_states(kt_linearization *l, size_t count, const double *dq, const double *dv, bool is_second) {
+static void write_auxiliary_states(kt_linearization *l, size_t count, const double *dq, const double *dv,
+                                   bool is_second) {
     const size_t nv = l->size.v;
     for (size_t j = 0; j < count; j++)
-        write_rates(l, dq + j * nv, dv ? dv + j * nv : NULL, 0, j, is_second);
+        write_auxiliary_rates(l, dq + j * nv, dv ? dv + j * nv : NULL, 0, j, is_second);
     for (size_t k = 0; k < l->size.x; k++) {
         write_state_column(l, k, count + k, is_second);
-        write_rates(l, NULL, NULL, k, count + k, is_second);
+        write_auxiliary_rates(l, NULL, NULL, k, count + k, is_second);
     }
 }
 
@@ -229,9 +230,9 @@ kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *
             status = evaluate_linearization(l, side ? 1.0 : -1.0, error);
         if (status != KT_OK)
             return status;
-        write_inputs(l, side == 1);
+        write_exact_inputs(l, side == 1);
         if (l->size.x > 0)
-            write_states(l, count, dq, dv, side == 1);
+            write_auxiliary_states(l, count, dq, dv, side == 1);
         for (size_t j = 0; j < count; j++) {
             const double *step = dq + j * nv, *change = dv ? dv + j * nv : NULL;
             double *derivative = l->derivative + j * f + 2 * nv,
@@ -255,13 +256,13 @@ static void write_force_derivative(kt_linearization *l, const double *d_q, const
     const double *pull = l->floor + 2 * nv;
     double *to = is_second ? l->behind : derivative, moved;
     memset(to, 0, nv * sizeof *to);
-    add_product(d_q, nv, dq, to);
+    add_columns_times(d_q, nv, dq, to);
     for (size_t i = 0; i < nv; i++)
         to[i] = -to[i];
     if (!is_second)
         return;
     average(l->behind, nv, derivative, derivative_error);
-    moved = length_of(l, dq);
+    moved = direction_length(l, dq);
     for (size_t i = 0; i < nv; i++)
         derivative_error[i] += ROUNDING * (fabs(derivative[i]) + pull[i] * moved);
 }

@@ -63,7 +63,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_error *error) {
+static kt_status check_floquet_options(const kt_model *model, const kt_floquet_options *o, kt_error *error) {
     if (!(isfinite(o->period) && o->period > 0.0))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "period", "%g s: must be above zero", o->period);
     if (o->steps < 2 || o->steps % 2 != 0)
@@ -78,7 +78,7 @@ static kt_status check(const kt_model *model, const kt_floquet_options *o, kt_er
     return KT_OK;
 }
 
-static size_t place(void *memory, const kt_model *model, const kt_floquet_options *o) {
+static size_t place_floquet(void *memory, const kt_model *model, const kt_floquet_options *o) {
     const size_t states = (size_t)kt_own_state_count(model);
     return lay_out(memory, 2 * (size_t)kt_model_nv(model) + states, (size_t)kt_model_nq(model), states,
                    kt_data_size(model), kt_step_work_size(model, o->method));
@@ -90,19 +90,19 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
         return KT_ERROR_ARGUMENT;
     kt_floquet_options own = kt_floquet_options_default(options->period);
     const kt_floquet_options *o = KT_OPTIONS(kt_floquet_options, steps, &own, options, error);
-    kt_status status = o ? check(model, o, error) : KT_ERROR_ARGUMENT;
+    kt_status status = o ? check_floquet_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status = kt_massless_reject(model, "kt_floquet_create", "its steps have no derivatives", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
-    const size_t size = place(NULL, model, o);
+    const size_t size = place_floquet(NULL, model, o);
     kt_floquet *made = kt_arena_allocate(size, "Floquet multipliers", error);
     if (made == NULL)
         return KT_ERROR_MEMORY;
     memset(made, 0, size);
-    (void)place(made, model, o);
+    (void)place_floquet(made, model, o);
     made->model = model;
     made->options = *o;
     made->nv = (size_t)kt_model_nv(model);
@@ -120,7 +120,7 @@ void kt_floquet_free(kt_floquet *floquet) { kt_arena_free(floquet); }
 /* ---- the monodromy matrix ---------------------------------------------------------------------------------------- */
 
 /* phi = step phi */
-static void multiply(kt_floquet *f, double *phi) {
+static void multiply_monodromy(kt_floquet *f, double *phi) {
     const size_t n = f->n;
     kt_clear(f->product, n * n * sizeof(double));
     for (size_t j = 0; j < n; j++)
@@ -132,8 +132,8 @@ static void multiply(kt_floquet *f, double *phi) {
     kt_copy(phi, f->product, n * n * sizeof(double));
 }
 
-static kt_status follow(kt_floquet *f, double t, const double *q, const double *v, int steps, double *phi,
-                        kt_error *error) {
+static kt_status follow_period(kt_floquet *f, double t, const double *q, const double *v, int steps, double *phi,
+                               kt_error *error) {
     const double h = f->options.period / steps;
     kt_step step = {.method = f->options.method, .h = h};
     kt_status status = KT_OK;
@@ -148,7 +148,7 @@ static kt_status follow(kt_floquet *f, double t, const double *q, const double *
         status = kt_step_derivatives(f->model, f->data, f->work, f->work_size, &step, f->q, f->v, f->q, f->v, f->step,
                                      NULL, error);
         if (status == KT_OK)
-            multiply(f, phi);
+            multiply_monodromy(f, phi);
     }
     return status;
 }
@@ -174,7 +174,7 @@ static double measure_gap(kt_floquet *f, const double *q, const double *v) {
 
 /* ---- multipliers ------------------------------------------------------------------------------------------------- */
 
-static bool solve(kt_floquet *f, double *matrix) {
+static bool solve_floquet_multipliers(kt_floquet *f, double *matrix) {
     double norm;
     return KT_EIGEN_SOLVE(f, f->n, matrix, &norm);
 }
@@ -190,7 +190,7 @@ static int forbidden(const kt_model *model) {
 
 /* Multipliers by falling modulus, a conjugate pair as the one above the axis; the smallest `lost` eigenvalues are those
  * that the loops forbid. */
-static void hand_out(kt_floquet *f, int lost) {
+static void return_multipliers(kt_floquet *f, int lost) {
     const double period = f->options.period;
     f->count = f->states = 0;
     for (int left = (int)f->n - lost; left > 0;) {
@@ -217,7 +217,7 @@ static void hand_out(kt_floquet *f, int lost) {
 /* Estimates the errors of the multipliers. The nearest multiplier of half as many steps differs by 2^p - 1 times the
  * error, p the method's order. Rounding moves a multiplier by the rounding error of the matrix over the condition of
  * the multiplier. It moves a multiple one by the root of that error; the smaller estimate counts. */
-static void estimate(kt_floquet *f) {
+static void estimate_multiplier_errors(kt_floquet *f) {
     double size = 0.0;
     const double power = ldexp(1.0, f->options.method->order) - 1.0;
     for (size_t i = 0; i < f->n * f->n; i++)
@@ -238,22 +238,22 @@ kt_status kt_floquet_evaluate(kt_floquet *f, double t, const double *q, const do
         return KT_ERROR_ARGUMENT;
     f->count = f->states = 0;
     f->gap_size = (double)NAN;
-    kt_status status = follow(f, t, q, v, f->options.steps / 2, f->coarse, error);
+    kt_status status = follow_period(f, t, q, v, f->options.steps / 2, f->coarse, error);
     if (status == KT_OK)
-        status = follow(f, t, q, v, f->options.steps, f->monodromy, error);
+        status = follow_period(f, t, q, v, f->options.steps, f->monodromy, error);
     if (status != KT_OK)
         return status;
-    bool solved = f->n == 0 || solve(f, f->coarse);
+    bool solved = f->n == 0 || solve_floquet_multipliers(f, f->coarse);
     kt_copy(f->coarse_real, f->real, f->n * sizeof(double));
     kt_copy(f->coarse_imaginary, f->imaginary, f->n * sizeof(double));
     kt_copy(f->step, f->monodromy, f->n * f->n * sizeof(double));
-    solved = solved && (f->n == 0 || solve(f, f->step));
+    solved = solved && (f->n == 0 || solve_floquet_multipliers(f, f->step));
     if (!solved)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "Floquet multipliers",
                             "the multipliers of the period cannot be computed: the motion runs away within it");
     f->gap_size = measure_gap(f, q, v);
-    hand_out(f, forbidden(f->model));
-    estimate(f);
+    return_multipliers(f, forbidden(f->model));
+    estimate_multiplier_errors(f);
     return KT_OK;
 }
 

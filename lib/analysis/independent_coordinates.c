@@ -63,7 +63,8 @@ static void find_candidate(const elimination *e, size_t row) {
 
 /* Finds the largest weighted entry in columns without a pivot. Only unused rows with holonomic[row] == kind count.
  * Returns the size of the entry, or 0 if there is none. */
-static double find_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row, size_t *column) {
+static double find_coordinate_pivot(const elimination *e, const bool *holonomic, bool kind, size_t *row,
+                                    size_t *column) {
     double best = 0.0;
     for (size_t r = 0; r < e->rows; r++) {
         if (holonomic[r] != kind || !(e->candidate[r].weighted > best))
@@ -76,7 +77,7 @@ static double find_pivot(const elimination *e, const bool *holonomic, bool kind,
 }
 
 /* Only rows and columns with entries in those of the pivot change. */
-static void eliminate(elimination *e, size_t row, size_t column) {
+static void eliminate_coordinate(elimination *e, size_t row, size_t column) {
     double *pivot = e->a + column * e->rows;
     const double whole = pivot[row];
     size_t count = 0;
@@ -98,22 +99,22 @@ static void eliminate(elimination *e, size_t row, size_t column) {
 }
 
 /* Eliminates `rank` dependent coordinates with rows of one kind; returns false if fewer rows are independent. */
-static bool reduce(elimination *e, const bool *holonomic, bool kind, int rank) {
+static bool reduce_coordinates(elimination *e, const bool *holonomic, bool kind, int rank) {
     for (int k = 0; k < rank; k++) {
         size_t row = 0, column = 0;
-        const double size = find_pivot(e, holonomic, kind, &row, &column);
+        const double size = find_coordinate_pivot(e, holonomic, kind, &row, &column);
         if (!(e->first > 0.0))
             e->first = e->last = size;
         e->last = fmin(e->last, size);
         if (!(size > KT_RANK_TOLERANCE * e->first))
             return false;
-        eliminate(e, row, column);
+        eliminate_coordinate(e, row, column);
     }
     return true;
 }
 
 /* Writes the basis of the motions that remain free, and the independent coordinates; returns their number. */
-static int write_basis(const elimination *e, const double *unit, int *coordinate, double *basis) {
+static int write_free_basis(const elimination *e, const double *unit, int *coordinate, double *basis) {
     int count = 0;
     for (size_t j = 0; j < e->columns; j++) {
         if (e->pivot_row[j] != UNUSED)
@@ -128,7 +129,8 @@ static int write_basis(const elimination *e, const double *unit, int *coordinate
 }
 
 /* dv = -T C dq of a position state in the dependent coordinates, and a bound of its rounding errors. */
-static void write_velocity(const elimination *e, const double *unit, const double *dq, double *dv, double *rounding) {
+static void write_dependent_velocity(const elimination *e, const double *unit, const double *dq, double *dv,
+                                     double *rounding) {
     const double *c_q = e->a + e->rows * e->columns, condition = e->last > 0.0 ? e->first / e->last : 1.0;
     memset(dv, 0, e->columns * sizeof *dv);
     memset(rounding, 0, e->columns * sizeof *rounding);
@@ -163,7 +165,7 @@ static void scale_row(kt_linearization *l, size_t row, double could_be) {
         l->equation[c * rows + row] = counts ? l->equation[c * rows + row] / largest : 0.0;
 }
 
-static void scale(kt_linearization *l) {
+static void scale_coordinates(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
@@ -189,7 +191,7 @@ static void find_holonomic(kt_linearization *l) {
     }
 }
 
-static kt_status reject_singular(const kt_linearization *l, size_t g, kt_error *error) {
+static kt_status reject_singular_group(const kt_linearization *l, size_t g, kt_error *error) {
     const kt_loop_group group = kt_loop_group_at(l->model, (int)g);
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]),
@@ -208,7 +210,7 @@ static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *er
             return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "an equation of the loops is not finite");
         for (size_t g = 0; g < model->n.group; g++) {
             if (l->data->rank[g] < model->group[g].rank[rows])
-                return reject_singular(l, g, error);
+                return reject_singular_group(l, g, error);
             *near |= l->data->near[g];
         }
     }
@@ -268,7 +270,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
         for (size_t g = 0; g < model->n.group; g++)
             for (int k = 0; k < KT_ROWS_COUNT; k++)
                 rank[k] += model->group[g].rank[k];
-        scale(l);
+        scale_coordinates(l);
         find_holonomic(l);
     }
     fill_weights(l, l->direction);
@@ -276,14 +278,14 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
         e.candidate[r] = (candidate){.taken = false};
         find_candidate(&e, r);
     }
-    bool fine = reduce(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
-    system->positions = write_basis(&e, l->unit, out->position_coordinate, l->free_position);
-    fine = fine && reduce(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
-    system->velocities = write_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
+    bool fine = reduce_coordinates(&e, l->holonomic, true, rank[KT_ROWS_CLOSED]);
+    system->positions = write_free_basis(&e, l->unit, out->position_coordinate, l->free_position);
+    fine = fine && reduce_coordinates(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
+    system->velocities = write_free_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
     system->own_states = (int)l->size.x;
     system->states = system->positions + system->velocities + system->own_states;
     for (size_t j = 0; j < (size_t)system->positions && fine; j++)
-        write_velocity(&e, l->unit, l->free_position + j * l->size.v, l->velocity_change + j * l->size.v,
-                       l->velocity_rounding + j * l->size.v);
-    return fine ? KT_OK : reject_singular(l, 0, error);
+        write_dependent_velocity(&e, l->unit, l->free_position + j * l->size.v, l->velocity_change + j * l->size.v,
+                                 l->velocity_rounding + j * l->size.v);
+    return fine ? KT_OK : reject_singular_group(l, 0, error);
 }

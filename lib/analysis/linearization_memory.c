@@ -27,7 +27,8 @@ static int count_markers(const kt_model *model) {
     return count;
 }
 
-static kt_status check_options(const kt_model *model, const kt_linearization_options *options, kt_error *error) {
+static kt_status check_linearization_options(const kt_model *model, const kt_linearization_options *options,
+                                             kt_error *error) {
     for (int i = 0; options->inputs && i < options->input_count; i++)
         if (options->inputs[i] < 0 || options->inputs[i] >= (int)model->n.v)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "inputs",
@@ -47,7 +48,7 @@ static kt_status check_options(const kt_model *model, const kt_linearization_opt
     return KT_OK;
 }
 
-static kt_linearization_sizes measure(const kt_model *model, const kt_linearization_options *options) {
+static kt_linearization_sizes measure_linearization(const kt_model *model, const kt_linearization_options *options) {
     kt_linearization_sizes s = {.q = model->n.q,
                                 .v = model->n.v,
                                 .x = model->n.x,
@@ -66,7 +67,7 @@ KT_ARENA_LAYOUT(place_linearization, kt_linearization, KT_LINEARIZATION_FIELDS, 
 KT_ARENA_ARRAYS(place_system, kt_system_arrays, KT_SYSTEM_FIELDS, const kt_linearization_sizes *s)
 
 /* The arrays of the two systems follow those of the linearisation. */
-static size_t lay_out(void *memory, const kt_linearization_sizes *s) {
+static size_t lay_out_linearization(void *memory, const kt_linearization_sizes *s) {
     kt_linearization *l = memory;
     size_t used = place_linearization(memory, s);
     for (int k = 0; k < 2; k++)
@@ -74,7 +75,7 @@ static size_t lay_out(void *memory, const kt_linearization_sizes *s) {
     return used;
 }
 
-static void list_markers(const kt_model *model, kt_marker_index *list) {
+static void list_output_markers(const kt_model *model, kt_marker_index *list) {
     for (int body = 0; body < kt_model_body_count(model); body++)
         for (int marker = 0; marker < kt_marker_count(model, body); marker++)
             *list++ = (kt_marker_index){body, marker};
@@ -85,10 +86,10 @@ size_t kt_linearization_size(const kt_model *model, const kt_linearization_optio
         return 0;
     kt_linearization_options own = kt_linearization_options_default();
     const kt_linearization_options *settings = KT_OPTIONS(kt_linearization_options, differences, &own, options, NULL);
-    if (!settings || check_options(model, settings, NULL) != KT_OK)
+    if (!settings || check_linearization_options(model, settings, NULL) != KT_OK)
         return 0;
-    const kt_linearization_sizes sizes = measure(model, settings);
-    return lay_out(NULL, &sizes);
+    const kt_linearization_sizes sizes = measure_linearization(model, settings);
+    return lay_out_linearization(NULL, &sizes);
 }
 
 kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options, void *memory,
@@ -104,16 +105,16 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
                                           "equilibria are computed",
                                           error);
     if (status == KT_OK)
-        status = check_options(model, settings, error);
+        status = check_linearization_options(model, settings, error);
     if (status != KT_OK)
         return status;
-    const kt_linearization_sizes sizes = measure(model, settings);
-    status =
-        kt_arena_begin("kt_linearization_init", "kt_linearization_size", memory, size, lay_out(NULL, &sizes), error);
+    const kt_linearization_sizes sizes = measure_linearization(model, settings);
+    status = kt_arena_begin("kt_linearization_init", "kt_linearization_size", memory, size,
+                            lay_out_linearization(NULL, &sizes), error);
     if (status != KT_OK)
         return status;
     kt_linearization *l = memory;
-    (void)lay_out(memory, &sizes);
+    (void)lay_out_linearization(memory, &sizes);
     l->size = sizes;
     l->model = model;
     l->differences = settings->differences;
@@ -128,7 +129,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     if (settings->outputs)
         memcpy(l->marker, settings->outputs, sizes.markers * sizeof *l->marker);
     else
-        list_markers(model, l->marker);
+        list_output_markers(model, l->marker);
     kt_model_units(model, l->unit);
     kt_own_states_initial(model, l->x0);
     *linearization = l;

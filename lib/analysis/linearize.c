@@ -68,7 +68,7 @@ static size_t moving_of(const kt_linear_system *system) {
     return (size_t)system->positions + (size_t)system->velocities;
 }
 
-static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
+static kt_status differentiate_probes(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;
     kt_status status = KT_OK;
     for (size_t j = 0; j < positions && status == KT_OK; j++)
@@ -82,21 +82,21 @@ static kt_status differentiate_all(kt_linearization *l, const kt_linear_system *
 }
 
 /* The index in a probe of a position or velocity that is a state. */
-static size_t place_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
-                       size_t state) {
+static size_t state_place_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                             size_t state) {
     const size_t positions = (size_t)system->positions;
     return state < positions ? (size_t)out->position_coordinate[state]
                              : l->size.v + (size_t)out->velocity_coordinate[state - positions];
 }
 
 /* A large change of a state. */
-static double unit_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
-                      size_t state) {
-    return state < moving_of(system) ? l->unit[place_of(l, out, system, state) % l->size.v] : 1.0;
+static double state_unit_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                            size_t state) {
+    return state < moving_of(system) ? l->unit[state_place_of(l, out, system, state) % l->size.v] : 1.0;
 }
 
 /* column_j -= factor * column_c; errors are added. */
-static void subtract_column(kt_linearization *l, size_t n, size_t j, size_t c, double factor) {
+static void subtract_system_column(kt_linearization *l, size_t n, size_t j, size_t c, double factor) {
     const size_t f = l->size.f;
     for (size_t i = 0; i < f; i++) {
         l->derivative[j * f + i] -= factor * l->derivative[c * f + i];
@@ -111,7 +111,7 @@ static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, c
     const size_t n = moving_of(system), f = l->size.f;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
-            l->overlap[j * n + i] = l->derivative[j * f + place_of(l, out, system, i)];
+            l->overlap[j * n + i] = l->derivative[j * f + state_place_of(l, out, system, i)];
     for (size_t c = n; c-- > 0;) {
         const double whole = l->overlap[c * n + c];
         for (size_t i = 0; i < f; i++) {
@@ -122,7 +122,7 @@ static void reduce_to_states(kt_linearization *l, const kt_system_arrays *out, c
             l->overlap[c * n + i] /= whole;
         for (size_t j = 0; j < n; j++)
             if (j != c && l->overlap[j * n + c] != 0.0)
-                subtract_column(l, n, j, c, l->overlap[j * n + c]);
+                subtract_system_column(l, n, j, c, l->overlap[j * n + c]);
     }
 }
 
@@ -278,7 +278,7 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
     }
 }
 
-static void write_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+static void write_system_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions,
                  moving = moving_of(system);
     double *rate = l->direction;
@@ -318,13 +318,13 @@ static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays
     const size_t n = (size_t)system->states, f = l->size.f, first = (size_t)system->positions;
     for (size_t j = 0; j < moving_of(system); j++)
         for (size_t k = 0; k < moving_of(system); k++) {
-            const double overlap = l->derivative_error[j * f + place_of(l, out, system, k)];
+            const double overlap = l->derivative_error[j * f + state_place_of(l, out, system, k)];
             for (size_t i = first; i < n && overlap > 0.0; i++)
                 out->state_error[j * n + i] += fabs(out->state[k * n + i]) * overlap;
         }
 }
 
-static void write_output(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
+static void write_system_output(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, rows = 6 * l->size.markers;
     for (size_t m = 0; m < l->size.markers; m++) {
         const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
@@ -394,7 +394,7 @@ static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, c
 /* Computes all derivatives by finite differences. */
 static kt_status differentiate_numerically(kt_linearization *l, const kt_system_arrays *out,
                                            const kt_linear_system *system, kt_error *error) {
-    kt_status status = differentiate_all(l, system, error);
+    kt_status status = differentiate_probes(l, system, error);
     for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
         status = write_input(l, out, system, k, error);
     if (status != KT_OK)
@@ -406,7 +406,7 @@ static kt_status differentiate_numerically(kt_linearization *l, const kt_system_
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
+static void describe_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
     const size_t n = (size_t)system->states, positions = (size_t)system->positions, moving = moving_of(system);
     double whole = 0.0, worst = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -414,7 +414,7 @@ static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear
                        : i < moving  ? l->a0[out->velocity_coordinate[i - positions]]
                                      : l->x_rate[i - moving];
         for (size_t j = 0; j < n; j++) {
-            const double unit = unit_of(l, out, system, j) / unit_of(l, out, system, i);
+            const double unit = state_unit_of(l, out, system, j) / state_unit_of(l, out, system, i);
             whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
             worst = fmax(worst, out->state_error[j * n + i] * unit);
         }
@@ -430,8 +430,8 @@ static void describe(kt_linearization *l, const kt_system_arrays *out, kt_linear
 }
 
 /* Computes all matrices by exact derivatives or by differences. */
-static kt_status fill(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system, bool exact,
-                      kt_error *error) {
+static kt_status fill_linear_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
+                                    bool exact, kt_error *error) {
     kt_status status =
         exact ? differentiate_exactly(l, out, system, error) : differentiate_numerically(l, out, system, error);
     if (status == KT_OK)
@@ -439,23 +439,23 @@ static kt_status fill(kt_linearization *l, const kt_system_arrays *out, kt_linea
     if (status != KT_OK)
         return status;
     system->exact = exact;
-    write_state(l, out, system);
+    write_system_state(l, out, system);
     write_force_errors(l, out, system);
     add_overlap_errors(l, out, system);
-    write_output(l, out, system);
-    describe(l, out, system);
+    write_system_output(l, out, system);
+    describe_system(l, out, system);
     return KT_OK;
 }
 
 /* Whether two estimates of the matrix differ by more than the errors of both explain. The errors are relative to the
- * largest entry, as describe() has them. */
+ * largest entry, as describe_system() has them. */
 static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                       double error) {
     const size_t n = (size_t)system->states;
     double whole = 0.0, apart = 0.0;
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
-            const double unit = unit_of(l, out, system, j) / unit_of(l, out, system, i);
+            const double unit = state_unit_of(l, out, system, j) / state_unit_of(l, out, system, i);
             whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
             apart = fmax(apart, fabs(out->state[j * n + i] - l->other_state[j * n + i]) * unit);
         }
@@ -473,21 +473,23 @@ static bool is_bent(kt_linearization *l) {
  * states that are farther from it. These see nothing of a path that bends within their steps; then both are apart by
  * more than their errors, and the exact ones hold. Otherwise those with the smaller error are taken, as for the
  * accelerations themselves (mechanism/singular_crossing.c). */
-static kt_status differentiate(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
-                               kt_error *error) {
+static kt_status differentiate_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
+                                      kt_error *error) {
     const bool near = KT_HAS_LOOPS && system->near_singular;
-    const kt_status status = near || kt_exact_is_possible(l) ? fill(l, out, system, true, error) : KT_ERROR_SINGULAR;
+    const kt_status status =
+        near || kt_exact_is_possible(l) ? fill_linear_system(l, out, system, true, error) : KT_ERROR_SINGULAR;
     if (status == KT_ERROR_SINGULAR && near && is_bent(l))
         return status;
     if (status == KT_ERROR_SINGULAR)
-        return fill(l, out, system, false, error);
+        return fill_linear_system(l, out, system, false, error);
     if (status != KT_OK || !near)
         return status;
     const double exact = system->error;
     memcpy(l->other_state, out->state, (size_t)system->states * (size_t)system->states * sizeof *l->other_state);
-    if (fill(l, out, system, false, NULL) == KT_OK && system->error < exact && !are_apart(l, out, system, exact))
+    if (fill_linear_system(l, out, system, false, NULL) == KT_OK && system->error < exact &&
+        !are_apart(l, out, system, exact))
         return KT_OK;
-    return fill(l, out, system, true, error);
+    return fill_linear_system(l, out, system, true, error);
 }
 
 kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q, const double *v, const double *tau,
@@ -535,7 +537,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     if (status != KT_OK)
         return status;
     kt_probe_floor(l);
-    status = differentiate(l, out, &system, error);
+    status = differentiate_system(l, out, &system, error);
     if (status != KT_OK)
         return status;
     l->system = system;

@@ -55,7 +55,7 @@ struct kt_mode_watch {
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
-static double norm_of(const double *x, size_t n) {
+static double direction_norm(const double *x, size_t n) {
     double sum = 0.0;
     for (size_t i = 0; i < n; i++)
         sum += x[i] * x[i];
@@ -64,20 +64,20 @@ static double norm_of(const double *x, size_t n) {
 
 /* Adds fractional parts of multiples of the golden ratio. They form a vector with a part in every mode, different at
  * each state and the same in every run. */
-static void mix(kt_mode_watch *w) {
+static void mix_direction(kt_mode_watch *w) {
     const size_t n = 2 * w->nv;
     const double part = w->states == 0 ? 1.0 : MIXED / sqrt((double)n);
     for (size_t i = 0; i < n; i++) {
         const double x = 0.61803398874989485 * (double)(i + 1 + (n + 1) * (w->states % 4096));
         w->direction[i] += part * 2.0 * sqrt(3.0) * (x - floor(x) - 0.5);
     }
-    const double length = norm_of(w->direction, n);
+    const double length = direction_norm(w->direction, n);
     for (size_t i = 0; i < n; i++)
         w->direction[i] /= length;
 }
 
 /* direction <- J direction / |J direction|; returns this length, or 0 where the acceleration cannot be computed. */
-static double multiply(kt_mode_watch *w, double t, const double *q, const double *v) {
+static double multiply_direction(kt_mode_watch *w, double t, const double *q, const double *v) {
     const size_t nv = w->nv;
     const double *position = w->direction, *velocity = w->direction + nv;
     double *rate = w->image, *change = w->image + nv;
@@ -94,7 +94,7 @@ static double multiply(kt_mode_watch *w, double t, const double *q, const double
         rate[i] = w->scale * velocity[i];
         change[i] = (w->moved_a[i] - w->a[i]) / (size * w->unit[i] * w->scale);
     }
-    const double length = norm_of(w->image, 2 * nv);
+    const double length = direction_norm(w->image, 2 * nv);
     if (!(length > 0.0) || !isfinite(length))
         return 0.0;
     for (size_t i = 0; i < 2 * nv; i++)
@@ -107,7 +107,7 @@ static void rescale(kt_mode_watch *w, double rate) {
     for (size_t i = w->nv; i < 2 * w->nv; i++)
         w->direction[i] *= w->scale / rate;
     w->scale = rate;
-    const double length = norm_of(w->direction, 2 * w->nv);
+    const double length = direction_norm(w->direction, 2 * w->nv);
     for (size_t i = 0; i < 2 * w->nv; i++)
         w->direction[i] /= length;
 }
@@ -120,10 +120,11 @@ void kt_mode_watch_add(kt_mode_watch *w, double t, const double *q, const double
     w->evaluations++;
     if (w->nv == 0 || kt_acceleration_evaluate(w->model, w->data, t, q, v, NULL, NULL, w->a, NULL) != KT_OK)
         return;
-    mix(w);
+    mix_direction(w);
     w->states++;
     for (int k = 0; k < ITERATIONS; k++) {
-        const double first = multiply(w, t, q, v), second = first > 0.0 ? multiply(w, t, q, v) : 0.0;
+        const double first = multiply_direction(w, t, q, v),
+                     second = first > 0.0 ? multiply_direction(w, t, q, v) : 0.0;
         const double last = rate;
         if (!(second > 0.0))
             break;

@@ -118,7 +118,7 @@ static void remove_rounding(kt_modes *m, size_t n) {
 }
 
 /* Sets entries to zero that neither their errors nor the rounding of their row and column exceed. */
-static void clear_rounding(kt_modes *m, size_t n) {
+static void clear_matrix_rounding(kt_modes *m, size_t n) {
     double *row = m->largest, *column = m->largest + n;
     memset(m->largest, 0, 2 * n * sizeof *m->largest);
     for (size_t j = 0; j < n; j++)
@@ -134,7 +134,7 @@ static void clear_rounding(kt_modes *m, size_t n) {
         }
 }
 
-static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
+static bool solve_modes(kt_modes *m, const kt_linear_system *system, double *norm) {
     const size_t n = (size_t)system->states;
     for (size_t i = 0; i < n * n; i++) {
         m->matrix[i] = system->state[i];
@@ -143,7 +143,7 @@ static bool solve(kt_modes *m, const kt_linear_system *system, double *norm) {
     }
     write_rounding(m, system, n);
     remove_rounding(m, n);
-    clear_rounding(m, n);
+    clear_matrix_rounding(m, n);
     return KT_EIGEN_SOLVE(m, n, m->matrix, norm);
 }
 
@@ -202,7 +202,7 @@ static void write_force_weights(kt_modes *m, const kt_linear_system *system, pac
 }
 
 /* The error bound of lambda (see above). */
-static double error_of(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+static double mode_error_of(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states, nv = (size_t)system->coordinates;
     const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
     double sum = 0.0;
@@ -224,7 +224,7 @@ static double error_of(kt_modes *m, const kt_linear_system *system, size_t k, do
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
 /* Writes the eigenvalues, one of each conjugate pair, by increasing |lambda| into order; returns their number. */
-static int sort(const kt_modes *m, size_t n, int *order) {
+static int sort_eigenvalues(const kt_modes *m, size_t n, int *order) {
     int count = 0;
     for (size_t k = 0; k < n; k++) {
         if (m->imaginary[k] < 0.0)
@@ -243,18 +243,18 @@ static int sort(const kt_modes *m, size_t n, int *order) {
     return count;
 }
 
-static kt_mode describe(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
+static kt_mode describe_one_mode(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const double size = kt_hypot(m->real[k], m->imaginary[k]);
     return (kt_mode){.real = m->real[k],
                      .imaginary = m->imaginary[k],
                      .frequency = m->imaginary[k] / (2.0 * pi),
                      .damping = size > 0.0 ? -m->real[k] / size : 0.0,
-                     .error = error_of(m, system, k, norm),
+                     .error = mode_error_of(m, system, k, norm),
                      .count = m->imaginary[k] > 0.0 ? 2 : 1};
 }
 
 /* out = basis x (nv complex numbers). */
-static void apply(const kt_linear_system *system, const double *basis, packed x, double *out) {
+static void apply_basis(const kt_linear_system *system, const double *basis, packed x, double *out) {
     const size_t nv = (size_t)system->coordinates;
     memset(out, 0, 2 * nv * sizeof *out);
     for (size_t j = 0; j < (size_t)system->states; j++)
@@ -279,7 +279,7 @@ static bool find_largest(const kt_linear_system *system, const double *shape, do
     return most > 0.0;
 }
 
-static void turn(int count, double re, double im, double *shape) {
+static void turn_shape(int count, double re, double im, double *shape) {
     for (int i = 0; i < count; i++) {
         const double a = shape[2 * i], b = shape[2 * i + 1];
         shape[2 * i] = a * re - b * im;
@@ -305,8 +305,8 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
     const packed x = vector_at(m, m->right, (size_t)system->states, k);
     const size_t first = (size_t)(system->states - system->own_states);
     double re = 1.0, im = 0.0;
-    apply(system, system->positions_of, x, dq);
-    apply(system, system->velocities_of, x, dv);
+    apply_basis(system, system->positions_of, x, dq);
+    apply_basis(system, system->velocities_of, x, dv);
     for (size_t i = 0; i < (size_t)system->own_states; i++) {
         dx[2 * i] = x.re[first + i];
         dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
@@ -314,9 +314,9 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
     const bool moves = find_largest(system, dq, &re, &im);
     if (!moves && !find_largest(system, dv, &re, &im))
         return 0.0;
-    turn(system->coordinates, re, im, dq);
-    turn(system->coordinates, re, im, dv);
-    turn(system->own_states, re, im, dx);
+    turn_shape(system->coordinates, re, im, dq);
+    turn_shape(system->coordinates, re, im, dv);
+    turn_shape(system->own_states, re, im, dx);
     return moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
@@ -332,14 +332,14 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     const kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;
-    if (!solve(m, system, &norm))
+    if (!solve_modes(m, system, &norm))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the eigenvalues of the state matrix cannot be found: %s",
                             "its numbers are too large, or the iteration did not converge");
     write_direct_errors(m, system);
-    m->count = sort(m, n, m->order);
+    m->count = sort_eigenvalues(m, n, m->order);
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];
-        m->mode[i] = describe(m, system, k, norm);
+        m->mode[i] = describe_one_mode(m, system, k, norm);
         m->mode[i].excitation =
             write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv,
                         m->auxiliary_states + (size_t)i * 2 * m->x);
@@ -367,12 +367,12 @@ const double *kt_modes_own_states(const kt_modes *m, int mode) {
 
 KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n, size_t x)
 
-static size_t states_of(const kt_model *model) {
+static size_t auxiliary_states_of(const kt_model *model) {
     return 2 * (size_t)kt_model_nv(model) + (size_t)kt_own_state_count(model);
 }
 
 size_t kt_modes_size(const kt_model *model) {
-    return model ? lay_out(NULL, states_of(model), (size_t)kt_own_state_count(model)) : 0;
+    return model ? lay_out(NULL, auxiliary_states_of(model), (size_t)kt_own_state_count(model)) : 0;
 }
 
 kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
@@ -383,7 +383,7 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
     if (status != KT_OK)
         return status;
     *modes = memory;
-    (*modes)->n = states_of(model);
+    (*modes)->n = auxiliary_states_of(model);
     (*modes)->x = (size_t)kt_own_state_count(model);
     (void)lay_out(memory, (*modes)->n, (*modes)->x);
     return KT_OK;
