@@ -43,7 +43,7 @@ static uint32_t hash_of(int scope, const char *name) {
 }
 
 /* Returns the slot that holds the name, or the free slot in which it can be entered. */
-static kt_name_slot *slot_of(const kt_names *names, int scope, const char *name, uint32_t hash) {
+static kt_name_slot *name_slot_of(const kt_names *names, int scope, const char *name, uint32_t hash) {
     for (size_t i = hash & names->mask;; i = (i + 1) & names->mask) {
         kt_name_slot *slot = &names->slots[i];
         if (slot->name == NULL)
@@ -55,7 +55,7 @@ static kt_name_slot *slot_of(const kt_names *names, int scope, const char *name,
 
 int kt_names_add(kt_names *names, int scope, const char *name, int index) {
     uint32_t hash = hash_of(scope, name);
-    kt_name_slot *slot = slot_of(names, scope, name, hash);
+    kt_name_slot *slot = name_slot_of(names, scope, name, hash);
     if (slot->name != NULL)
         return slot->index;
     *slot = (kt_name_slot){name, hash, scope, index};
@@ -63,21 +63,21 @@ int kt_names_add(kt_names *names, int scope, const char *name, int index) {
 }
 
 int kt_names_find(const kt_names *names, int scope, const char *name) {
-    const kt_name_slot *slot = slot_of(names, scope, name, hash_of(scope, name));
+    const kt_name_slot *slot = name_slot_of(names, scope, name, hash_of(scope, name));
     return slot->name == NULL ? -1 : slot->index;
 }
 
 /* ---- spelling ---------------------------------------------------------------------------------------------------- */
 
 /* Not those of ctype.h, which depend on the locale. */
-static bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_'; }
+static bool is_name_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_'; }
 static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
 
 bool kt_name_is_valid(const char *name) {
-    if (name == NULL || !is_letter(*name))
+    if (name == NULL || !is_name_letter(*name))
         return false;
     for (name++; *name != '\0'; name++)
-        if (!is_letter(*name) && !(*name >= '0' && *name <= '9') && *name != '-')
+        if (!is_name_letter(*name) && !(*name >= '0' && *name <= '9') && *name != '-')
             return false;
     return true;
 }
@@ -123,30 +123,30 @@ static size_t bounded_length(const char *text) {
     return length;
 }
 
-static int smaller(int a, int b) { return a < b ? a : b; }
-static int larger(int a, int b) { return a > b ? a : b; }
+static int smaller_int(int a, int b) { return a < b ? a : b; }
+static int larger_int(int a, int b) { return a > b ? a : b; }
 
 /* Returns the distance of two texts of m and n letters, or limit + 1 if it is larger than limit. In D, `row` is row i,
  * and `last` and `before` are the two rows before it. */
-static int distance(const char *a, int m, const char *b, int n, int limit) {
+static int edit_distance(const char *a, int m, const char *b, int n, int limit) {
     int rows[3][LONGEST + 2];
     int *before = rows[0], *last = rows[1], *row = rows[2];
     const int far = limit + 1;
     for (int j = 0; j <= n; j++)
-        last[j] = smaller(j, far);
+        last[j] = smaller_int(j, far);
     for (int i = 1; i <= m; i++) {
-        int from = larger(1, i - limit), to = smaller(n, i + limit);
-        row[from - 1] = from == 1 ? smaller(i, far) : far;
+        int from = larger_int(1, i - limit), to = smaller_int(n, i + limit);
+        row[from - 1] = from == 1 ? smaller_int(i, far) : far;
         int least = row[from - 1];
         for (int j = from; j <= to; j++) {
             int d = last[j - 1] + (lower(a[i - 1]) != lower(b[j - 1]));
             if (j < i + limit) /* else last[j] lies outside the band */
-                d = smaller(d, last[j] + 1);
-            d = smaller(d, row[j - 1] + 1);
+                d = smaller_int(d, last[j] + 1);
+            d = smaller_int(d, row[j - 1] + 1);
             if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]))
-                d = smaller(d, before[j - 2] + 1);
-            row[j] = smaller(d, far);
-            least = smaller(least, row[j]);
+                d = smaller_int(d, before[j - 2] + 1);
+            row[j] = smaller_int(d, far);
+            least = smaller_int(least, row[j]);
         }
         if (least == far)
             return far;
@@ -174,13 +174,13 @@ bool kt_nearest_try(kt_nearest *search, const char *candidate) {
     if (candidate == NULL)
         return true;
     int m = (int)search->length, n = (int)bounded_length(candidate);
-    const int limit = smaller(search->limit, larger(larger(m, n), 3) / 3);
+    const int limit = smaller_int(search->limit, larger_int(larger_int(m, n), 3) / 3);
     bool fits = n <= LONGEST && n - m <= limit && m - n <= limit;
     if (search->effort != NULL)
         *search->effort -= 1 + n + (fits ? m * (2 * limit + 1) : 0);
     if (!fits)
         return true;
-    int d = distance(search->wanted, m, candidate, n, limit);
+    int d = edit_distance(search->wanted, m, candidate, n, limit);
     if (d <= limit) {
         search->best = candidate;
         search->limit = d - 1;
