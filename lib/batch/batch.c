@@ -35,7 +35,7 @@ static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
 
 /* Whether lanes compute a group. A group in space passes an inertia to its moving parent that is symmetric only to
  * rounding. In lanes, dynamics/aba_armature.c does not have such inertias. */
-static bool group_fits(const kt_model *model, const kt_group *group) {
+static bool group_fits_lanes(const kt_model *model, const kt_group *group) {
     const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, group);
     if (group->form == KT_FORM_DENSE ? group->v_count >= KT_LARGE || group->ranges
                                      : group->form != KT_FORM_PIN && group->form != KT_FORM_DELASSUS)
@@ -69,7 +69,7 @@ bool kt_lanes_fit_model(const kt_model *model) {
     if (!KT_HAS_LOOPS || model->forward != kt_closed_forward || !model->reduction->pins || model->disagreement > 0.0)
         return false;
     for (size_t g = 0; g < model->n.group; g++)
-        if (!group_fits(model, &model->group[g]))
+        if (!group_fits_lanes(model, &model->group[g]))
             return false;
     return true;
 }
@@ -90,7 +90,7 @@ static bool is_explicit(const kt_method *method) {
     return kt_method_family_of(method) == &kt_family_explicit && kt_method_check_sizes(method, NULL) == KT_OK;
 }
 
-static kt_batch_counts count(const kt_model *model, const kt_batch_options *options) {
+static kt_batch_counts count_batch(const kt_model *model, const kt_batch_options *options) {
     const kt_lane_kernels *kernels = kt_lane_kernels_of(model);
     const kt_method *method = options->method;
     kt_batch_counts n = {.states = options->states,
@@ -115,11 +115,12 @@ bool kt_batch_is_fused(void) { return kt_lane_kernels_baseline.is_fused; }
 /* Whether `most` times the bytes of a batch of one state and one thread are at most a quarter of all addresses. Then no
  * sum or product of sizes wraps around, since a state or a thread of a larger batch takes no more. */
 static bool fits_memory(const kt_model *model, const kt_batch_options *options, size_t most) {
-    const kt_batch_counts n = count(model, &(kt_batch_options){.states = 1, .threads = 1, .method = options->method});
+    const kt_batch_counts n =
+        count_batch(model, &(kt_batch_options){.states = 1, .threads = 1, .method = options->method});
     return most <= SIZE_MAX / 4 / lay_out(NULL, &n);
 }
 
-static kt_status check_options(const kt_model *model, const kt_batch_options *options, kt_error *error) {
+static kt_status check_batch_options(const kt_model *model, const kt_batch_options *options, kt_error *error) {
     if (options->states == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options.states", "there are no states; give 1 or more");
     if (options->method && !is_explicit(options->method))
@@ -138,9 +139,9 @@ static kt_status check_options(const kt_model *model, const kt_batch_options *op
 size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
     kt_batch_options own = kt_batch_options_default();
     const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, NULL);
-    if (!model || !options || !o || check_options(model, o, NULL) != KT_OK)
+    if (!model || !options || !o || check_batch_options(model, o, NULL) != KT_OK)
         return 0;
-    const kt_batch_counts n = count(model, o);
+    const kt_batch_counts n = count_batch(model, o);
     return lay_out(NULL, &n);
 }
 
@@ -160,7 +161,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         return KT_ERROR_ARGUMENT;
     kt_batch_options own = kt_batch_options_default();
     const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, error);
-    kt_status status = o ? check_options(model, o, error) : KT_ERROR_ARGUMENT;
+    kt_status status = o ? check_batch_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status =
             kt_masses_reject(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
@@ -170,7 +171,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, o), error);
     if (status != KT_OK)
         return status;
-    const kt_batch_counts n = count(model, o);
+    const kt_batch_counts n = count_batch(model, o);
     (void)lay_out(memory, &n);
     kt_batch *made = memory;
     made->model = model;
@@ -199,7 +200,7 @@ kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options
         return KT_ERROR_ARGUMENT;
     kt_batch_options own = kt_batch_options_default();
     const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, error);
-    const kt_status status = o ? check_options(model, o, error) : KT_ERROR_ARGUMENT;
+    const kt_status status = o ? check_batch_options(model, o, error) : KT_ERROR_ARGUMENT;
     if (status != KT_OK)
         return status;
     const size_t size = kt_batch_size(model, options);
@@ -253,7 +254,7 @@ kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *mode
 }
 
 /* Sets the nv numbers of a state in an array of all groups. */
-static kt_status set_numbers(kt_batch *batch, size_t state, double *all, const double *from, kt_error *error) {
+static kt_status set_state_numbers(kt_batch *batch, size_t state, double *all, const double *from, kt_error *error) {
     if (is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     const size_t width = batch->n.width, nv = batch->n.nv;
@@ -262,11 +263,11 @@ static kt_status set_numbers(kt_batch *batch, size_t state, double *all, const d
 }
 
 kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error) {
-    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_numbers(batch, state, batch->tau, tau, error);
+    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_state_numbers(batch, state, batch->tau, tau, error);
 }
 
 kt_status kt_batch_set_acceleration(kt_batch *batch, size_t state, const double *a, kt_error *error) {
-    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_numbers(batch, state, batch->a, a, error);
+    return KT_IS_MISSING(error, batch) ? KT_ERROR_ARGUMENT : set_state_numbers(batch, state, batch->a, a, error);
 }
 
 kt_status kt_batch_get_state(const kt_batch *batch, size_t state, double *t, double *q, double *v, kt_error *error) {

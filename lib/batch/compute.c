@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Copies the results of the lanes that have been computed, n numbers each. */
-static void commit(const kt_batch_work *w, const kt_batch_group *group, double *all) {
+static void commit_lanes(const kt_batch_work *w, const kt_batch_group *group, double *all) {
     const size_t width = w->batch->n.width, nv = w->batch->n.nv;
     double *to = all + group->first * nv;
     if (group->live == kt_lanes_first(width)) {
@@ -26,11 +26,11 @@ static void compute_group(kt_batch_work *w, const kt_batch_job *job, size_t numb
     switch (job->task) {
     case KT_BATCH_FORWARD:
         kt_batch_accelerate(w, &group, batch->t + group.first, fault);
-        commit(w, &group, batch->a);
+        commit_lanes(w, &group, batch->a);
         break;
     case KT_BATCH_INVERSE:
         kt_batch_invert(w, &group, fault);
-        commit(w, &group, batch->tau);
+        commit_lanes(w, &group, batch->tau);
         break;
     case KT_BATCH_SENSE:
         kt_batch_sense_group(w, &group, job->sensors, fault);

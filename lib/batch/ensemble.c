@@ -22,7 +22,7 @@ KT_ARENA_LAYOUT(lay_out, kt_ensemble, KT_ENSEMBLE_FIELDS, const kt_ensemble_coun
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static kt_ensemble_counts count(const kt_model *model) {
+static kt_ensemble_counts count_ensemble(const kt_model *model) {
     const kt_lane_kernels *kernels = kt_lane_kernels_of(model);
     return (kt_ensemble_counts){.width = kernels ? kernels->width : 1,
                                 .nq = model->n.q,
@@ -36,14 +36,14 @@ static kt_ensemble_counts count(const kt_model *model) {
 size_t kt_ensemble_size(const kt_model *model) {
     if (!model)
         return 0;
-    const kt_ensemble_counts n = count(model);
+    const kt_ensemble_counts n = count_ensemble(model);
     return lay_out(NULL, &n);
 }
 
 kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_ensemble **ensemble, kt_error *error) {
     if (KT_IS_MISSING(error, model, ensemble))
         return KT_ERROR_ARGUMENT;
-    const kt_ensemble_counts n = count(model);
+    const kt_ensemble_counts n = count_ensemble(model);
     const kt_status status =
         kt_arena_begin("kt_ensemble_init", "kt_ensemble_size", memory, size, lay_out(NULL, &n), error);
     if (status != KT_OK)
@@ -108,7 +108,7 @@ static bool is_empty(const kt_ensemble *e) {
 }
 
 /* Whether a simulation can run together with the running ones. */
-static bool fits(kt_ensemble *e, const kt_simulation *s) {
+static bool fits_ensemble(kt_ensemble *e, const kt_simulation *s) {
     const kt_ensemble_lane *other = kt_ensemble_first_lane(e);
     const char *why = fallback_reason_of_member(e, s);
     if (!why && other && !kt_lanes_agree(other->member.simulation->model, s->model))
@@ -128,7 +128,7 @@ static bool fits(kt_ensemble *e, const kt_simulation *s) {
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
 
 /* The table of a lane's try, if that is one of lanes: without inputs, by an explicit method. */
-static const kt_method *table_of(const kt_ensemble_lane *l) {
+static const kt_method *lane_table_of(const kt_ensemble_lane *l) {
     const kt_simulation *s = l->member.simulation;
     const kt_method *table = s->integrator->table;
     return !kt_ensemble_is_current(l) || s->tau || s->external || kt_method_family_of(table) != &kt_family_explicit
@@ -137,11 +137,11 @@ static const kt_method *table_of(const kt_ensemble_lane *l) {
 }
 
 /* The lanes that take the same step as the first one of them, whose number is *first. */
-static kt_lane_mask choose(const kt_ensemble *e, size_t *first) {
+static kt_lane_mask choose_leading_lanes(const kt_ensemble *e, size_t *first) {
     const kt_method *table = NULL;
     kt_lane_mask mask = 0;
     for (size_t i = 0; i < e->n.width; i++) {
-        const kt_method *own = e->lane[i].member.simulation ? table_of(&e->lane[i]) : NULL;
+        const kt_method *own = e->lane[i].member.simulation ? lane_table_of(&e->lane[i]) : NULL;
         if (!own || (table && own != table))
             continue;
         *first = table ? *first : i;
@@ -151,7 +151,7 @@ static kt_lane_mask choose(const kt_ensemble *e, size_t *first) {
     return mask;
 }
 
-static void gather(kt_ensemble *e, kt_lane_mask mask) {
+static void gather_lane_steps(kt_ensemble *e, kt_lane_mask mask) {
     const size_t width = e->n.width, N = e->n.N;
     for (size_t i = 0; i < width; i++) {
         const kt_interval *in = &e->lane[i].attempt.plan.interval;
@@ -183,7 +183,7 @@ static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, doub
 }
 
 /* All stages, as kt_explicit_step. */
-static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_lane_mask mask) {
+static kt_lane_mask take_ensemble_stages(kt_ensemble *e, const kt_simulation *leader, kt_lane_mask mask) {
     const kt_integrator *it = leader->integrator;
     const size_t s = (size_t)it->table->stages, N = e->n.N;
     for (size_t i = 1; i < s && mask; i++) {
@@ -196,7 +196,7 @@ static kt_lane_mask take_stages(kt_ensemble *e, const kt_simulation *leader, kt_
 }
 
 /* Writes the stages of a lane to its integrator. */
-static void scatter(const kt_ensemble *e, size_t number) {
+static void scatter_lane_stages(const kt_ensemble *e, size_t number) {
     kt_simulation *simulation = e->lane[number].member.simulation;
     kt_integrator *it = simulation->integrator;
     const size_t s = (size_t)it->table->stages, width = e->n.width, N = e->n.N;
@@ -227,7 +227,7 @@ static void measure_errors(kt_ensemble *e, const kt_integrator *leader) {
 }
 
 /* Checks the try of a lane, whose new state is finite, by the mean squares. */
-static void check(const kt_ensemble *e, size_t number) {
+static void check_lane_try(const kt_ensemble *e, size_t number) {
     kt_ensemble_lane *l = &e->lane[number];
     kt_integrator *it = l->member.simulation->integrator;
     const kt_interval *in = &l->attempt.plan.interval;
@@ -263,14 +263,14 @@ static void find_growths(kt_ensemble *e, kt_lane_mask mask) {
 /* The stages of the steps that are planned, of two lanes or more. Returns the lanes where they could be computed. */
 static kt_lane_mask try_together(kt_ensemble *e) {
     size_t first = 0;
-    kt_lane_mask mask = choose(e, &first);
+    kt_lane_mask mask = choose_leading_lanes(e, &first);
     if ((mask & (mask - 1)) == 0)
         return 0;
     const kt_simulation *leader = e->lane[first].member.simulation;
     const size_t N = e->n.N, s = (size_t)leader->integrator->table->stages;
     e->table = leader->integrator->table;
-    gather(e, mask);
-    mask = take_stages(e, leader, mask);
+    gather_lane_steps(e, mask);
+    mask = take_ensemble_stages(e, leader, mask);
     mask &= e->kernels->finite(e->k[1], (s - 1) * N) & e->kernels->finite(e->stage, N);
     measure_errors(e, leader->integrator);
     return mask;
@@ -286,8 +286,8 @@ static void try_steps(kt_ensemble *e) {
         e->report.in_lanes += l->holds;
         e->report.left += !l->holds && l->member.simulation;
         if (l->holds) {
-            scatter(e, i);
-            check(e, i);
+            scatter_lane_stages(e, i);
+            check_lane_try(e, i);
         } else if (l->member.simulation) {
             const kt_interval *in = &l->attempt.plan.interval;
             kt_integrator *it = l->member.simulation->integrator;
@@ -310,7 +310,7 @@ static bool has_ended(const kt_ensemble_lane *l) {
 
 /* Hands over the records of a lane between two steps, unless the lanes have done so. Events that happened at the
  * present time take effect. */
-static kt_status hand_over(kt_ensemble_lane *l) {
+static kt_status hand_over_lane_records(kt_ensemble_lane *l) {
     const kt_ensemble_member *to = &l->member;
     kt_simulation *s = to->simulation;
     const kt_status status =
@@ -339,7 +339,7 @@ static kt_status begin_attempt(kt_ensemble_lane *l, kt_error *from) {
 }
 
 /* Begins the next step, as kt_simulation_take_step. */
-static kt_status begin_step(kt_ensemble *e, kt_ensemble_lane *l) {
+static kt_status begin_lane_step(kt_ensemble *e, kt_ensemble_lane *l) {
     kt_simulation *s = l->member.simulation;
     kt_ensemble_clear(&e->from);
     if (!kt_ensemble_is_current(l))
@@ -356,7 +356,7 @@ static kt_status begin_step(kt_ensemble *e, kt_ensemble_lane *l) {
 }
 
 /* Accepts or rejects the tried step. A step in which an event happens is repeated up to the event. */
-static kt_status judge(kt_ensemble *e, kt_ensemble_lane *l) {
+static kt_status judge_lane_try(kt_ensemble *e, kt_ensemble_lane *l) {
     kt_simulation *s = l->member.simulation;
     bool again;
     kt_ensemble_clear(&e->from);
@@ -392,7 +392,7 @@ static void end_lane(const source *from, kt_ensemble_lane *l, kt_status status, 
 }
 
 /* Takes simulations until one fits in; the others are run at once. Returns whether one did. */
-static bool take(kt_ensemble *e, source *from, kt_ensemble_lane *l) {
+static bool take_next_simulation(kt_ensemble *e, source *from, kt_ensemble_lane *l) {
     const bool none = is_empty(e);
     while (none || from->pause == 0) {
         kt_ensemble_member member = {NULL, NULL, NULL};
@@ -401,7 +401,7 @@ static bool take(kt_ensemble *e, source *from, kt_ensemble_lane *l) {
             from->pause = PAUSE;
             return false;
         }
-        const bool together = fits(e, member.simulation);
+        const bool together = fits_ensemble(e, member.simulation);
         const kt_status status = together ? kt_simulation_begin_run(member.simulation, &error)
                                           : kt_simulation_run(member.simulation, member.record, member.user, &error);
         if (together && status == KT_OK) {
@@ -421,13 +421,13 @@ static bool take(kt_ensemble *e, source *from, kt_ensemble_lane *l) {
 }
 
 /* Hands over all records up to the present, and gives the lanes of simulations that have ended to others. */
-static void fill(kt_ensemble *e, source *from) {
+static void fill_free_lanes(kt_ensemble *e, source *from) {
     for (bool again = true; again;) {
         again = false;
         for (size_t i = 0; i < e->n.width; i++) {
             kt_ensemble_lane *l = &e->lane[i];
             if (!l->steps && !l->member.simulation)
-                (void)take(e, from, l);
+                (void)take_next_simulation(e, from, l);
         }
         kt_ensemble_give_records(e);
         for (size_t i = 0; i < e->n.width; i++) {
@@ -435,7 +435,7 @@ static void fill(kt_ensemble *e, source *from) {
             if (!l->member.simulation)
                 continue;
             if (!l->steps && l->status == KT_OK)
-                l->status = hand_over(l);
+                l->status = hand_over_lane_records(l);
             if (!has_ended(l))
                 continue;
             again = true;
@@ -449,7 +449,7 @@ static size_t begin_all(kt_ensemble *e, const source *from) {
     size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {
         kt_ensemble_lane *l = &e->lane[i];
-        const kt_status status = l->member.simulation && !l->steps ? begin_step(e, l) : KT_OK;
+        const kt_status status = l->member.simulation && !l->steps ? begin_lane_step(e, l) : KT_OK;
         lanes += l->member.simulation != NULL;
         if (status != KT_OK)
             end_lane(from, l, status, &l->error);
@@ -460,7 +460,7 @@ static size_t begin_all(kt_ensemble *e, const source *from) {
 static void judge_all(kt_ensemble *e, const source *from) {
     for (size_t i = 0; i < e->n.width; i++) {
         kt_ensemble_lane *l = &e->lane[i];
-        const kt_status status = l->member.simulation ? judge(e, l) : KT_OK;
+        const kt_status status = l->member.simulation ? judge_lane_try(e, l) : KT_OK;
         if (status != KT_OK)
             end_lane(from, l, status, &l->error);
     }
@@ -471,7 +471,7 @@ kt_status kt_ensemble_run(kt_ensemble *e, kt_ensemble_next *next, kt_ensemble_do
         return KT_ERROR_ARGUMENT;
     source from = {.next = next, .done = done, .user = user};
     do {
-        fill(e, &from);
+        fill_free_lanes(e, &from);
         from.pause -= from.pause > 0;
         if (begin_all(e, &from) == 0)
             break;

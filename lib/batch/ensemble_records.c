@@ -43,7 +43,7 @@ static void begin_record(kt_ensemble_lane *l) {
 
 /* Reads the record of a lane if one is due, and returns whether it is. Reads its state, or its place in the step if
  * *dense. */
-static bool read_record(kt_ensemble *e, size_t number, bool *dense) {
+static bool read_lane_record(kt_ensemble *e, size_t number, bool *dense) {
     kt_ensemble_lane *l = &e->lane[number];
     const kt_ensemble_member *m = &l->member;
     kt_simulation *s = m->simulation;
@@ -70,13 +70,14 @@ bool kt_ensemble_shares_now(const kt_ensemble_lane *l) {
 }
 
 /* Reads the next record of each lane that is due. Returns of which lanes there is one, its state being in e->read. */
-static kt_lane_mask read_records(kt_ensemble *e) {
+static kt_lane_mask read_lane_records(kt_ensemble *e) {
     const size_t width = e->n.width, N = e->n.N;
     kt_lane_mask due = 0, sparse = 0;
     for (size_t i = 0; i < width; i++) {
         const kt_ensemble_lane *l = &e->lane[i];
         bool dense = false;
-        const bool is_due = kt_ensemble_shares_now(l) && !l->steps && l->status == KT_OK && read_record(e, i, &dense);
+        const bool is_due =
+            kt_ensemble_shares_now(l) && !l->steps && l->status == KT_OK && read_lane_record(e, i, &dense);
         due |= (kt_lane_mask)is_due << i;
         sparse |= (kt_lane_mask)(is_due && !dense) << i;
     }
@@ -90,7 +91,7 @@ static kt_lane_mask read_records(kt_ensemble *e) {
 }
 
 /* Hands a record over after its energies have been computed; `fine`: they are finite. */
-static kt_status give(kt_ensemble *e, size_t number, bool fine) {
+static kt_status give_lane_record(kt_ensemble *e, size_t number, bool fine) {
     kt_ensemble_lane *l = &e->lane[number];
     const kt_ensemble_member *to = &l->member;
     kt_simulation *s = to->simulation;
@@ -113,11 +114,11 @@ static kt_status give(kt_ensemble *e, size_t number, bool fine) {
 
 void kt_ensemble_give_records(kt_ensemble *e) {
     const double *q = e->read, *v = q + e->n.width * e->n.nq;
-    for (kt_lane_mask due = read_records(e); due; due = read_records(e)) {
+    for (kt_lane_mask due = read_lane_records(e); due; due = read_lane_records(e)) {
         const kt_model *model = kt_ensemble_first_lane(e)->member.simulation->model;
         const kt_lane_mask fine = e->kernels->energy(model, e->work, q, v, e->tau, e->energy, e->energy + e->n.width);
         for (size_t i = 0; i < e->n.width; i++)
             if (kt_lane_is_in(due, i))
-                e->lane[i].status = give(e, i, kt_lane_is_in(fine, i));
+                e->lane[i].status = give_lane_record(e, i, kt_lane_is_in(fine, i));
     }
 }

@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 /* Gives all lanes the numbers of one model, which they may have. */
-static void put_model(kt_batch_work *w, const kt_model *model) {
+static void put_group_model(kt_batch_work *w, const kt_model *model) {
     if (w->put == model && w->revision == model->revision)
         return;
     w->batch->kernels->put_model(model, w->lanes, kt_lanes_first(w->batch->n.width));
@@ -28,7 +28,7 @@ static const kt_model *put_models(kt_batch_work *w, const kt_model *const *own, 
         agree = agree && kt_lanes_agree(own[0], own[i]);
     }
     if (same || !agree) {
-        put_model(w, same ? own[0] : batch->model);
+        put_group_model(w, same ? own[0] : batch->model);
         return same ? own[0] : NULL;
     }
     w->put = NULL;

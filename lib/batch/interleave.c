@@ -40,7 +40,7 @@ static bool do_records_agree(const kt_record_shape *shape, size_t count, const v
     return true;
 }
 
-static bool are_equal(const void *a, const void *end, const void *b) {
+static bool rows_are_equal(const void *a, const void *end, const void *b) {
     return memcmp(a, b, (size_t)((const char *)end - (const char *)a)) == 0;
 }
 
@@ -61,7 +61,7 @@ bool kt_lanes_agree(const kt_model *a, const kt_model *b) {
            memcmp(a->rest, b->rest, a->n.rest * sizeof *a->rest) == 0 &&
            do_records_agree(&kt_plane_shape, a->n.plane, a->plane, b->plane) &&
            do_records_agree(&kt_planar_link_shape, a->n.planar, a->planar, b->planar) &&
-           are_equal(a->planar_rest, a->body, b->planar_rest) &&
+           rows_are_equal(a->planar_rest, a->body, b->planar_rest) &&
            do_records_agree(&kt_body_shape, a->n.body, a->body, b->body) &&
-           are_equal(a->armature, a->index, b->armature);
+           rows_are_equal(a->armature, a->index, b->armature);
 }

@@ -22,7 +22,7 @@ typedef struct sum {
 } sum;
 
 /* NULL: lane by lane. */
-static const kt_effect_kind *kind_of(int type) {
+static const kt_effect_kind *lane_kind_of(int type) {
     return type == KT_EFFECT_CUSTOM || type == KT_EFFECT_EXPRESSION ? NULL : KT_EFFECT(kt_effect_kinds)[type];
 }
 
@@ -30,7 +30,7 @@ static bool is_live(const sum *s, int lane) { return (s->live >> lane & 1U) != 0
 
 static kt_vec3 lane_of(kt_triple a, int lane) { return kt_vec3_make(a.x[lane], a.y[lane], a.z[lane]); }
 
-static kt_effect_end end_of(const kt_effect_frame *end, int lane) {
+static kt_effect_end lane_end_of(const kt_effect_frame *end, int lane) {
     return (kt_effect_end){.axes = {lane_of(end->axes.x, lane), lane_of(end->axes.y, lane), lane_of(end->axes.z, lane)},
                            .point = lane_of(end->point, lane),
                            .omega = lane_of(end->omega, lane),
@@ -51,7 +51,8 @@ typedef struct variables {
 } variables;
 
 /* Returns whether the effect has formulas. */
-static bool read_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end, variables *to) {
+static bool read_lane_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
+                                variables *to) {
     if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
         return false;
     const kt_variable_source from = {.data = s->data, .q = s->q, .v = s->v, .x = s->x, .t = s->t};
@@ -68,7 +69,7 @@ static bool read_variables(const sum *s, const kt_effect_record *effect, const k
 static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
                                 kt_effect_wrench *wrench) {
     variables in;
-    const bool formulas = read_variables(s, effect, end, &in);
+    const bool formulas = read_lane_variables(s, effect, end, &in);
     memset(wrench, 0, 2 * sizeof *wrench);
     for (int lane = 0; lane < KT_LANES; lane++) {
         kt_effect_end one[2];
@@ -76,7 +77,7 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
         if (!is_live(s, lane))
             continue;
         for (int k = 0; k < effect->ends; k++)
-            one[k] = end_of(&end[k], lane);
+            one[k] = lane_end_of(&end[k], lane);
         if (!kt_effect_alone_wrench(s->model, effect, formulas ? in.of[lane] : NULL, one, s->t[lane], found))
             s->sound[lane] = 0;
         for (int k = 0; k < effect->ends; k++) {
@@ -90,7 +91,7 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
 static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_real1 q, kt_real1 v) {
     kt_real1 force = kt_real1_splat(0.0);
     variables in;
-    const bool formulas = read_variables(s, effect, NULL, &in);
+    const bool formulas = read_lane_variables(s, effect, NULL, &in);
     for (int lane = 0; lane < KT_LANES; lane++) {
         double one = 0.0;
         if (is_live(s, lane) &&
@@ -103,7 +104,7 @@ static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_re
 }
 
 static void apply_joint_forces(sum *s, const kt_effect_batch *batch) {
-    const kt_effect_kind *kind = kind_of(batch->type);
+    const kt_effect_kind *kind = lane_kind_of(batch->type);
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
@@ -116,7 +117,7 @@ static void apply_joint_forces(sum *s, const kt_effect_batch *batch) {
 }
 
 static void apply_wrenches(sum *s, const kt_effect_batch *batch) {
-    const kt_effect_kind *kind = kind_of(batch->type);
+    const kt_effect_kind *kind = lane_kind_of(batch->type);
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         kt_effect_frame end[2];

@@ -7,7 +7,7 @@
 #include "dynamics/point.h"
 
 /* The body's angular velocity in its own axes. */
-static kt_real3 turn_of(const kt_body_record *b, const kt_link_motion *m) {
+static kt_real3 body_spin_of(const kt_body_record *b, const kt_link_motion *m) {
     const kt_const_mat3 *r = &b->in_link.rotation;
     const kt_real3 x = kt_apply3(m->axes, r->x), y = kt_apply3(m->axes, r->y), z = kt_apply3(m->axes, r->z);
     return kt_make3(kt_dot3(x, m->omega), kt_dot3(y, m->omega), kt_dot3(z, m->omega));
@@ -25,7 +25,7 @@ kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data) {
         const kt_link_motion *m = &data->motion[b->link];
         const kt_real3 arm = kt_point_arm(b, m->axes, b->com);
         const kt_real3 v = kt_point_transport(data->origin[b->link].velocity, m->omega, arm);
-        const kt_real3 w = turn_of(b, m);
+        const kt_real3 w = body_spin_of(b, m);
         twice += b->mass * kt_dot3(v, v) + kt_dot3(w, apply_sym3(&b->inertia, w));
     }
     return 0.5 * twice + 0.0; /* the energy of rotors, of which there are none */

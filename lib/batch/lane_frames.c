@@ -23,7 +23,7 @@ static placement placement_of(const kt_lane_frame *frame) {
 }
 
 /* The frame's origin in its body. */
-static kt_real3 origin_of(const kt_lane_frame *frame) {
+static kt_real3 lane_frame_origin(const kt_lane_frame *frame) {
     return frame->marker ? placement_of(frame).position : kt_zero3();
 }
 
@@ -48,7 +48,7 @@ void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, cons
     const kt_body_record *b = &model->body[frame->body];
     const kt_link_motion *m = &data->motion[b->link];
     const kt_link_origin *at = &data->origin[b->link];
-    const kt_real3 arm = kt_point_arm(b, m->axes, origin_of(frame));
+    const kt_real3 arm = kt_point_arm(b, m->axes, lane_frame_origin(frame));
     store_pose(b, m, at->position, frame, out);
     store3(out + 12, m->omega);
     store3(out + 15, kt_point_transport(at->velocity, m->omega, arm));
@@ -60,7 +60,8 @@ void KT_KERNEL(kt_frame_columns)(const kt_model *model, const kt_data *data, con
                                  double *const *out) {
     const kt_body_record *b = &model->body[frame->body];
     kt_real1 column[6 * KT_DOF_MAX] = {{0.0}};
-    kt_point_columns c = {.first = column, .arm = kt_point_arm(b, data->motion[b->link].axes, origin_of(frame))};
+    kt_point_columns c = {.first = column,
+                          .arm = kt_point_arm(b, data->motion[b->link].axes, lane_frame_origin(frame))};
     for (int32_t i = b->link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &data->motion[i];

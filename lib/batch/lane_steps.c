@@ -11,7 +11,7 @@
 static kt_real1 slope(double *const *k, size_t slot, size_t i) { return ((const kt_real1 *)(const void *)k[slot])[i]; }
 
 /* sum_j weight_j k_j */
-static kt_real1 sum_of(const kt_stage_term *terms, size_t count, double *const *k, size_t i) {
+static kt_real1 stage_sum_of(const kt_stage_term *terms, size_t count, double *const *k, size_t i) {
     kt_real1 sum = kt_real1_splat(0.0);
     for (size_t j = 0; j < count; j++)
         sum += terms[j].weight * slope(k, terms[j].slot, i);
@@ -23,7 +23,7 @@ void KT_KERNEL(kt_lanes_combine)(double *out, const double *y, const double *h, 
     const kt_real1 *from = (const void *)y, step = *(const kt_real1 *)(const void *)h;
     kt_real1 *to = (void *)out;
     for (size_t i = 0; i < n; i++)
-        to[i] = from[i] + step * sum_of(terms, count, k, i);
+        to[i] = from[i] + step * stage_sum_of(terms, count, k, i);
 }
 
 void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms,
@@ -37,7 +37,7 @@ void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, 
         part[l] = total;
     for (size_t i = 0; i < n; i++) {
         const kt_real1 a = kt_abs(y0[i]), b = kt_abs(y1[i]);
-        const kt_real1 u = sum_of(terms, count, k, i) / (absolute + relative * kt_choose(a > b, a, b) + DBL_MIN);
+        const kt_real1 u = stage_sum_of(terms, count, k, i) / (absolute + relative * kt_choose(a > b, a, b) + DBL_MIN);
         part[i % TILE] += u * u;
     }
     for (int l = 0; l < TILE; l++)
@@ -46,7 +46,7 @@ void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, 
 }
 
 /* The whole part of numbers below 2^31. */
-static kt_real1 floor_of(kt_real1 x) {
+static kt_real1 whole_part_of(kt_real1 x) {
     const kt_real1 whole = __builtin_convertvector(__builtin_convertvector(x, kt_condition), kt_real1);
     return whole - kt_choose(whole > x, kt_real1_splat(1.0), kt_real1_splat(0.0));
 }
@@ -66,7 +66,7 @@ kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *expone
         log = log * q + 1.0 / (double)i;
     const kt_real1 u = p * (exponent + 2.0 / ln2 * z * log);
     const kt_condition usual = (biased > 0) & (biased < 2047) & (kt_abs(u) < 1000.0);
-    const kt_real1 whole = floor_of(kt_choose(usual, u, kt_real1_splat(0.0)) + 0.5), w = (u - whole) * ln2;
+    const kt_real1 whole = whole_part_of(kt_choose(usual, u, kt_real1_splat(0.0)) + 0.5), w = (u - whole) * ln2;
     kt_real1 power = kt_real1_splat(1.0);
     for (int i = 10; i >= 1; i--)
         power = 1.0 + power * w / (double)i;

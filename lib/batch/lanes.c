@@ -18,7 +18,7 @@ static void spread_angles(const int32_t *angle, size_t count, int32_t *out) {
         out[i] = 0;
 }
 
-static size_t layout(const kt_model *model, void *memory) {
+static size_t lay_out_lanes(const kt_model *model, void *memory) {
     const size_t bytes = lay_out(memory, &model->n);
     kt_data *data = memory;
     if (!memory)
@@ -34,7 +34,7 @@ static size_t layout(const kt_model *model, void *memory) {
 
 /* Returns the model that the recursions read: a copy of the given model, with the links, bodies and planes of the
  * lanes. */
-static const kt_model *model_of(const kt_model *model, void *work) {
+static const kt_model *lane_model_of(const kt_model *model, void *work) {
     kt_data *data = work;
     if (data->base == model)
         return data->model;
@@ -62,7 +62,7 @@ static void place_rests(const kt_model *model, kt_data *data) {
     }
 }
 
-static void put_model(const kt_model *model, void *work, kt_lane_mask lanes) {
+static void put_lane_model(const kt_model *model, void *work, kt_lane_mask lanes) {
     kt_data *data = work;
     const kt_vec3 g = kt_v4_vec3(model->gravity);
     const kt_records records[] = {
@@ -101,8 +101,8 @@ static void forward_tree(const kt_model *model, kt_data *data, const kt_lanes_at
                                    : KT_KERNEL(kt_planar_forward))(model, data, at->q, at->v, at->tau, at->external, a);
 }
 
-static kt_lane_mask forward(const kt_model *model, void *work, const kt_lane_state *state, const double *external,
-                            double *a) {
+static kt_lane_mask lanes_forward(const kt_model *model, void *work, const kt_lane_state *state, const double *external,
+                                  double *a) {
     kt_data *data = work;
     const kt_lanes_at at = {.t = *(const kt_real1 *)(const void *)state->t,
                             .q = (const void *)state->q,
@@ -110,7 +110,7 @@ static kt_lane_mask forward(const kt_model *model, void *work, const kt_lane_sta
                             .tau = (const void *)state->tau,
                             .external = (const void *)external};
     kt_real1 *as = (void *)a;
-    model = model_of(model, work);
+    model = lane_model_of(model, work);
     data->sound = kt_condition_true();
     if (KT_HAS_LOOPS && model->n.group > 0)
         KT_KERNEL(kt_groups_accelerate)(model, data, &at, as);
@@ -119,33 +119,33 @@ static kt_lane_mask forward(const kt_model *model, void *work, const kt_lane_sta
     return finite_lanes(data->sound, as, model->n.v);
 }
 
-static kt_lane_mask project(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
-                            double *v) {
+static kt_lane_mask lanes_project(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
+                                  double *v) {
     const kt_real1 time = *(const kt_real1 *)(const void *)t;
     kt_condition lanes = kt_condition_false();
     for (int lane = 0; lane < KT_LANES; lane++)
         lanes[lane] = (live >> lane & 1U) ? -1 : 0;
     return KT_HAS_LOOPS
-               ? kt_mask_of(KT_KERNEL(kt_project)(model_of(model, work), work, lanes, time, (void *)q, (void *)v))
+               ? kt_mask_of(KT_KERNEL(kt_project)(lane_model_of(model, work), work, lanes, time, (void *)q, (void *)v))
                : 0;
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
     return at->live &
-           kt_mask_of(KT_KERNEL(kt_effects_sum)(model_of(model, work), work, at, (void *)tau, (void *)external));
+           kt_mask_of(KT_KERNEL(kt_effects_sum)(lane_model_of(model, work), work, at, (void *)tau, (void *)external));
 }
 
 static kt_lane_mask own_rates(const kt_model *model, void *work, const kt_lane_state *at, double *rates) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_own_rates)(model_of(model, work), work, at, (void *)rates));
+    return at->live & kt_mask_of(KT_KERNEL(kt_own_rates)(lane_model_of(model, work), work, at, (void *)rates));
 }
 
-static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
-                            const double *external, double *tau) {
+static kt_lane_mask lanes_inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
+                                  const double *external, double *tau) {
     kt_data *data = work;
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;
     const kt_external *on_bodies = (const void *)external;
     kt_real1 *taus = (void *)tau;
-    model = model_of(model, work);
+    model = lane_model_of(model, work);
     if (model->sweep != KT_SWEEP_PLANAR)
         KT_KERNEL(kt_inverse)(model, data, qs, vs, as, on_bodies, taus);
     if (model->sweep != KT_SWEEP_SPATIAL)
@@ -158,7 +158,7 @@ static kt_lane_mask inverse(const kt_model *model, void *work, const double *q, 
 static kt_lane_mask kinematics(const kt_model *model, void *work, const double *q, const double *v, const double *a) {
     kt_data *data = work;
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;
-    model = model_of(model, work);
+    model = lane_model_of(model, work);
     data->sound = kt_condition_true();
     if (model->sweep != KT_SWEEP_PLANAR)
         (void)KT_KERNEL(kt_kinematics)(model, data, qs, vs, as);
@@ -168,31 +168,31 @@ static kt_lane_mask kinematics(const kt_model *model, void *work, const double *
 }
 
 static void frame(const kt_model *model, void *work, const kt_lane_frame *at, double *motion) {
-    KT_KERNEL(kt_frame_motion)(model_of(model, work), work, at, (void *)motion);
+    KT_KERNEL(kt_frame_motion)(lane_model_of(model, work), work, at, (void *)motion);
 }
 
-static void jacobian(const kt_model *model, void *work, const kt_lane_frame *at, double *const *out) {
-    KT_KERNEL(kt_frame_columns)(model_of(model, work), work, at, out);
+static void lanes_jacobian(const kt_model *model, void *work, const kt_lane_frame *at, double *const *out) {
+    KT_KERNEL(kt_frame_columns)(lane_model_of(model, work), work, at, out);
 }
 
-static kt_lane_mask energy(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
-                           double *kinetic, double *potential) {
+static kt_lane_mask lanes_energy(const kt_model *model, void *work, const double *q, const double *v,
+                                 const double *zero, double *kinetic, double *potential) {
     kt_data *data = work;
     const kt_lane_mask done = kinematics(model, work, q, v, zero);
-    model = model_of(model, work);
+    model = lane_model_of(model, work);
     *(kt_real1 *)(void *)kinetic = KT_KERNEL(kt_kinetic)(model, data);
     *(kt_real1 *)(void *)potential = KT_KERNEL(kt_potential)(model, data);
     return done;
 }
 
-static void rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
+static void lanes_rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v;
     kt_real1 *rates = (void *)out;
     if (model->n.q == model->n.v) {
         kt_copy(rates, vs, model->n.v * sizeof *rates);
         return;
     }
-    model = model_of(model, work);
+    model = lane_model_of(model, work);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_motion_facts_of(link->motion);
@@ -206,26 +206,26 @@ static void rate(const kt_model *model, void *work, const double *q, const doubl
 }
 
 static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
-    return kt_mask_of(kt_turns_make_units(model_of(model, work), (void *)q, false));
+    return kt_mask_of(kt_turns_make_units(lane_model_of(model, work), (void *)q, false));
 }
 
 static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
                             double *gradient) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(model_of(model, work), work, memory, at, a, gradient));
+    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(lane_model_of(model, work), work, memory, at, a, gradient));
 }
 
 static void drop_transposed(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q) {
-    kt_turns_drop_transposed(model_of(model, work), (const void *)q, (const void *)by_xi, (void *)by_q);
+    kt_turns_drop_transposed(lane_model_of(model, work), (const void *)q, (const void *)by_xi, (void *)by_q);
 }
 
 static void rate_transposed(const kt_model *model, void *work, const double *q, const double *v, const double *by_rate,
                             double *by_q, double *by_v) {
-    kt_turns_rate_transposed(model_of(model, work), (const void *)q, (const void *)v, (const void *)by_rate,
+    kt_turns_rate_transposed(lane_model_of(model, work), (const void *)q, (const void *)v, (const void *)by_rate,
                              (void *)by_q, (void *)by_v);
 }
 
 static void lift_transposed(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi) {
-    kt_turns_lift_transposed(model_of(model, work), (const void *)q, (const void *)by_q, (void *)by_xi);
+    kt_turns_lift_transposed(lane_model_of(model, work), (const void *)q, (const void *)by_q, (void *)by_xi);
 }
 
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
@@ -238,18 +238,18 @@ enum { IS_FUSED = false };
 
 const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
                                                             .is_fused = IS_FUSED,
-                                                            .layout = layout,
-                                                            .put_model = put_model,
-                                                            .forward = forward,
+                                                            .layout = lay_out_lanes,
+                                                            .put_model = put_lane_model,
+                                                            .forward = lanes_forward,
                                                             .effects = effects,
                                                             .own_rates = own_rates,
-                                                            .project = project,
-                                                            .inverse = inverse,
+                                                            .project = lanes_project,
+                                                            .inverse = lanes_inverse,
                                                             .kinematics = kinematics,
                                                             .frame = frame,
-                                                            .jacobian = jacobian,
-                                                            .energy = energy,
-                                                            .rate = rate,
+                                                            .jacobian = lanes_jacobian,
+                                                            .energy = lanes_energy,
+                                                            .rate = lanes_rate,
                                                             .make_units = make_units,
                                                             .finite = finite,
                                                             .combine = KT_KERNEL(kt_lanes_combine),

@@ -127,7 +127,7 @@ typedef struct kt_lane_kernels {
  * coordinates, or in the form of Delassus (reduction/delassus.h). No equation may be a formula or a caller's. */
 bool kt_lanes_fit_model(const kt_model *model);
 
-/* Whether models of one shape differ at most in the numbers that put_model writes to each lane, in their initial
+/* Whether models of one shape differ at most in the numbers that put_lane_model writes to each lane, in their initial
  * motions, and in names. */
 bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 

@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Returns the place of a state's results for one frame; NULL: they are not requested. */
-static kt_frame_motion *motion_of(const kt_batch_sensors *s, size_t state, size_t frame) {
+static kt_frame_motion *sensed_motion_of(const kt_batch_sensors *s, size_t state, size_t frame) {
     return s->motion ? s->motion + state * s->count + frame : NULL;
 }
 
@@ -55,7 +55,7 @@ static void sense_alone(kt_batch_work *w, kt_batch_group *group, const kt_batch_
         const kt_batch_frame *frame = &s->frames[i];
         const kt_vec3 at = kt_vec3_make(0.0, 0.0, 0.0);
         if (s->motion)
-            *motion_of(s, state, i) = frame_motion(model, w->data, frame);
+            *sensed_motion_of(s, state, i) = frame_motion(model, w->data, frame);
         if (s->jacobian)
             kt_point_jacobian(model, w->data, frame->body,
                               frame->marker < 0 ? at : kt_marker_at(model, frame->body, frame->marker),
@@ -90,7 +90,7 @@ static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_
         if (!kt_lane_is_in(lanes, lane))
             continue;
         if (s->motion)
-            kt_lane_take(motion, width, lane, KT_FRAME_NUMBERS, (double *)motion_of(s, group->first + lane, i));
+            kt_lane_take(motion, width, lane, KT_FRAME_NUMBERS, (double *)sensed_motion_of(s, group->first + lane, i));
         out[lane] = jacobian_of(batch, s, group->first + lane, i);
         if (out[lane])
             memset(out[lane], 0, 6 * batch->n.nv * sizeof *out[lane]);
@@ -101,7 +101,7 @@ static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_
 
 /* Computes the motion of all links. Numbers that are not finite may have no effect on the motion, such as the velocity
  * of a joint about its own axis. The call for one state rejects them nevertheless, so they are checked here. */
-static kt_lane_mask move(kt_batch_work *w, const kt_batch_group *group, const double *a) {
+static kt_lane_mask move_lane_links(kt_batch_work *w, const kt_batch_group *group, const double *a) {
     const kt_lane_kernels *kernels = w->batch->kernels;
     const kt_batch_counts *n = &w->batch->n;
     if (!kernels || !group->model)
@@ -112,7 +112,7 @@ static kt_lane_mask move(kt_batch_work *w, const kt_batch_group *group, const do
 
 void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *sensors,
                           kt_batch_fault *fault) {
-    const kt_lane_mask done = move(w, group, w->batch->a + group->first * w->batch->n.nv);
+    const kt_lane_mask done = move_lane_links(w, group, w->batch->a + group->first * w->batch->n.nv);
     for (size_t i = 0; i < sensors->count && done; i++)
         sense_frame(w, group, sensors, i, done);
     for (size_t lane = 0; lane < group->used; lane++) {

@@ -16,7 +16,7 @@
 static kt_lane_mask bit(size_t lane) { return (kt_lane_mask)1 << lane; }
 
 /* The rates of positions of a group. */
-static void rate(kt_batch_work *w, const kt_batch_group *group, double *out) {
+static void find_position_rates(kt_batch_work *w, const kt_batch_group *group, double *out) {
     const kt_batch *batch = w->batch;
     if (batch->kernels)
         batch->kernels->rate(batch->model, w->lanes, group->q, group->v, out);
@@ -46,7 +46,7 @@ static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const
 }
 
 /* All stages of the live lanes; the state after the step, before it is closed, is left in w->stage. */
-static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
+static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const kt_method *m = batch->method;
@@ -62,7 +62,7 @@ static void take_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_ba
         for (size_t lane = 0; lane < n->width; lane++)
             t[lane] = kt_stage_time(m->c[i], batch->t[group->first + lane], h);
         kt_combine_rows(w->stage, y, h, m->a + i * (i - (i > 0)) / 2, i, w->slope, N);
-        rate(w, &at, k);
+        find_position_rates(w, &at, k);
         kt_batch_accelerate(w, &at, t, fault);
         kt_copy(k + nq, w->result, (moving - nq) * sizeof *k);
         if (KT_HAS_FORMULAS && n->nx > 0)
@@ -117,7 +117,7 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
 }
 
 /* Closes the loops of the states in w->stage in lanes. Returns those that are closed; the others are as they were. */
-static kt_lane_mask project(kt_batch_work *w, const kt_batch_group *group, double h) {
+static kt_lane_mask close_stage_loops(kt_batch_work *w, const kt_batch_group *group, double h) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const size_t N = n->width * (n->nq + n->nv);
@@ -136,14 +136,14 @@ static kt_lane_mask project(kt_batch_work *w, const kt_batch_group *group, doubl
 }
 
 /* Closes the states in w->stage, and writes them to the lanes that have come so far. */
-static void finish(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
+static void finish_group_step(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
     const size_t N = n->N;
     double *y = batch->y + group->first * N;
     kt_lane_mask closed = group->live;
     if (batch->model->n.group > 0)
-        closed = project(w, group, h);
+        closed = close_stage_loops(w, group, h);
     else if (n->nq > n->nv)
         closed = batch->kernels ? batch->kernels->make_units(batch->model, w->lanes, w->stage) : 0;
     for (size_t lane = 0; lane < n->width; lane++)
@@ -165,8 +165,8 @@ void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_jo
         if (job->task == KT_BATCH_SEMI_IMPLICIT_STEP)
             take_semi_implicit(w, group, job->h, fault);
         else
-            take_stages(w, group, job->h, fault);
-        finish(w, group, job->h, fault);
+            take_group_stages(w, group, job->h, fault);
+        finish_group_step(w, group, job->h, fault);
     }
 }
 
