@@ -86,7 +86,7 @@ static bool keeps_given(const kt_model *model, unsigned given, const bool *fixed
     return memcmp(fixed, held_of(model, given), model->n.v * sizeof *fixed) != 0;
 }
 
-static void release(const kt_model *model, const kt_group *group, unsigned given, bool *fixed) {
+static void release_coordinates(const kt_model *model, const kt_group *group, unsigned given, bool *fixed) {
     for (int i = 0; i < group->v_count; i++)
         fixed[model->group_v[group->v + i]] = held_of(model, given)[model->group_v[group->v + i]];
 }
@@ -102,7 +102,7 @@ static void close_around_given(const kt_model *model, kt_data *data, double t, c
         if (kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP))
             continue;
         kt_take_group(model, &model->group[g], given, q);
-        release(model, &model->group[g], KT_POSITION_GIVEN, fixed);
+        release_coordinates(model, &model->group[g], KT_POSITION_GIVEN, fixed);
     }
 }
 
@@ -119,7 +119,7 @@ typedef struct approach {
 } approach;
 
 /* Computes the step from q towards the nearest state; returns false if it cannot be computed. */
-static bool find_step(const approach *a) {
+static bool find_assembly_step(const approach *a) {
     const kt_reduction_kernels *kernels = a->model->group_kernels;
     kt_violation violation;
     if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
@@ -158,7 +158,7 @@ static bool line_search(const approach *a, double part) {
 }
 
 /* The largest entry of the step, relative to its unit. */
-static double length_of(const approach *a) {
+static double assembly_step_length(const approach *a) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++)
         if (fabs(a->step[a->model->group_v[i]]) > most * a->model->unit[i])
@@ -171,8 +171,8 @@ static void nearest_on_manifold(const approach *a, double *before) {
     const size_t nv = a->model->n.v;
     kt_iterations *taken = &a->data->iterations;
     double part = 1.0;
-    for (uint32_t i = 0; find_step(a); i++) {
-        const double most = length_of(a);
+    for (uint32_t i = 0; find_assembly_step(a); i++) {
+        const double most = assembly_step_length(a);
         if (i) { /* the Barzilai-Borwein factor: the next step would vanish if the step kept changing at this rate */
             double change = 0.0;
             for (size_t k = 0; k < nv; k++)
@@ -232,8 +232,8 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 /* Changes v by the least step that satisfies the velocity equations; fixed coordinates (NULL: none) do not change.
  * *violation is the remaining violation. *speed is the largest term of the equations, of which the violation may be a
  * rounding error. Returns false if a number is not finite. */
-static bool close_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
-                             const bool *fixed, kt_violation *violation, double *speed) {
+static bool close_initial_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
+                                     const bool *fixed, kt_violation *violation, double *speed) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     *speed = 0.0;
     for (int i = 0;; i++) { /* one step suffices in exact arithmetic */
@@ -251,7 +251,8 @@ static bool close_velocities(const kt_model *model, kt_data *data, double t, con
 }
 
 /* Whether the velocities of a group satisfy its equations; equations and `right` are those of v. */
-static bool group_fits(const kt_model *model, kt_data *data, size_t g, double t, const double *q, const double *v) {
+static bool group_fits_velocities(const kt_model *model, kt_data *data, size_t g, double t, const double *q,
+                                  const double *v) {
     kt_violation violation = kt_violation_none;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_velocity_violation(model, data, g, &w, v, &violation);
@@ -266,16 +267,16 @@ static bool move_around_given(const kt_model *model, kt_data *data, double t, co
     if (!fix_given(model, VELOCITY_GIVEN, fixed))
         return true;
     memcpy(given, v, model->n.v * sizeof *v);
-    if (!close_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
+    if (!close_initial_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
         !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        if (group_fits(model, data, g, t, q, v))
+        if (group_fits_velocities(model, data, g, t, q, v))
             continue;
         for (int i = 0; i < group->v_count; i++)
             v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
-        release(model, group, VELOCITY_GIVEN, fixed);
+        release_coordinates(model, group, VELOCITY_GIVEN, fixed);
     }
     return true;
 }
@@ -285,9 +286,9 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     kt_violation violation;
     double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
     bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
-                  close_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
+                  close_initial_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
     if (finite && violation.slip > KT_ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
-        finite = close_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
+        finite = close_initial_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
     if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)
@@ -297,7 +298,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
     if (violation.slip <= model->tolerance * speed &&
-        close_velocities(model, data, t, q, v, NULL, &violation, &speed) &&
+        close_initial_velocities(model, data, t, q, v, NULL, &violation, &speed) &&
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* those that are held are rounded */
     (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);

@@ -21,7 +21,7 @@ static bool is_dead(const kt_group_work *w, const double *missed) {
 /* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
  * are all holonomic are not tested: for them a search for later positions finds the end of the motion
  * (simulation/fail.c). */
-static bool is_lost(const kt_model *model, const kt_data *data, size_t g) {
+static bool group_direction_is_lost(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
     return group->count[KT_ROWS_ALL] > group->count[KT_ROWS_CLOSED] && data->near[g] &&
            (data->rank[g] < group->rank[KT_ROWS_ALL] || data->last[g] < KT_DEAD * group->usual[KT_ROWS_ALL]);
@@ -34,7 +34,7 @@ bool kt_is_dead_point(const kt_model *model, kt_data *data) {
     if (!kernels->factor(model, data, KT_ROWS_ALL, false))
         return false;
     for (size_t g = 0; g < model->n.group; g++)
-        lost |= data->lost[g] = is_lost(model, data, g);
+        lost |= data->lost[g] = group_direction_is_lost(model, data, g);
     if (!lost || !kernels->factor(model, data, KT_ROWS_ALL, true))
         return false;
     memset(data->delta, 0, model->n.v * sizeof *data->delta);

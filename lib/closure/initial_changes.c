@@ -9,7 +9,7 @@
 #include <math.h>
 
 /* The unit of the k-th velocity coordinate of a link. */
-static double unit_of(const kt_model *model, const kt_link *link, int k) {
+static double coordinate_unit_of(const kt_model *model, const kt_link *link, int k) {
     return k < kt_link_lengths(link) && model->length > 0.0 ? model->length : 1.0;
 }
 
@@ -18,7 +18,7 @@ static double fastest(const kt_model *model, const double *v) {
     for (size_t i = 1; i < model->n.link; i++)
         for (int k = 0; k < kt_link_dofs(&model->link[i]); k++) {
             const int32_t at = model->link[i].v + k;
-            most = fmax(most, fmax(fabs(v[at]), fabs(model->v0[at])) / unit_of(model, &model->link[i], k));
+            most = fmax(most, fmax(fabs(v[at]), fabs(model->v0[at])) / coordinate_unit_of(model, &model->link[i], k));
         }
     return most;
 }
@@ -46,7 +46,7 @@ static void note_link(const kt_model *model, const kt_link *link, const double *
                       parts *p) {
     const int plain = kt_motion_facts_of(link->motion).plain;
     for (int k = 0; k < kt_link_dofs(link); k++) {
-        const double unit = unit_of(model, link, k);
+        const double unit = coordinate_unit_of(model, link, k);
         const bool angular = plain > 0 && k >= plain;
         const uint8_t given = model->given[link->v + k];
         if (k < plain && (given & KT_POSITION_GIVEN))

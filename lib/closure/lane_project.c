@@ -7,7 +7,7 @@
 #include "joint/turn.h"
 
 /* p <- p (+) d of quaternions (joint/position.c), lane by lane. */
-static void rotate(kt_condition here, const kt_real1 *d, kt_real1 *p) {
+static void rotate_lane_quaternions(kt_condition here, const kt_real1 *d, kt_real1 *p) {
     for (int lane = 0; lane < KT_LANES; lane++) {
         const kt_quat old = kt_quat_make(p[0][lane], p[1][lane], p[2][lane], p[3][lane]);
         const kt_vec3 by = kt_vec3_make(d[0][lane], d[1][lane], d[2][lane]);
@@ -22,7 +22,7 @@ static void rotate(kt_condition here, const kt_real1 *d, kt_real1 *p) {
 }
 
 /* Like kt_position_move: a link that does not move keeps its bits. */
-static void move(const kt_model *model, kt_condition here, const kt_real1 *step, kt_real1 *q) {
+static void move_lane_positions(const kt_model *model, kt_condition here, const kt_real1 *step, kt_real1 *q) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_motion_facts_of(link->motion);
@@ -34,13 +34,13 @@ static void move(const kt_model *model, kt_condition here, const kt_real1 *step,
         for (int k = 0; k < motion.plain; k++)
             x[k] = kt_choose(moves, x[k] + dq[k], x[k]);
         if (motion.quaternions && kt_is_anywhere(moves))
-            rotate(moves, dq + motion.plain, x + motion.plain);
+            rotate_lane_quaternions(moves, dq + motion.plain, x + motion.plain);
     }
 }
 
 /* Returns the states whose positions are closed. */
-static kt_condition close_positions(const kt_model *model, kt_data *data, kt_condition live, const kt_lanes_at *at,
-                                    kt_real1 *q, kt_violation *violation) {
+static kt_condition close_lane_positions(const kt_model *model, kt_data *data, kt_condition live, const kt_lanes_at *at,
+                                         kt_real1 *q, kt_violation *violation) {
     kt_condition sound = live, open = live;
     kt_real1 before = kt_real1_splat((double)INFINITY);
     for (int i = 0; i < KT_POSITION_STEPS_MAX; i++) {
@@ -56,14 +56,14 @@ static kt_condition close_positions(const kt_model *model, kt_data *data, kt_con
         sound &= ~open | KT_KERNEL(kt_groups_prepare)(model, data, KT_ROWS_CLOSED);
         KT_KERNEL(kt_groups_aim)(model, data, KT_CLOSED);
         sound &= ~open | KT_KERNEL(kt_groups_step)(model, data, model->metric);
-        move(model, open, data->delta, q);
+        move_lane_positions(model, open, data->delta, q);
     }
     return kt_condition_false();
 }
 
 /* Returns the states whose velocities fit. The violation of a state that is not moved on is unchanged. */
-static kt_condition close_velocities(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *v,
-                                     kt_violation *violation) {
+static kt_condition close_lane_velocities(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *v,
+                                          kt_violation *violation) {
     const kt_condition open = live & ~(violation->slip <= KT_CLOSED * violation->speed);
     const kt_real1 given = violation->speed;
     kt_condition sound = live;
@@ -95,7 +95,7 @@ kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_cond
     const kt_lanes_at at = {.t = t, .q = q, .v = v};
     kt_violation violation;
     const kt_condition usual = model->n.q > model->n.v ? kt_turns_make_units(model, q, true) : kt_condition_true();
-    kt_condition sound = close_positions(model, data, live & usual, &at, q, &violation);
-    sound = close_velocities(model, data, sound, v, &violation);
+    kt_condition sound = close_lane_positions(model, data, live & usual, &at, q, &violation);
+    sound = close_lane_velocities(model, data, sound, v, &violation);
     return sound & kt_is_finite1(violation.velocity) & (violation.slip <= KT_CLOSED_STEP * violation.speed);
 }

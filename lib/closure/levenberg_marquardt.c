@@ -43,7 +43,7 @@ enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 
 
 static const double scatter[STARTS] = {0.0, 0.1, 0.3, 1.0};
 
-static double gap_of(const kt_group_work *w) {
+static double group_gap_of(const kt_group_work *w) {
     kt_violation violation = kt_violation_none;
     kt_group_position_residuals(w, &violation);
     return violation.gap;
@@ -137,7 +137,7 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
 typedef enum purpose { TO_CLOSE, TO_TELL } purpose;
 
 /* Whether the step of one group is accepted; its equations at the new state have been filled. */
-static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
+static bool judge_group_step(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
     const double before = data->gap[g], after = squares(w);
     /* If the gap alone damps the step, the step ends at a minimum at once. More damping would find it again and
      * again. */
@@ -146,7 +146,7 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
     const bool rounding = before <= 1e-28 * (double)w->k;
     /* The disagreement of loops has a minimum somewhere along the motion that they leave. A search ends where it
      * reaches the disagreement. */
-    const double gap = gap_of(w);
+    const double gap = group_gap_of(w);
     if (after > 0.5 * before && gap > KT_CLOSED_STEP && gap <= model->disagreement) {
         data->settled[g] = true;
         return false;
@@ -158,8 +158,8 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
         const bool creeps = asked == TO_CLOSE && *mu > BEGINNING && after > 0.99999 * before;
         *mu = fmax(*mu * 0.1, UNDAMPED);
         data->gap[g] = after;
-        data->settled[g] = least || creeps || gap_of(w) <= KT_CLOSED || (after > 0.99999 * before && *mu <= 1e-12) ||
-                           (rounding && after > 0.5 * before);
+        data->settled[g] = least || creeps || group_gap_of(w) <= KT_CLOSED ||
+                           (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
         return true;
     }
     /* Near closure, rounding errors hide the decrease of a damped step along a direction that is about to be lost. More
@@ -172,14 +172,14 @@ static bool judge(const kt_model *model, kt_data *data, size_t g, const kt_group
 }
 
 /* Fills the equations at q. */
-static bool begin(const kt_model *model, kt_data *data, double t, const bool *held, const double *q) {
+static bool begin_iteration(const kt_model *model, kt_data *data, double t, const bool *held, const double *q) {
     kt_violation violation;
     if (!model->group_kernels->residuals(model, data, t, q, NULL, held, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         data->gap[g] = squares(&w);
-        data->settled[g] = gap_of(&w) <= KT_CLOSED;
+        data->settled[g] = group_gap_of(&w) <= KT_CLOSED;
         data->damping[g] = BEGINNING;
     }
     return true;
@@ -187,8 +187,8 @@ static bool begin(const kt_model *model, kt_data *data, double t, const bool *he
 
 /* Iterates until all groups are settled. Groups that are reduced by fronts iterate for at most `large` steps. q must be
  * finite and stays so. On return the equations are those at q. */
-static void iterate(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
-                    double *q) {
+static void iterate_groups(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
+                           double *q) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
     for (int i = 0; i < STEPS_MOST; i++) {
@@ -208,7 +208,7 @@ static void iterate(const kt_model *model, kt_data *data, double t, const bool *
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
-            if (judge(model, data, g, &w, asked))
+            if (judge_group_step(model, data, g, &w, asked))
                 kt_take_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;
@@ -219,7 +219,7 @@ static void iterate(const kt_model *model, kt_data *data, double t, const bool *
 }
 
 /* Whether the largest change of a coordinate is short. */
-static bool is_short(const kt_model *model, const double *step) {
+static bool step_is_short(const kt_model *model, const double *step) {
     double most = 0.0;
     for (size_t i = 0; i < model->n.group_v; i++)
         most = fmax(most, fabs(step[model->group_v[i]]) / model->unit[i]);
@@ -236,7 +236,7 @@ static bool close_by_newton(const kt_model *model, kt_data *data, double t, cons
         kt_residuals_to_right_hand_side(model, data, KT_CLOSED);
         fine = kernels->prepare(model, data, KT_ROWS_CLOSED, false) &&
                kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta) &&
-               is_short(model, data->delta);
+               step_is_short(model, data->delta);
         if (!fine)
             break;
         kt_position_move(model, held, q, data->delta, data->moved_q);
@@ -284,13 +284,14 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
         const int at = start < STARTS ? start : best;
         if (start)
             start_elsewhere(model, data, held, from, at, q);
-        if (!begin(model, data, t, held, q))
+        if (!begin_iteration(model, data, t, held, q))
             return (double)INFINITY;
-        iterate(model, data, t, held,
-                at > 0                       ? STEPS_ELSEWHERE
-                : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
-                                             : STEPS_MOST,
-                search == KT_SEARCH_SAMPLE || (search == KT_SEARCH_STUBBORN && start < STARTS) ? TO_CLOSE : TO_TELL, q);
+        iterate_groups(
+            model, data, t, held,
+            at > 0                       ? STEPS_ELSEWHERE
+            : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
+                                         : STEPS_MOST,
+            search == KT_SEARCH_SAMPLE || (search == KT_SEARCH_STUBBORN && start < STARTS) ? TO_CLOSE : TO_TELL, q);
         if (!kernels->residuals(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
         if (kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_ASSEMBLED) || search != KT_SEARCH_STUBBORN)

@@ -9,8 +9,8 @@
 
 /* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
  * in *relative. */
-static double gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
-                     double *relative) {
+static double loop_gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
+                          double *relative) {
     const kt_group *group = &model->group[loop->group];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double largest = 0.0;
@@ -65,7 +65,7 @@ static int next_worst(const kt_model *model, const kt_data *data, bool moving, d
     for (int i = 0; i < (int)model->n.loop; i++) {
         if (kt_loop_is_off(&model->loop[i]))
             continue;
-        (void)gap_of(model, data, &model->loop[i], moving, &relative);
+        (void)loop_gap_of(model, data, &model->loop[i], moving, &relative);
         if ((relative < below || (relative == below && i > after)) && relative > most) {
             most = relative;
             worst = i;
@@ -106,7 +106,7 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
         worst = next_worst(model, data, moving, relative, worst);
         if (worst < 0)
             break;
-        const double gap = gap_of(model, data, &model->loop[worst], moving, &relative);
+        const double gap = loop_gap_of(model, data, &model->loop[worst], moving, &relative);
         if (n > 0 && relative <= 1e-3 * most) /* closed except for the effect of the open ones */
             break;
         if (n == NAMED) {

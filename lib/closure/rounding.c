@@ -32,7 +32,7 @@ bool kt_group_is_closed(const kt_model *model, const kt_data *data, size_t g, co
 
 /* The largest speed in a group: of a coordinate over its unit, or of the terms of a drive's rate over its row's
  * scale. */
-static double speed_of(const kt_model *model, size_t g, const kt_group_work *w, double t, const double *v) {
+static double group_speed_of(const kt_model *model, size_t g, const kt_group_work *w, double t, const double *v) {
     const kt_group *group = &model->group[g];
     double speed = KT_SPEED_LEAST;
     for (int i = 0; i < w->m; i++)
@@ -52,7 +52,7 @@ static double speed_of(const kt_model *model, size_t g, const kt_group_work *w, 
 bool kt_group_velocities_fit(const kt_model *model, const kt_data *data, size_t g, double t, const double *q,
                              const double *v, double tolerance) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    const double most = fmax(tolerance, kt_group_rounding(model, g, q)) * speed_of(model, g, &w, t, v);
+    const double most = fmax(tolerance, kt_group_rounding(model, g, q)) * group_speed_of(model, g, &w, t, v);
     bool fit = true;
     for (int r = 0; r < w.k; r++)
         fit &= fabs(w.right[r]) <= most * w.scale[r];
