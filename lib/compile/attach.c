@@ -76,7 +76,7 @@ static bool takes_distance(const kt_loop *loop) {
            loop->function.type == KT_FUNCTION_NONE;
 }
 
-static kt_function function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
+static kt_function loop_function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
     if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(offset)))
         return kt_function_constant(loop->offset);
     if (takes_distance(loop))
@@ -103,17 +103,17 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
 }
 
 /* Numbers of a loop's own, in addition to those of its function of time. */
-static size_t number_count(const kt_loop *loop) {
+static size_t loop_number_count(const kt_loop *loop) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     return kind->number_count ? kind->number_count(loop) : 0;
 }
 
-static void prepare(const kt_loop *loop, kt_model *m, kt_loop_record *r, size_t *number) {
+static void prepare_loop(const kt_loop *loop, kt_model *m, kt_loop_record *r, size_t *number) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     r->number = *number;
     if (kind->prepare)
         kind->prepare(loop, m->number, r);
-    *number += number_count(loop);
+    *number += loop_number_count(loop);
 }
 
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
@@ -149,8 +149,8 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
             if (status != KT_OK)
                 return status;
         }
-        const kt_function function = function_of(a, loop, r);
-        n->number += kt_curve_number_count(&function) + number_count(loop);
+        const kt_function function = loop_function_of(a, loop, r);
+        n->number += kt_curve_number_count(&function) + loop_number_count(loop);
         n->text += strlen(loop->name) + 1;
     }
     return KT_OK;
@@ -166,7 +166,7 @@ static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
 
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
 
-static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
+static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
     if (KT_HAS_LOOPS && m->n.loop)
         memcpy(m->loop, a->loop, m->n.loop * sizeof *m->loop);
     if (KT_HAS_LOOPS)
@@ -185,11 +185,11 @@ static void fill_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *
             m->planar_loop[i] = a->flat[i];
             kt_planar_ends(m, r, &m->planar_loop[i]);
         }
-        const kt_function function = function_of(a, loop, r);
+        const kt_function function = loop_function_of(a, loop, r);
         const kt_curve curve = kt_curve_compile(&function, m->number, *number);
         r->curve = kt_loop_is_off(r) && curve.type != KT_FUNCTION_NONE ? no_curve : curve;
         *number += kt_curve_number_count(&function);
-        prepare(loop, m, r, number);
+        prepare_loop(loop, m, r, number);
         m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
         r->name = (uint32_t)*text;
         const size_t length = strlen(loop->name) + 1;
@@ -280,7 +280,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 }
 
 /* Returns a larger model that contains the tree. */
-static kt_model *grow(const kt_model *tree, const kt_counts *n, kt_error *error) {
+static kt_model *grow_tree(const kt_model *tree, const kt_counts *n, kt_error *error) {
     const size_t bytes = kt_model_layout(NULL, n);
     kt_model *m = kt_arena_allocate(bytes, "the model", error);
     if (!m)
@@ -344,13 +344,13 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
-    kt_model *m = grow(a->tree, n, error);
+    kt_model *m = grow_tree(a->tree, n, error);
     if (!m)
         return KT_ERROR_MEMORY;
     m->n = *n;
     kt_model_name_all(m);
     size_t number = 0, variable = 0, part = 0, text = a->tree->n.text;
-    fill_loops(a, m, &number, &text);
+    fill_attached_loops(a, m, &number, &text);
     m->length = 1.0;
     if (KT_HAS_LOOPS)
         kt_attach_measure_loops(a, m);

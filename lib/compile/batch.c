@@ -13,13 +13,13 @@
 #include <string.h>
 
 /* The key by which batches are sorted. */
-static int key_of(int type, int ends) {
+static int batch_key_of(int type, int ends) {
     return ends * (KT_EFFECT_TYPE_COUNT + 1) + (type == KT_EFFECT_CUSTOM ? KT_EFFECT_TYPE_COUNT : type);
 }
 
 enum { KEYS = 3 * (KT_EFFECT_TYPE_COUNT + 1) };
 
-static bool turns(const kt_link *link) { return kt_motion_facts_of(link->motion).angles > 0; }
+static bool link_turns(const kt_link *link) { return kt_motion_facts_of(link->motion).angles > 0; }
 
 /* Marks the links from that of a body, on which an effect has an end, to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {
@@ -28,7 +28,7 @@ static void mark(kt_attach *a, kt_counts *n, const char *body) {
     for (; link > 0 && a->force_link[link] == 0; link = m->link[link].parent) {
         a->force_link[link] = 1;
         n->force_link++;
-        n->force_link_angle += turns(&m->link[link]);
+        n->force_link_angle += link_turns(&m->link[link]);
     }
 }
 
@@ -69,7 +69,7 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
     for (size_t i = 0; i < n->effect + n->effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         const int ends = KT_HAS_RELATIVE ? kt_attach_end_count(a, effect) : kt_effect_end_count(effect),
-                  key = key_of((int)effect->type, ends);
+                  key = batch_key_of((int)effect->type, ends);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
         n->term += KT_HAS_RELATIVE ? kt_attach_count_turns(a, effect) : 0;
         if (kt_effect_has_path(effect))
@@ -108,7 +108,7 @@ static void list_force_links(kt_attach *a, kt_model *m) {
         kt_force_link *b = &m->force_link[count];
         *b = (kt_force_link){.link = i, .parent = a->force_link[link->parent]};
         b->base = m->force_link[b->parent].base && (b->parent == 0 || link->body == m->link[link->parent].body);
-        if (turns(link)) {
+        if (link_turns(link)) {
             m->force_link_angle[angle] = link->q;
             m->force_link_angle_index[angle++] = link->angle;
         }
@@ -131,7 +131,7 @@ void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
         const int32_t first = place;
         for (size_t i = 0; i < count; i++) {
             const kt_effect_record *r = &a->effect[i];
-            if (key_of(r->type, r->ends) != key || is_off(a, i))
+            if (batch_key_of(r->type, r->ends) != key || is_off(a, i))
                 continue;
             m->effect[place] = *r;
             for (int k = 0; k < r->ends; k++)

@@ -69,7 +69,7 @@ static void order_bodies(build *b) {
     }
 }
 
-static int elements_of(const kt_body *body, kt_element *elements) {
+static int body_elements_of(const kt_body *body, kt_element *elements) {
     return kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
 }
 
@@ -81,7 +81,7 @@ static void count_all(const build *b, kt_counts *n) {
         const kt_body *body = &d->bodies[i];
         const kt_joint_size *size = &kt_joint_sizes[body->joint.type];
         kt_element elements[KT_ELEMENT_MAX];
-        const int count = elements_of(body, elements);
+        const int count = body_elements_of(body, elements);
         const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
         n->link += (size_t)count;
         n->spatial += is_spatial ? (size_t)count : 0;
@@ -123,7 +123,7 @@ static size_t find_planes(build *b, kt_plan plan) {
     return in_space ? 0 : planes;
 }
 
-static uint32_t keep_text(kt_model *m, size_t *used, const char *text) {
+static uint32_t keep_model_text(kt_model *m, size_t *used, const char *text) {
     const uint32_t at = (uint32_t)*used;
     const size_t length = strlen(text) + 1;
     memcpy(m->text + at, text, length);
@@ -172,8 +172,8 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     size_t text = 0, marker = 0;
     int32_t q = 0, v = 0, limit = 0;
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
-    m->body[0].name = keep_text(m, &text, "world");
-    m->name = keep_text(m, &text, d->name ? d->name : "");
+    m->body[0].name = keep_model_text(m, &text, "world");
+    m->name = keep_model_text(m, &text, d->name ? d->name : "");
     kt_status status = KT_OK;
     for (int i = 0; i < d->body_count && status == KT_OK; i++) {
         const kt_body *body = &d->bodies[b->order[i]];
@@ -195,21 +195,21 @@ static kt_status keep_bodies(build *b, kt_error *error) {
             m->limit[limit] = body->joint.limits;
             r->limit = ++limit;
         }
-        r->name = keep_text(m, &text, body->name);
-        r->joint_name = body->joint.name ? keep_text(m, &text, body->joint.name) : r->name;
+        r->name = keep_model_text(m, &text, body->name);
+        r->joint_name = body->joint.name ? keep_model_text(m, &text, body->joint.name) : r->name;
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
         for (int k = 0; k < body->marker_count && status == KT_OK; k++) {
             kt_marker_record *mark = &m->marker[marker++];
             mark->frame.position = body->markers[k].at;
-            mark->name = keep_text(m, &text, body->markers[k].name);
+            mark->name = keep_model_text(m, &text, body->markers[k].name);
             status = kt_rotation_evaluate(&body->markers[k].rotation, &mark->frame.rotation, error);
         }
     }
     return status;
 }
 
-static bool is_same(kt_mat3 a, kt_mat3 b) {
+static bool matrices_are_same(kt_mat3 a, kt_mat3 b) {
     return a.x.x == b.x.x && a.y.y == b.y.y && a.z.z == b.z.z && a.x.y == b.x.y && a.x.z == b.x.z && a.y.x == b.y.x &&
            a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
 }
@@ -217,7 +217,7 @@ static bool is_same(kt_mat3 a, kt_mat3 b) {
 /* Stores the axes at rest and the pitch of the last link. Unrotated axes with a pitch of 0 are the default and need no
  * entry. */
 static void keep_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
-    link->rest_is_rotated = !is_same(axes, kt_mat3_identity());
+    link->rest_is_rotated = !matrices_are_same(axes, kt_mat3_identity());
     if (!link->rest_is_rotated && pitch == 0.0)
         return;
     kt_link_rest *rest = &m->rest[m->n.rest++];
@@ -232,14 +232,14 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     const kt_body_record *parent = &m->body[body->parent];
     kt_pose frame = kt_pose_compose(parent->in_link, body->joint); /* joint frame in the parent's link */
     kt_element elements[KT_ELEMENT_MAX];
-    const int element_count = elements_of(&d->bodies[body->source], elements);
+    const int element_count = body_elements_of(&d->bodies[body->source], elements);
     int32_t q = body->q, v = body->v, up = parent->link;
     for (int k = 0; k < element_count; k++) {
         const kt_element *e = &elements[k];
         kt_link *link = &m->link[*count];
         memset(link, 0, sizeof *link);
         link->group = -1;
-        const bool same = k > 0 && is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
+        const bool same = k > 0 && matrices_are_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = frame.position;
         keep_rest(m, link, rest, e->pitch);
@@ -371,7 +371,7 @@ static void size_links(build *b) {
     }
 }
 
-static kt_status compile(build *b, const kt_model_options *options, kt_error *error) {
+static kt_status build_model(build *b, const kt_model_options *options, kt_error *error) {
     kt_counts n;
     order_bodies(b);
     const size_t planes = find_planes(b, options->plan);
@@ -433,7 +433,7 @@ static size_t name_count(const kt_description *d) {
     return count;
 }
 
-static void add_names(kt_names *names, const kt_description *d) {
+static void add_description_names(kt_names *names, const kt_description *d) {
     for (int i = 0; i < d->body_count; i++) {
         (void)kt_names_add(names, KT_NAMES_OF_BODIES, d->bodies[i].name, i);
         (void)kt_names_add(names, KT_NAMES_OF_JOINTS, kt_joint_name_of(&d->bodies[i]), i);
@@ -454,8 +454,8 @@ static kt_status build_all(build *b, const kt_model_options *options, kt_error *
     memset(memory, 0, bytes);
     (void)place_arrays(b, memory, n, loops, table);
     kt_names_init(&b->names, names, b->table);
-    add_names(&b->names, d);
-    const kt_status status = compile(b, options, error);
+    add_description_names(&b->names, d);
+    const kt_status status = build_model(b, options, error);
     kt_aligned_release(memory);
     return status;
 }

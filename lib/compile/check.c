@@ -19,7 +19,7 @@
 /* ---- counts and memory ------------------------------------------------------------------------------------------- */
 
 /* Whether a list can be read. */
-static bool check_list(kt_checker *checker, const char *field, const void *list, int count) {
+static bool check_description_list(kt_checker *checker, const char *field, const void *list, int count) {
     if (count < 0)
         kt_checker_fault(checker, field, -1, "%s: the count is %d; it cannot be negative", field, count);
     else if (count > KT_COUNT_MOST)
@@ -33,11 +33,11 @@ static bool check_list(kt_checker *checker, const char *field, const void *list,
 
 static bool check_counts(kt_checker *checker) {
     const kt_description *d = checker->description;
-    const bool bodies = check_list(checker, "bodies", d->bodies, d->body_count);
-    const bool loops = check_list(checker, "loops", d->loops, d->loop_count);
-    const bool effects = check_list(checker, "effects", d->effects, d->effect_count);
-    const bool hold = check_list(checker, "hold", (const void *)d->hold, d->hold_count);
-    const bool states = !KT_HAS_FORMULAS || check_list(checker, "states", d->states, d->state_count);
+    const bool bodies = check_description_list(checker, "bodies", d->bodies, d->body_count);
+    const bool loops = check_description_list(checker, "loops", d->loops, d->loop_count);
+    const bool effects = check_description_list(checker, "effects", d->effects, d->effect_count);
+    const bool hold = check_description_list(checker, "hold", (const void *)d->hold, d->hold_count);
+    const bool states = !KT_HAS_FORMULAS || check_description_list(checker, "states", d->states, d->state_count);
     if (!bodies || !loops || !effects || !hold || !states)
         return false;
     size_t markers = 0;
@@ -70,25 +70,25 @@ static void *place_memory(kt_checker *checker) {
     return memory;
 }
 
-static void add_name(kt_checker *checker, int scope, const char *name, int index) {
+static void add_checked_name(kt_checker *checker, int scope, const char *name, int index) {
     if (name != NULL && *name != '\0')
         (void)kt_names_add(&checker->names, scope, name, index); /* of equal names the first is kept */
 }
 
-static void add_names(kt_checker *checker) {
+static void add_checked_names(kt_checker *checker) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count; i++) {
-        add_name(checker, KT_SCOPE_BODY, d->bodies[i].name, i);
-        add_name(checker, KT_NAMES_OF_JOINTS, d->bodies[i].joint.name, i);
+        add_checked_name(checker, KT_SCOPE_BODY, d->bodies[i].name, i);
+        add_checked_name(checker, KT_NAMES_OF_JOINTS, d->bodies[i].joint.name, i);
         for (int k = 0; k < kt_checker_marker_count(&d->bodies[i]); k++)
-            add_name(checker, i, d->bodies[i].markers[k].name, k);
+            add_checked_name(checker, i, d->bodies[i].markers[k].name, k);
     }
     for (int i = 0; i < d->loop_count; i++)
-        add_name(checker, KT_SCOPE_LOOP, d->loops[i].name, i);
+        add_checked_name(checker, KT_SCOPE_LOOP, d->loops[i].name, i);
     for (int i = 0; i < d->effect_count; i++)
-        add_name(checker, KT_SCOPE_EFFECT, d->effects[i].name, i);
+        add_checked_name(checker, KT_SCOPE_EFFECT, d->effects[i].name, i);
     for (int i = 0; KT_HAS_FORMULAS && i < d->state_count; i++)
-        add_name(checker, KT_SCOPE_STATE, d->states[i].name, i);
+        add_checked_name(checker, KT_SCOPE_STATE, d->states[i].name, i);
 }
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
@@ -149,7 +149,7 @@ static void report_cycle(kt_checker *checker, int first) {
 
 /* ---- items, in their order --------------------------------------------------------------------------------------- */
 
-static void check_scene(kt_checker *checker) {
+static void check_world(kt_checker *checker) {
     checker->item = KT_ITEM_SCENE;
     checker->index = 0;
     kt_checker_vector(checker, "gravity", -1, "", checker->description->gravity);
@@ -262,7 +262,7 @@ static void check_effect_of_tree(kt_checker *checker, const kt_effect *effect) {
                          "`stick` out");
 }
 
-static void check_effect(kt_checker *checker, const kt_effect *effect) {
+static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
     kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
     if (effect->type != KT_EFFECT_CUSTOM && kt_effect_descriptor(effect->type) == NULL)
         kt_checker_fault(checker, "type", -1,
@@ -301,10 +301,10 @@ static void check_states(kt_checker *checker) {
 
 static void check_all(kt_checker *checker) {
     const kt_description *d = checker->description;
-    add_names(checker);
+    add_checked_names(checker);
     find_parents(checker);
     find_cycles(checker);
-    check_scene(checker);
+    check_world(checker);
     check_bodies(checker);
     checker->stamp = 1; /* the largest mark that the cycles leave */
     checker->item = KT_ITEM_LOOP;
@@ -312,7 +312,7 @@ static void check_all(kt_checker *checker) {
         check_loop(checker, &d->loops[checker->index]);
     checker->item = KT_ITEM_EFFECT;
     for (checker->index = 0; checker->index < d->effect_count && !kt_checker_is_done(checker); checker->index++)
-        check_effect(checker, &d->effects[checker->index]);
+        check_one_effect(checker, &d->effects[checker->index]);
     check_hold(checker);
     if (KT_HAS_FORMULAS)
         check_states(checker);

@@ -12,7 +12,7 @@ bool kt_joint_is_limited(const kt_joint *joint) {
     return !(l.lower == -none && l.upper == none && l.velocity == none && l.effort == none);
 }
 
-static void check_joint(kt_checker *checker, const kt_joint *joint) {
+static void check_body_joint(kt_checker *checker, const kt_joint *joint) {
     const kt_joint_limits l = joint->limits;
     kt_checker_name(checker, KT_NAMES_OF_JOINTS, "the joint of bodies", joint->name, true);
     if (kt_joint_type_name(joint->type) == NULL) {
@@ -30,7 +30,7 @@ static void check_joint(kt_checker *checker, const kt_joint *joint) {
                          l.lower, l.upper, l.velocity, l.effort);
 }
 
-static void check_markers(kt_checker *checker, const kt_body *body) {
+static void check_body_markers(kt_checker *checker, const kt_body *body) {
     if (body->marker_count < 0)
         kt_checker_fault(checker, "markers", -1, "marker_count is %d; it cannot be negative", body->marker_count);
     else if (body->marker_count > 0 && body->markers == NULL)
@@ -58,8 +58,8 @@ static void check_markers(kt_checker *checker, const kt_body *body) {
 }
 
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body) {
-    check_joint(checker, &body->joint);
+    check_body_joint(checker, &body->joint);
     kt_checker_mass(checker, body);
     kt_checker_variable_mass(checker, body);
-    check_markers(checker, body);
+    check_body_markers(checker, body);
 }

@@ -22,7 +22,7 @@ static kt_status reject_loops(const kt_description *description, kt_error *error
 
 /* Rejects values that are no member of their type, as in a struct that was not initialised by kt_model_options_default.
  * The instruction set is checked when the model is built. */
-static kt_status check_options(const kt_model_options *options, kt_error *error) {
+static kt_status check_model_options(const kt_model_options *options, kt_error *error) {
     const struct {
         const char *name;
         unsigned value, count;
@@ -77,7 +77,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         return KT_ERROR_ARGUMENT;
     kt_model_options own = kt_model_options_default();
     const kt_model_options *settings = KT_OPTIONS(kt_model_options, settable, &own, options, error);
-    kt_status status = KT_HAS_SIZES && settings == NULL ? KT_ERROR_ARGUMENT : check_options(settings, error);
+    kt_status status = KT_HAS_SIZES && settings == NULL ? KT_ERROR_ARGUMENT : check_model_options(settings, error);
     if (status == KT_OK)
         status = reject_loops(description, error);
     if (status == KT_OK)

@@ -3,7 +3,7 @@
 #include "effect/path.h"
 
 /* Returns the index of a body among those of a path's first points, or `count` if it is a new one. */
-static int find_link(const kt_model *m, const kt_path_link *links, int count, const kt_end *end) {
+static int find_path_link(const kt_model *m, const kt_path_link *links, int count, const kt_end *end) {
     const int32_t body = end->body != NULL ? kt_body_find(m, end->body) : 0;
     int k = 0;
     while (k < count && links[k].link != m->body[body].link)
@@ -17,7 +17,7 @@ void kt_attach_count_path(const kt_model *tree, const kt_effect *effect, kt_coun
     for (int i = 0; i < effect->path_count; i++) {
         const kt_end *end = &effect->path[i].end;
         const int32_t body = end->body != NULL ? kt_body_find(tree, end->body) : 0;
-        if (find_link(tree, links, count, end) == count)
+        if (find_path_link(tree, links, count, end) == count)
             links[count++].link = tree->body[body].link;
     }
     n->path_point += (size_t)effect->path_count;
@@ -32,7 +32,7 @@ kt_status kt_attach_fill_path(kt_model *m, const kt_effect *effect, kt_effect_re
     r->path_count = effect->path_count;
     for (int i = 0; i < effect->path_count; i++) {
         const kt_path_point *from = &effect->path[i];
-        const int k = find_link(m, links, r->path_link_count, &from->end);
+        const int k = find_path_link(m, links, r->path_link_count, &from->end);
         kt_path_link found = {.force_link = 0};
         kt_pose frame;
         const kt_status status = kt_attach_place_end(m, &from->end, &found.body, &found.link, &frame, error);

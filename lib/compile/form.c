@@ -50,7 +50,7 @@ static bool has_several_free(const kt_model *model, const kt_group *group) {
 
 static bool may_be(const kt_model *model, kt_group_form form) { return !(model->excluded_forms & 1u << form); }
 
-static void set(kt_group *group, kt_group_form form, kt_form_reason reason) {
+static void set_form(kt_group *group, kt_group_form form, kt_form_reason reason) {
     group->form = form;
     group->reason = reason;
 }
@@ -85,11 +85,11 @@ static bool may_range(const kt_model *model, const kt_group *group) { return (vo
 #endif
 
 void kt_form_begin(const kt_model *model, kt_group *group) {
-    set(group, KT_FORM_DENSE,
-        KT_HAS_FORMULAS && has_formula(model, group) ? KT_FORM_REASON_FORMULA
-        : !model->reduction->fronts                  ? KT_FORM_REASON_METHOD
-        : model->structure == KT_STRUCTURE_DENSE     ? KT_FORM_REASON_ASKED
-                                                     : KT_FORM_REASON_SMALL);
+    set_form(group, KT_FORM_DENSE,
+             KT_HAS_FORMULAS && has_formula(model, group) ? KT_FORM_REASON_FORMULA
+             : !model->reduction->fronts                  ? KT_FORM_REASON_METHOD
+             : model->structure == KT_STRUCTURE_DENSE     ? KT_FORM_REASON_ASKED
+                                                          : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
     group->ranges = may_range(model, group);
 }
@@ -106,9 +106,9 @@ bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_esti
     const bool registers = of->is_front4 && group->link_count >= KT_FRONT4_LINKS && may_be(model, KT_FORM_FRONT4);
     const bool delassus = of->fits_delassus && may_be(model, KT_FORM_DELASSUS);
     if (model->structure == KT_STRUCTURE_FRONTS)
-        set(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
+        set_form(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
     else if (pays || delassus || registers)
-        set(group, KT_FORM_FRONT, KT_FORM_REASON_TIME);
+        set_form(group, KT_FORM_FRONT, KT_FORM_REASON_TIME);
     return kt_group_has_fronts(group);
 }
 
@@ -151,7 +151,7 @@ static bool is_delassus(const kt_group *group) {
 
 /* Whether a group is reduced by reduction/front4.h. Such a group is planar, lies on the ground and has fronts of few
  * parameters. Each step has at most two equations, and all equations are independent. */
-static bool is_front4(const kt_model *model, const kt_group *group) {
+static bool fits_front4(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, active = 0, rank = 0;
@@ -177,9 +177,9 @@ static bool is_front4(const kt_model *model, const kt_group *group) {
 static void choose_among_fronts(const kt_model *model, kt_group *group) {
     const bool inexact = group->reason == KT_FORM_REASON_INEXACT;
     if (is_delassus(group) && !inexact)
-        set(group, KT_FORM_DELASSUS, KT_FORM_REASON_FEW);
-    else if (!is_delassus(group) && is_front4(model, group) && may_be(model, KT_FORM_FRONT4))
-        set(group, KT_FORM_FRONT4, KT_FORM_REASON_REGISTERS);
+        set_form(group, KT_FORM_DELASSUS, KT_FORM_REASON_FEW);
+    else if (!is_delassus(group) && fits_front4(model, group) && may_be(model, KT_FORM_FRONT4))
+        set_form(group, KT_FORM_FRONT4, KT_FORM_REASON_REGISTERS);
 }
 
 void kt_forms_choose(kt_model *model) {
@@ -189,10 +189,10 @@ void kt_forms_choose(kt_model *model) {
         if (kt_group_has_fronts(group))
             choose_among_fronts(model, group);
         else if (is_pin(model, group) && may_be(model, KT_FORM_PIN))
-            set(group, group->has_armature ? KT_FORM_DENSE : KT_FORM_PIN,
-                group->has_armature ? KT_FORM_REASON_ARMATURE : KT_FORM_REASON_PIN);
+            set_form(group, group->has_armature ? KT_FORM_DENSE : KT_FORM_PIN,
+                     group->has_armature ? KT_FORM_REASON_ARMATURE : KT_FORM_REASON_PIN);
         model->has_delassus |= group->form == KT_FORM_DELASSUS || (group->form == KT_FORM_DENSE && group->ranges);
     }
 }
 
-void kt_form_reject_inexact(kt_group *group) { set(group, KT_FORM_FRONT, KT_FORM_REASON_INEXACT); }
+void kt_form_reject_inexact(kt_group *group) { set_form(group, KT_FORM_FRONT, KT_FORM_REASON_INEXACT); }

@@ -5,7 +5,9 @@
 #include "expression/part.h"
 
 /* The numbers that the terms of a formula take at most. */
-static size_t numbers_of(const char *text) { return (kt_expression_size(text) + sizeof(double) - 1) / sizeof(double); }
+static size_t formula_numbers_of(const char *text) {
+    return (kt_expression_size(text) + sizeof(double) - 1) / sizeof(double);
+}
 
 /* ---- parts that depend on time alone ----------------------------------------------------------------------------- */
 
@@ -21,7 +23,7 @@ static size_t numbers_of_part(size_t count) {
     return (kt_expression_part_size(count) + sizeof(double) - 1) / sizeof(double);
 }
 
-static void count_part(void *user, const kt_expression_term *term, size_t count) {
+static void count_formula_part(void *user, const kt_expression_term *term, size_t count) {
     kt_counts *n = user;
     (void)term;
     n->time_part++;
@@ -60,9 +62,9 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
                      ? KT_ERROR_MEMORY
                      : kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression, NULL, error);
         if (status == KT_OK)
-            kt_expression_parts(expression, time_of(names), count_part, n);
+            kt_expression_parts(expression, time_of(names), count_formula_part, n);
         kt_aligned_release(memory);
-        n->number += numbers_of(effect->formula[k]);
+        n->number += formula_numbers_of(effect->formula[k]);
     }
     n->variable += (size_t)names->count;
     for (int k = 0; k < names->count; k++)
@@ -113,7 +115,7 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
         if (status != KT_OK)
             return status;
         r->formula[k] = *number + 1;
-        *number += numbers_of(effect->formula[k]);
+        *number += formula_numbers_of(effect->formula[k]);
         kt_expression_parts(expression, time_of(&names), fill_part, &place);
     }
     for (int k = 0; k < names.count; k++)

@@ -38,7 +38,7 @@ typedef struct planner {
 
 static bool is_in_group(const planner *p, int32_t link) { return link != p->group->parent; }
 
-static const kt_loop_record *loop_of(const planner *p, int i) {
+static const kt_loop_record *planned_loop_of(const planner *p, int i) {
     return &p->m->loop[p->m->group_loop[p->group->loop + i]];
 }
 
@@ -52,7 +52,7 @@ static void add_end(const planner *p, int32_t loop, int end) {
     p->a->end[link] = at + 1;
 }
 
-static void gather(const planner *p) {
+static void list_children(const planner *p) {
     for (int l = 0; l < p->count; l++)
         p->a->child[p->link[l]] = p->a->end[p->link[l]] = 0;
     for (int l = p->count - 1; l >= 0; l--) {
@@ -86,7 +86,7 @@ static void order_by_depth(const planner *p) {
         a->order[a->change[a->depth[p->link[l]] - top]++] = p->link[l];
 }
 
-static bool is_taken(const planner *p, int32_t link) { return !is_in_group(p, link) || p->a->step[link] >= 0; }
+static bool link_is_taken(const planner *p, int32_t link) { return !is_in_group(p, link) || p->a->step[link] >= 0; }
 
 /* How many more links are open if i is taken: i itself, minus those that close. */
 static int32_t opening(const planner *p, int32_t i) {
@@ -97,7 +97,7 @@ static int32_t opening(const planner *p, int32_t i) {
         more--;
     for (int32_t e = a->end[i]; e; e = a->next_end[e - 1]) {
         const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
-        if (!is_taken(p, other) || other == i)
+        if (!link_is_taken(p, other) || other == i)
             continue;
         own--;
         more -= is_in_group(p, other) && a->waiting[other] == 1;
@@ -105,7 +105,7 @@ static int32_t opening(const planner *p, int32_t i) {
     return more + (own > 0);
 }
 
-static void take(const planner *p, int32_t i, int32_t at) {
+static void take_link(const planner *p, int32_t i, int32_t at) {
     kt_attach *a = p->a;
     const int32_t up = p->m->link[i].parent;
     a->step[i] = at;
@@ -114,7 +114,7 @@ static void take(const planner *p, int32_t i, int32_t at) {
         a->waiting[up]--;
     for (int32_t e = a->end[i]; e; e = a->next_end[e - 1]) {
         const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
-        if (!is_taken(p, other) || other == i)
+        if (!link_is_taken(p, other) || other == i)
             continue;
         a->waiting[i]--;
         if (is_in_group(p, other))
@@ -124,7 +124,7 @@ static void take(const planner *p, int32_t i, int32_t at) {
 
 /* The link to be taken before `link` can be. */
 static int32_t first_towards(const planner *p, int32_t link) {
-    while (!is_taken(p, p->m->link[link].parent))
+    while (!link_is_taken(p, p->m->link[link].parent))
         link = p->m->link[link].parent;
     return link;
 }
@@ -134,7 +134,7 @@ typedef struct choice {
 } choice;
 
 static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
-    if (is_taken(p, i) || !is_taken(p, p->m->link[i].parent))
+    if (link_is_taken(p, i) || !link_is_taken(p, p->m->link[i].parent))
         return;
     const choice c = {.link = i, .activates = opening(p, i), .pending = p->a->waiting[i], .next = next};
     const int32_t order[][2] = {
@@ -169,7 +169,7 @@ static void order_by_width(const planner *p) {
                 consider(p, j, n, &best);
             for (int32_t e = a->end[live[n]]; e; e = a->next_end[e - 1]) {
                 const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
-                if (!is_taken(p, other))
+                if (!link_is_taken(p, other))
                     consider(p, first_towards(p, other), n, &best);
             }
         }
@@ -177,7 +177,7 @@ static void order_by_width(const planner *p) {
             consider(p, p->link[lowest], -1, &best);
             lowest += best.link ? 0 : 1;
         }
-        take(p, best.link, at);
+        take_link(p, best.link, at);
         live[active++] = best.link;
         int32_t kept = 0;
         for (int32_t n = 0; n < active; n++)
@@ -228,7 +228,7 @@ static void measure_order(const planner *p, const int32_t *order) {
 static size_t least(size_t a, size_t b) { return a < b ? a : b; }
 
 /* The equations of a loop that is not void in a plane. */
-static size_t equations_of(const planner *p, int32_t loop) {
+static size_t loop_equations_of(const planner *p, int32_t loop) {
     const bool flat = kt_group_is_planar(p->m, p->group) && !p->m->loop[loop].term_count;
     return (size_t)(flat ? p->m->planar_loop[loop].count : p->m->loop[loop].row_count);
 }
@@ -248,7 +248,7 @@ static void count_open(const planner *p) {
     }
     for (int i = 0; i < p->group->loop_count; i++) {
         const int32_t loop = p->m->group_loop[p->group->loop + i];
-        a->slot[a->complete[loop]] += (int32_t)equations_of(p, loop);
+        a->slot[a->complete[loop]] += (int32_t)loop_equations_of(p, loop);
     }
 }
 
@@ -273,7 +273,7 @@ static double flops_of(const planner *p, const int32_t *order) {
 }
 
 /* Whether this order's fronts fit into registers (form.c), if all equations are independent. */
-static bool is_front4(const planner *p, const int32_t *order) {
+static bool order_fits_front4(const planner *p, const int32_t *order) {
     int32_t params = 0;
     bool fits = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
     measure_order(p, order);
@@ -294,7 +294,7 @@ static bool fits_delassus(const planner *p) {
     bool fits =
         p->group->parent == 0 && p->group->v_count >= DELASSUS_COORDINATES && p->group->loop_count <= KT_DELASSUS_MAX;
     for (int i = 0; i < p->group->loop_count && fits; i++)
-        count += equations_of(p, p->m->group_loop[p->group->loop + i]);
+        count += loop_equations_of(p, p->m->group_loop[p->group->loop + i]);
     for (int l = 0; l < p->count && fits; l++)
         fits = p->m->link[p->link[l]].motion != KT_MOTION_FREE;
     return fits && count <= KT_DELASSUS_MAX;
@@ -303,7 +303,7 @@ static bool fits_delassus(const planner *p) {
 static double dense_flops(const planner *p) {
     double m = p->group->v_count, k = 0.0;
     for (int i = 0; i < p->group->loop_count; i++)
-        k += (double)equations_of(p, p->m->group_loop[p->group->loop + i]);
+        k += (double)loop_equations_of(p, p->m->group_loop[p->group->loop + i]);
     const double rank = fmin(m, k), free = m - rank;
     return 4.0 * m * k * rank + 4.0 * m * rank * free + 2.0 * m * m * free + m * free * free + free * free * free / 3.0;
 }
@@ -350,7 +350,7 @@ static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *or
 }
 
 /* Sorts the terms of the group's relations by the steps of their links. */
-static void write_terms(const planner *p, kt_front_plan *plan, int32_t first_term) {
+static void write_relation_terms(const planner *p, kt_front_plan *plan, int32_t first_term) {
     kt_attach *a = p->a;
     kt_model *m = p->m;
     kt_front_step *step = m->front + plan->step;
@@ -426,7 +426,7 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
 /* Determines at which steps equations may be delayed: those after which one is complete that its step does not need
  * at generic positions. A group that cannot move there may have been sampled in another assembly, and every step
  * counts. Returns whether there is such a step. */
-static bool find_delays(kt_model *m, const kt_group *group, int rows) {
+static bool find_equation_delays(kt_model *m, const kt_group *group, int rows) {
     const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
     const int32_t *cap = m->front_cap + first;
     const bool rigid = group->rank[rows] == group->v_count;
@@ -453,7 +453,7 @@ void kt_fronts_find_delays(kt_model *m) {
         kt_group *group = &m->group[g];
         bool any = false;
         for (int rows = 0; rows < KT_ROWS_COUNT && kt_group_has_fronts(group); rows++)
-            any = find_delays(m, group, rows) || any;
+            any = find_equation_delays(m, group, rows) || any;
         group->front.delayed_most = any ? KT_FRONT_DELAYED_MOST : 0;
         if (any)
             write_sizes(m, &group->front, group->link_count);
@@ -469,7 +469,7 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
             .a = a, .m = m, .group = group, .link = m->group_link + group->link, .count = group->link_count};
         double flops = (double)INFINITY;
         group->front = (kt_front_plan){.step = step};
-        gather(&p);
+        list_children(&p);
         for (size_t k = 0; k < sizeof orders / sizeof *orders; k++) {
             orders[k](&p);
             const double of = flops_of(&p, a->order);
@@ -480,17 +480,17 @@ void kt_attach_plan_fronts(kt_attach *a, kt_model *m) {
         const kt_form_estimate estimate = {.front_flops = flops,
                                            .dense_flops = dense_flops(&p),
                                            .fits_delassus = fits_delassus(&p),
-                                           .is_front4 = is_front4(&p, a->best)};
+                                           .is_front4 = order_fits_front4(&p, a->best)};
         if (!kt_form_is_front(m, group, &estimate))
             continue;
         measure_order(&p, a->best);
         write_steps(&p, &group->front, a->best, loop);
-        write_terms(&p, &group->front, term);
+        write_relation_terms(&p, &group->front, term);
         write_sizes(m, &group->front, p.count);
         step += p.count;
         loop += group->loop_count;
         for (int i = 0; i < group->loop_count; i++)
-            term += loop_of(&p, i)->term_count;
+            term += planned_loop_of(&p, i)->term_count;
     }
 }
 

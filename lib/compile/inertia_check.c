@@ -69,7 +69,7 @@ typedef struct trial {
     bool *faulty;           /* of bodies, by their indices in the description */
 } trial;
 
-static kt_status begin(trial *t, const kt_model *m, kt_error *error) {
+static kt_status begin_trial(trial *t, const kt_model *m, kt_error *error) {
     *t = (trial){.q = malloc((m->n.q + 1) * sizeof *t->q), .verdict = malloc(m->n.link)};
     t->moves = calloc(2 * m->n.link + m->n.body, sizeof *t->moves);
     t->still = t->moves ? t->moves + m->n.link : NULL;
@@ -80,7 +80,7 @@ static kt_status begin(trial *t, const kt_model *m, kt_error *error) {
     return KT_ERROR_MEMORY;
 }
 
-static void end(trial *t) {
+static void end_trial(trial *t) {
     kt_data_free(t->data);
     free(t->moves);
     free(t->verdict);
@@ -88,7 +88,7 @@ static void end(trial *t) {
 }
 
 /* Judges the tree at all positions. */
-static void judge(trial *t, const kt_model *m, const kt_description *d) {
+static void judge_tree(trial *t, const kt_model *m, const kt_description *d) {
     size_t found = 1;
     memset(t->moves, 0, 2 * m->n.link * sizeof *t->moves);
     for (int variant = 0; variant < VARIANTS && found; variant++) {
@@ -122,7 +122,7 @@ static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) 
 
 static void find_faulty(trial *t, kt_model *m, const kt_description *d) {
     do
-        judge(t, m, d);
+        judge_tree(t, m, d);
     while (mark_massless(t, m, d));
     for (size_t i = 1; i < m->n.link; i++)
         if (t->still[i] && !t->moves[i])
@@ -143,7 +143,7 @@ static void report_inertia(reporter *t, const kt_body *body, int index) {
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
-static int32_t link_of(const kt_model *m, const kt_end *end) {
+static int32_t end_link_of(const kt_model *m, const kt_end *end) {
     return m->body[end->body ? kt_body_find(m, end->body) : 0].link;
 }
 
@@ -163,7 +163,7 @@ kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_re
                         kt_error *error) {
     reporter t = {.report = report, .user = user, .first = {.code = KT_OK}};
     trial try;
-    const kt_status status = begin(&try, tree, error);
+    const kt_status status = begin_trial(&try, tree, error);
     if (status == KT_OK) {
         if (description->inertia_check != KT_INERTIA_ACCEPT)
             find_faulty(&try, tree, description);
@@ -173,11 +173,11 @@ kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_re
         for (int i = 0; i < description->loop_count && KT_HAS_LOOPS; i++) {
             const kt_loop *loop = &description->loops[i];
             if (!kt_attach_is_relation((int32_t)loop->type) &&
-                link_of(tree, &loop->between[0]) == link_of(tree, &loop->between[1]))
+                end_link_of(tree, &loop->between[0]) == end_link_of(tree, &loop->between[1]))
                 report_rigid(&t, loop, i);
         }
     }
-    end(&try);
+    end_trial(&try);
     if (t.first.code != KT_OK && error)
         *error = t.first;
     return status == KT_OK ? t.first.code : status;

@@ -46,7 +46,7 @@ static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
     return &m->plane[m->planar_rest[link - m->n.spatial + 1].plane];
 }
 
-static kt_pose pose_of(const double *x) {
+static kt_pose place_pose_of(const double *x) {
     return (kt_pose){.rotation = kt_matrix_from_euler_vector(kt_vec3_make(x[3], x[4], x[5])),
                      .position = kt_vec3_make(x[0], x[1], x[2])};
 }
@@ -72,7 +72,7 @@ kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_e
     const kt_loop_record *r = &m->loop[loop];
     if (!is_flat(m, r))
         return KT_OK;
-    const kt_pose to = pose_of(x), *from = &r->frame[kt_loop_place_end(r)];
+    const kt_pose to = place_pose_of(x), *from = &r->frame[kt_loop_place_end(r)];
     const kt_vec3 normal = plane_of(m, r)->basis.z, turn = turn_to(from, &to);
     const double tilt = kt_vec3_norm(kt_vec3_cross(normal, turn));
     const double shift = fabs(kt_vec3_dot(normal, kt_vec3_sub(to.position, from->position)));
@@ -104,7 +104,7 @@ static void place_in_plane(kt_model *m, kt_loop_record *r, int end, double delta
 void kt_loop_place_put(kt_model *m, int loop, const double *x) {
     kt_loop_record *r = &m->loop[loop];
     const int end = kt_loop_place_end(r);
-    const kt_pose from = r->frame[end], to = pose_of(x);
+    const kt_pose from = r->frame[end], to = place_pose_of(x);
     r->frame[end] = to;
     if (is_flat(m, r))
         place_in_plane(m, r, end, kt_vec3_dot(plane_of(m, r)->basis.z, turn_to(&from, &to)));

@@ -213,7 +213,7 @@ static void check_triangle(kt_checker *checker, kt_vec3 m, double excess) {
                             : "");
 }
 
-static void check_inertia(kt_checker *checker, kt_sym3 inertia) {
+static void check_inertia_matrix(kt_checker *checker, kt_sym3 inertia) {
     const double entries[6] = {inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz};
     double most = 0.0;
     for (int i = 0; i < 6; i++) {
@@ -249,7 +249,7 @@ void kt_checker_mass(kt_checker *checker, const kt_body *body) {
     if (!body->com_of_shape)
         kt_checker_vector(checker, "com", -1, "", body->com);
     if (!body->inertia_of_shape)
-        check_inertia(checker, body->inertia);
+        check_inertia_matrix(checker, body->inertia);
     check_shape(checker, &body->shape);
     if (body->shape.type == KT_SHAPE_NONE && (body->com_of_shape || body->inertia_of_shape))
         kt_checker_fault(checker, "shape", -1, "%s to be that of the shape, and there is none; give a shape or the %s",

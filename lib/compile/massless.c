@@ -32,14 +32,14 @@
 
 /* ---- in a tree --------------------------------------------------------------------------------------------------- */
 
-static bool carries(const kt_model *m, size_t link, int body) {
+static bool link_carries_body(const kt_model *m, size_t link, int body) {
     int32_t at = body > 0 ? m->body[body].link : 0;
     while (at > (int32_t)link)
         at = m->link[at].parent;
     return at == (int32_t)link;
 }
 
-static int body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
+static int massless_body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
 
 /* The body whose joint an effect names, perhaps one coordinate of it; 0: none. */
 static int body_of_joint(const kt_model *m, const char *name) {
@@ -55,11 +55,11 @@ static int body_of_joint(const kt_model *m, const char *name) {
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link) {
     for (int i = 0; i < description->effect_count; i++) {
         const kt_effect *effect = &description->effects[i];
-        bool acts = carries(tree, link, body_of_joint(tree, effect->joint));
+        bool acts = link_carries_body(tree, link, body_of_joint(tree, effect->joint));
         for (int k = 0; k < 2; k++)
-            acts |= carries(tree, link, body_named(tree, effect->between[k].body));
+            acts |= link_carries_body(tree, link, massless_body_named(tree, effect->between[k].body));
         for (int k = 0; kt_effect_has_path(effect) && k < effect->path_count; k++)
-            acts |= carries(tree, link, body_named(tree, effect->path[k].end.body));
+            acts |= link_carries_body(tree, link, massless_body_named(tree, effect->path[k].end.body));
         if (acts && !KT_IS_OFF(effect))
             return true;
     }
@@ -87,7 +87,7 @@ typedef struct finder {
     bool *used;                 /* of the coordinates: a pivot */
 } finder;
 
-static kt_status reject_massless(const kt_model *m, size_t k, const char *what, kt_error *error) {
+static kt_status reject_massless_joint(const kt_model *m, size_t k, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
     const int body = kt_body_of_velocity(m, m->massless[k]);
     (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(m, body));
@@ -99,7 +99,7 @@ static kt_status reject_massless(const kt_model *m, size_t k, const char *what, 
 }
 
 /* Their coordinates: those that have the armature without being given one. */
-static void list_coordinates(kt_model *m, const kt_description *d) {
+static void list_massless_coordinates(kt_model *m, const kt_description *d) {
     size_t count = 0;
     for (size_t b = 1; b < m->n.body; b++) {
         const kt_body_record *r = &m->body[b];
@@ -125,7 +125,7 @@ static const char *find_motion(const finder *f, size_t k) {
 }
 
 /* Generic positions: rotations of the initial ones by increments. */
-static void move(const finder *f, int variant) {
+static void move_to_variant(const finder *f, int variant) {
     const kt_model *m = f->model;
     for (size_t i = 0; i < m->n.v; i++) {
         const double x = (double)(i + 1) * 0.61803398874989485 + 0.41421356237309505 * variant;
@@ -138,25 +138,25 @@ static kt_status find_motions(const finder *f, kt_error *error) {
     kt_model *m = f->model;
     const size_t nv = m->n.v;
     for (int variant = 0; variant < VARIANTS; variant++) {
-        move(f, variant);
+        move_to_variant(f, variant);
         for (size_t k = 0; k < m->n.massless; k++) {
             double *first = m->massless_motion + k * nv;
             const char *why = find_motion(f, k);
             if (why != NULL)
-                return reject_massless(m, k, why, error);
+                return reject_massless_joint(m, k, why, error);
             if (variant == 0)
                 memcpy(first, f->motion, nv * sizeof *first);
             for (size_t i = 0; i < nv; i++)
                 if (!(fabs(f->motion[i] - first[i]) <= 1e-9))
-                    return reject_massless(m, k, "what moves with it so that no mass moves changes with the positions",
-                                           error);
+                    return reject_massless_joint(
+                        m, k, "what moves with it so that no mass moves changes with the positions", error);
         }
     }
     return KT_OK;
 }
 
 /* Residuals of the balance at (q, v), which are the accelerations of the coordinates. */
-static kt_status find_forces(const finder *f, const double *q, const double *v, kt_error *error) {
+static kt_status find_balance_residuals(const finder *f, const double *q, const double *v, kt_error *error) {
     return kt_acceleration_trusted(f->model, f->data, &(kt_dynamic_state){.t = 0.0, .q = q, .v = v}, f->a, error);
 }
 
@@ -166,18 +166,18 @@ static kt_status find_damping(finder *f, kt_error *error) {
     const size_t n = m->n.massless, nv = m->n.v;
     const double small = 1e-6;
     double *rest = f->motion;
-    kt_status status = find_forces(f, m->q0, m->zero, error);
+    kt_status status = find_balance_residuals(f, m->q0, m->zero, error);
     memcpy(rest, f->a, nv * sizeof *rest);
     for (size_t k = 0; k < n && status == KT_OK; k++) {
         const double *motion = m->massless_motion + k * nv;
-        status = find_forces(f, m->q0, motion, error);
+        status = find_balance_residuals(f, m->q0, motion, error);
         for (size_t i = 0; i < n && status == KT_OK; i++)
             f->c[k * n + i] = rest[m->massless[i]] - f->a[m->massless[i]];
         for (size_t i = 0; i < nv; i++)
             f->v[i] = small * motion[i];
         kt_position_add(m, m->q0, f->v, f->q);
         if (status == KT_OK)
-            status = find_forces(f, f->q, m->zero, error);
+            status = find_balance_residuals(f, f->q, m->zero, error);
         for (size_t i = 0; i < n && status == KT_OK; i++)
             f->stiffest = fmax(f->stiffest, fabs(f->a[m->massless[i]] - rest[m->massless[i]]) / small);
     }
@@ -185,7 +185,7 @@ static kt_status find_damping(finder *f, kt_error *error) {
 }
 
 /* The largest entry of C that is left on the diagonal, and of all entries. */
-static size_t find_pivot(const finder *f, size_t n, double *all) {
+static size_t find_diagonal_pivot(const finder *f, size_t n, double *all) {
     size_t best = n;
     *all = 0.0;
     for (size_t j = 0; j < n; j++)
@@ -199,7 +199,7 @@ static size_t find_pivot(const finder *f, size_t n, double *all) {
 }
 
 /* Eliminates pivot p from the other rows and columns: B := B T, C := T' C T. */
-static void eliminate(const finder *f, size_t p) {
+static void eliminate_pivot(const finder *f, size_t p) {
     const size_t n = f->model->n.massless;
     double *b = f->model->massless_basis;
     for (size_t j = 0; j < n; j++) {
@@ -229,22 +229,22 @@ static kt_status find_basis(const finder *f, kt_error *error) {
     for (size_t k = 0; k < n; k++)
         m->massless_basis[k * (n + 1)] = 1.0;
     for (m->damped = 0; m->damped < n; m->damped++) {
-        const size_t p = find_pivot(f, n, &all);
+        const size_t p = find_diagonal_pivot(f, n, &all);
         most = fmax(most, all);
         /* A damper that settles within 1e-12 s is taken for the rounding of forces. */
         const double nothing = 1e-12 * fmax(most, f->stiffest);
         if (!(all > nothing))
             break;
         if (!(fabs(f->c[p * (n + 1)]) > nothing))
-            return reject_massless(m, p, "forces depend on its velocity, but do not resist it", error);
-        eliminate(f, p);
+            return reject_massless_joint(m, p, "forces depend on its velocity, but do not resist it", error);
+        eliminate_pivot(f, p);
     }
     sort_basis(f);
     return KT_OK;
 }
 
 /* N B in place of N. */
-static void combine(const finder *f) {
+static void combine_motions(const finder *f) {
     const kt_model *m = f->model;
     const size_t n = m->n.massless, nv = m->n.v;
     for (size_t i = 0; i < nv; i++) {
@@ -259,7 +259,7 @@ static void combine(const finder *f) {
     }
 }
 
-static kt_status begin(finder *f, kt_model *m, kt_error *error) {
+static kt_status begin_finder(finder *f, kt_model *m, kt_error *error) {
     const size_t n = m->n.massless;
     *f = (finder){
         .model = m, .q = calloc(m->n.q + 3 * m->n.v + n * n, sizeof *f->q), .used = calloc(n, sizeof *f->used)};
@@ -277,11 +277,11 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
     const double weightless[3] = {0.0, 0.0, 0.0};
     const double weight[3] = {model->gravity[0], model->gravity[1], model->gravity[2]};
     finder f;
-    kt_status status = begin(&f, model, error);
+    kt_status status = begin_finder(&f, model, error);
     if (status == KT_OK) {
-        list_coordinates(model, description);
+        list_massless_coordinates(model, description);
         if (model->n.varying)
-            status = reject_massless(model, 0, "masses of other bodies are functions of time", error);
+            status = reject_massless_joint(model, 0, "masses of other bodies are functions of time", error);
     }
     if (status == KT_OK) {
         kt_parameter_put(model, &gravity, weightless);
@@ -293,10 +293,10 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
     if (status == KT_OK)
         status = find_basis(&f, error);
     if (status == KT_OK) {
-        combine(&f);
+        combine_motions(&f);
         kt_massless_attach(model);
         if (!(f.stiffest > 0.0) && model->damped == 0)
-            status = reject_massless(model, 0, "no spring or damper holds it", error);
+            status = reject_massless_joint(model, 0, "no spring or damper holds it", error);
     }
     kt_data_free(f.data);
     free(f.used);

@@ -19,7 +19,7 @@
 /* ---- numbers of effects ------------------------------------------------------------------------------------------ */
 
 /* Returns the address of a number of kt_effect in its record. */
-static double *number_of(kt_effect_record *r, const kt_key *key) {
+static double *effect_number_of(kt_effect_record *r, const kt_key *key) {
 #define PARAMETER_NUMBER(member)                                                                                       \
     if (key->offset == offsetof(kt_effect, member))                                                                    \
         return &r->member;
@@ -38,7 +38,7 @@ typedef struct parts {
     char item[128], key[64];
 } parts;
 
-static kt_status split(const char *name, parts *p, kt_error *error) {
+static kt_status split_parameter_name(const char *name, parts *p, kt_error *error) {
     const char *rest = name;
     *p = (parts){.effect = strncmp(name, "effect ", 7) == 0, .loop = strncmp(name, "loop ", 5) == 0};
     rest += p->effect ? 7 : p->loop ? 5 : 0;
@@ -52,7 +52,7 @@ static kt_status split(const char *name, parts *p, kt_error *error) {
     return KT_OK;
 }
 
-static const char *effect_name(const kt_model *m, size_t i) {
+static const char *effect_name_at(const kt_model *m, size_t i) {
     return m->effect[i].name ? m->text + m->effect[i].name : NULL;
 }
 static const char *loop_name(const kt_model *m, size_t i) { return m->text + m->loop[i].name; }
@@ -79,7 +79,7 @@ static int find_item(const kt_model *m, const char *what, const char *name,
 static const char *const body_keys[] = {"mass", "com", "inertia", "armature", "hold"};
 
 /* How many numbers a parameter of a body has. */
-static int count_of(const kt_model *m, int body, kt_parameter_kind kind) {
+static int parameter_count_of(const kt_model *m, int body, kt_parameter_kind kind) {
     const int counts[] = {1, 3, 6, kt_joint_sizes[m->body[body].type].nv, 1};
     return counts[kind - KT_PARAMETER_MASS];
 }
@@ -101,7 +101,7 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
     kt_nearest search = kt_nearest_make(p->key, NULL);
     for (int k = 0; k < 5; k++) {
         const kt_parameter_kind kind = (kt_parameter_kind)(KT_PARAMETER_MASS + k);
-        const int count = count_of(m, body, kind);
+        const int count = parameter_count_of(m, body, kind);
         if (strcmp(p->key, body_keys[k]) == 0 && count > 0) {
             *parameter = (kt_parameter){.kind = kind, .item = body, .count = count};
             return KT_OK;
@@ -117,7 +117,7 @@ static const char place[] = "place";
 static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const char *what = p->loop ? "loop" : "effect";
     const size_t count = p->loop ? m->n.loop : m->n.effect + m->n.effect_off;
-    const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name, count, error);
+    const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name_at, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
 #if KT_HAS_SWITCHES
@@ -156,7 +156,7 @@ kt_status kt_parameter_find(const kt_model *model, const char *name, kt_paramete
         *parameter = (kt_parameter){.kind = KT_PARAMETER_GRAVITY, .count = 3};
         return KT_OK;
     }
-    const kt_status status = split(name, &p, error);
+    const kt_status status = split_parameter_name(name, &p, error);
     if (status != KT_OK)
         return status;
     return p.effect || p.loop ? find_of_type(model, &p, parameter, error) : find_of_body(model, &p, parameter, error);
@@ -165,7 +165,7 @@ kt_status kt_parameter_find(const kt_model *model, const char *name, kt_paramete
 /* ---- whose it is ------------------------------------------------------------------------------------------------- */
 
 /* Whether a key of this descriptor gives the parameter. */
-static bool has_key(const kt_descriptor *d, bool of_loop, const kt_parameter *parameter) {
+static bool has_parameter_key(const kt_descriptor *d, bool of_loop, const kt_parameter *parameter) {
     kt_parameter found;
     for (int k = 0; d && k < d->key_count; k++)
         if (parameter->key == &d->keys[k])
@@ -185,15 +185,15 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
     case KT_PARAMETER_ARMATURE:
     case KT_PARAMETER_HOLD:
         return item > 0 && KT_IS_INDEX(item, m->n.body) && parameter->count > 0 &&
-               parameter->count == count_of(m, item, parameter->kind);
+               parameter->count == parameter_count_of(m, item, parameter->kind);
     case KT_PARAMETER_EFFECT:
     case KT_PARAMETER_EFFECT_CURVE:
     case KT_PARAMETER_EFFECT_VALUE:
         return KT_IS_INDEX(item, m->n.effect + m->n.effect_off) &&
-               has_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter);
+               has_parameter_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter);
     case KT_PARAMETER_LOOP_CURVE:
         return KT_IS_INDEX(item, m->n.loop) &&
-               has_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
+               has_parameter_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
     case KT_PARAMETER_LOOP_PLACE:
         return KT_HAS_LOOPS && KT_IS_INDEX(item, m->n.loop) && kt_loop_place_end(&m->loop[item]) >= 0 &&
                parameter->count == KT_PLACE_COUNT;
@@ -220,7 +220,7 @@ static void get_curve(const kt_model *m, const kt_curve *curve, double *values) 
     values[3] = set ? curve->d : 0.0;
 }
 
-static void get(const kt_model *model, const kt_parameter *parameter, double *values) {
+static void get_parameter(const kt_model *model, const kt_parameter *parameter, double *values) {
     const kt_body_record *body = &model->body[parameter->kind <= KT_PARAMETER_HOLD ? parameter->item : 0];
     const kt_sym3 *j = &body->inertia;
     switch (parameter->kind) {
@@ -247,7 +247,7 @@ static void get(const kt_model *model, const kt_parameter *parameter, double *va
                 values[0] = 1.0;
         break;
     case KT_PARAMETER_EFFECT:
-        memcpy(values, number_of(&model->effect[parameter->item], parameter->key),
+        memcpy(values, effect_number_of(&model->effect[parameter->item], parameter->key),
                (size_t)parameter->count * sizeof *values);
         break;
     case KT_PARAMETER_EFFECT_CURVE:
@@ -283,7 +283,7 @@ kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter,
         return KT_ERROR_ARGUMENT;
     const kt_status status = kt_parameter_require(model, parameter, error);
     if (status == KT_OK)
-        get(model_with(model, parameter), parameter, values);
+        get_parameter(model_with(model, parameter), parameter, values);
     return status;
 }
 
@@ -307,11 +307,11 @@ static void set_gravity(kt_model *m, const double *x) {
         kt_plane_set_weights(m, &m->plane[p]);
 }
 
-static kt_curve curve_of(const double *x) {
+static kt_curve curve_at(const double *x) {
     return (kt_curve){.type = KT_CURVE_FOLLOWS, .a = x[0], .b = x[1], .c = x[2], .d = x[3]};
 }
 
-static kt_curve constant(double x) { return (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = x}; }
+static kt_curve constant_curve(double x) { return (kt_curve){.type = KT_FUNCTION_CONSTANT, .a = x}; }
 
 static bool stands(const kt_curve *curve) { return kt_curve_rests(curve) || kt_curve_follows(curve); }
 
@@ -372,13 +372,14 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
 }
 
 /* The rules of a description, for the effect as it would be: those of the key, and those that hold between numbers. */
-static kt_status check_effect(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
+static kt_status check_changed_effect(const kt_model *m, const kt_parameter *parameter, const double *x,
+                                      kt_error *error) {
     const kt_effect standard = kt_effect_default();
     kt_effect_record record = m->effect[parameter->item];
     kt_effect effect = standard;
-    memcpy(number_of(&record, parameter->key), x, (size_t)parameter->count * sizeof *x);
+    memcpy(effect_number_of(&record, parameter->key), x, (size_t)parameter->count * sizeof *x);
     effect.type = (kt_effect_type)record.type;
-    effect.name = effect_name(m, (size_t)parameter->item);
+    effect.name = effect_name_at(m, (size_t)parameter->item);
     effect.initial_length = false;
 #define PARAMETER_NUMBER(member) effect.member = record.member;
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
@@ -410,7 +411,7 @@ static void name_item(const kt_model *m, const kt_parameter *parameter, char whe
     else if (parameter->kind >= KT_PARAMETER_LOOP_CURVE)
         (void)snprintf(where, KT_WHERE_SIZE, "loop '%.100s'", loop_name(m, item));
     else
-        (void)snprintf(where, KT_WHERE_SIZE, "effect '%.100s'", effect_name(m, item));
+        (void)snprintf(where, KT_WHERE_SIZE, "effect '%.100s'", effect_name_at(m, item));
 }
 
 /* Gravity, hold and functions of time: finite, and in the range of their key where that is a value. */
@@ -443,7 +444,7 @@ static kt_status check_parameter(const kt_model *model, const kt_parameter *para
     if (parameter->kind >= KT_PARAMETER_MASS && parameter->kind <= KT_PARAMETER_ARMATURE)
         return check_body(model, parameter, values, error);
     if (parameter->kind == KT_PARAMETER_EFFECT)
-        return check_effect(model, parameter, values, error);
+        return check_changed_effect(model, parameter, values, error);
     status = check_numbers(model, parameter, values, error);
     return KT_HAS_LOOPS && status == KT_OK && parameter->kind == KT_PARAMETER_LOOP_PLACE
                ? kt_loop_place_check(model_with(model, parameter), parameter->item, values, error)
@@ -477,20 +478,20 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
         kt_joint_hold(copy, &copy->body[parameter->item], values[0] != 0.0);
         break;
     case KT_PARAMETER_EFFECT:
-        memcpy(number_of(&copy->effect[parameter->item], parameter->key), values,
+        memcpy(effect_number_of(&copy->effect[parameter->item], parameter->key), values,
                (size_t)parameter->count * sizeof *values);
         break;
     case KT_PARAMETER_EFFECT_CURVE:
-        copy->effect[parameter->item].curve[0] = curve_of(values);
+        copy->effect[parameter->item].curve[0] = curve_at(values);
         break;
     case KT_PARAMETER_EFFECT_VALUE:
         for (int k = 0; k < 3; k++)
-            copy->effect[parameter->item].curve[k] = constant(values[k]);
+            copy->effect[parameter->item].curve[k] = constant_curve(values[k]);
         break;
     case KT_PARAMETER_LOOP_CURVE:
         if (kt_loop_is_off(&copy->loop[parameter->item]))
             break; /* its function is that of the models in which it is on */
-        copy->loop[parameter->item].curve = curve_of(values);
+        copy->loop[parameter->item].curve = curve_at(values);
         copy->driven = true;
         break;
     case KT_PARAMETER_LOOP_PLACE:

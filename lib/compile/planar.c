@@ -31,7 +31,7 @@ enum {
 /* The joints that determine the normal of a tree so far: none, two prismatic ones, or a revolute one. */
 enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
 
-static kt_vec3 component(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
+static kt_vec3 matrix_axis(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
 
 static bool is_parallel(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_cross(a, b)) <= PARALLEL; }
 
@@ -50,7 +50,7 @@ static kt_mat3 joint_rotation(const kt_joint *joint) {
     return kt_rotation_evaluate(&joint->rotation, &r, &ignored) == KT_OK ? r : kt_mat3_identity();
 }
 
-static int elements_of(const kt_joint *joint, kt_element *elements) {
+static int joint_elements_of(const kt_joint *joint, kt_element *elements) {
     return kt_joint_kinds[joint->type]->elements(joint, elements);
 }
 
@@ -60,9 +60,9 @@ static int elements_of(const kt_joint *joint, kt_element *elements) {
  * prismatic motions that are not parallel give the normal (the first is kept in basis.x). */
 static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
     kt_element elements[KT_ELEMENT_MAX];
-    const int count = elements_of(joint, elements);
+    const int count = joint_elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
-        const kt_vec3 along = kt_mat3_apply(*rest, component(elements[k].frame, elements[k].axis));
+        const kt_vec3 along = kt_mat3_apply(*rest, matrix_axis(elements[k].frame, elements[k].axis));
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
         if (!motion.planar) {
             tree->plane = SPATIAL;
@@ -101,14 +101,14 @@ static void find_trees(const kt_description *d, kt_body_plane *body, size_t coun
 }
 
 /* The entry that represents all trees with which loops connect the body's tree. */
-static kt_body_plane *component_of(kt_body_plane *body, const kt_body_plane *b) {
+static kt_body_plane *tree_component_of(kt_body_plane *body, const kt_body_plane *b) {
     return &body[body[b->tree].component];
 }
 
-static void find_normals(const kt_description *d, kt_body_plane *body, size_t count) {
+static void find_plane_normals(const kt_description *d, kt_body_plane *body, size_t count) {
     for (size_t i = 1; i <= count; i++)
         if (body[i].tree != GROUND)
-            note_joint(&d->bodies[body[i].source].joint, &body[i].rest, component_of(body, &body[i]));
+            note_joint(&d->bodies[body[i].source].joint, &body[i].rest, tree_component_of(body, &body[i]));
 }
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
@@ -135,7 +135,7 @@ static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) 
     for (int round = 0; round < 2; round++) /* trees of parallel prismatic joints take an existing plane if any */
         for (size_t i = 1; i <= count; i++) {
             kt_body_plane *b = &body[i];
-            if (b->tree != (int32_t)i || component_of(body, b) != b || b->plane != UNDECIDED ||
+            if (b->tree != (int32_t)i || tree_component_of(body, b) != b || b->plane != UNDECIDED ||
                 (b->known == NORMAL_OPEN) != (round == 1))
                 continue;
             b->plane = round ? plane_along(b->basis.x, plane, &planes) : plane_with(b->basis.z, plane, &planes);
@@ -156,9 +156,9 @@ static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
 /* Whether a joint moves in the plane of b->basis, whose third column is replaced by the axis of a revolute motion. */
 static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     kt_element elements[KT_ELEMENT_MAX];
-    const int count = elements_of(joint, elements);
+    const int count = joint_elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
-        const kt_vec3 along = component(elements[k].frame, elements[k].axis);
+        const kt_vec3 along = matrix_axis(elements[k].frame, elements[k].axis);
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
         if (!motion.planar || !(motion.lengths ? is_normal : is_parallel)(along, b->basis.z))
             return false;
@@ -172,7 +172,7 @@ static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
 
 static void check_planes(const kt_description *d, kt_body_plane *body, size_t count, const kt_plane *plane) {
     for (size_t i = 1; i <= count; i++) {
-        kt_body_plane *b = &body[i], *tree = component_of(body, b);
+        kt_body_plane *b = &body[i], *tree = tree_component_of(body, b);
         if (b->tree == GROUND || tree->plane < 0)
             continue;
         const kt_joint *joint = &d->bodies[b->source].joint;
@@ -219,7 +219,7 @@ size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane,
         kt_trees_join(o, body);
     if (!KT_HAS_PLANE)
         return 0;
-    find_normals(o->description, body, o->count);
+    find_plane_normals(o->description, body, o->count);
     const size_t planes = choose_planes(body, o->count, plane);
     check_planes(o->description, body, o->count, plane);
     if (KT_HAS_LOOPS)
@@ -240,7 +240,7 @@ static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t 
     return kt_mat3_multiply(m->body[b].in_link.rotation, body[b].basis);
 }
 
-static double entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+static double vector_entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
 static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int32_t plane) {
     const kt_link *link = &m->link[m->n.spatial + index - 1];
@@ -248,13 +248,13 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int
     const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
     const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + index - 1), &m->plane[plane]);
     const kt_vec3 at = kt_mat3_apply_transposed(above, link->at);
-    const double x = entry(own.x, k), y = entry(own.y, k), length = sqrt(x * x + y * y);
+    const double x = vector_entry(own.x, k), y = vector_entry(own.y, k), length = sqrt(x * x + y * y);
     const bool slides = kt_link_lengths(link) > 0;
     m->planar[index] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
         .size = link->size,
-        .sign = entry(own.z, k) < 0.0 ? -1.0 : 1.0,
+        .sign = vector_entry(own.z, k) < 0.0 ? -1.0 : 1.0,
         .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
         .group = -1,
         .q = link->q,

@@ -19,7 +19,7 @@
 enum { GROUND = 0, SPATIAL = -1 };
 
 /* Returns the body of a name; a missing name is the world. Names have been checked. */
-static int32_t body_named(const kt_ordered *o, const char *name) {
+static int32_t ordered_body_named(const kt_ordered *o, const char *name) {
     const int i = !name || strcmp(name, "world") == 0 ? -1 : kt_names_find(o->names, KT_NAMES_OF_BODIES, name);
     return i < 0 ? GROUND : o->body_of[i];
 }
@@ -31,13 +31,13 @@ static int connected_count(const kt_loop *loop) {
 
 static int32_t connected(const kt_ordered *o, const kt_loop *loop, int k) {
     if (!kt_loop_is_relation(loop->type))
-        return body_named(o, loop->between[k].body);
+        return ordered_body_named(o, loop->between[k].body);
     return o->body_of[kt_names_find(o->names, KT_NAMES_OF_JOINTS, kt_loop_term(loop, k).joint)];
 }
 
 /* ---- components -------------------------------------------------------------------------------------------------- */
 
-static int32_t component_of(kt_body_plane *body, int32_t tree) {
+static int32_t loop_component_of(kt_body_plane *body, int32_t tree) {
     while (body[tree].component != tree)
         tree = body[tree].component = body[body[tree].component].component;
     return tree;
@@ -55,17 +55,17 @@ void kt_trees_join(const kt_ordered *o, kt_body_plane *body) {
                 continue;
             if (first == GROUND)
                 first = tree;
-            body[component_of(body, tree)].component = component_of(body, first);
+            body[loop_component_of(body, tree)].component = loop_component_of(body, first);
         }
     }
     for (size_t i = 1; i <= o->count; i++)
-        body[i].component = component_of(body, (int32_t)i);
+        body[i].component = loop_component_of(body, (int32_t)i);
 }
 
 /* ---- loops in their planes --------------------------------------------------------------------------------------- */
 
 /* The frame of an end in its body's. Returns false if a rotation cannot be evaluated. */
-static bool frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b, kt_pose *frame) {
+static bool end_frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane *b, kt_pose *frame) {
     kt_error ignored; /* such a rotation is rejected when loops are attached */
     kt_mat3 on = kt_mat3_identity();
     const int index = end->marker ? kt_names_find(o->names, b->source, end->marker) : -1;
@@ -83,7 +83,7 @@ static bool frame_of(const kt_ordered *o, const kt_end *end, const kt_body_plane
 static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_body_plane *b, const kt_plane *plane,
                     kt_pose *pose, double *reach) {
     const kt_end *end = &loop->between[k];
-    if (!frame_of(o, end, b, pose))
+    if (!end_frame_of(o, end, b, pose))
         return false;
     const kt_vec3 at = pose->position;
     kt_attach_align_axis(pose, kt_loop_axis(loop, k));

@@ -32,25 +32,26 @@ kt_polygon kt_polygon_measure(const double *points, int count) {
 }
 
 /* Twice the area of the triangle, with its sign. */
-static double turn(const double *a, const double *b, const double *c) {
+static double doubled_area(const double *a, const double *b, const double *c) {
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-static bool is_between(const double *a, const double *b, const double *p) {
+static bool lies_between(const double *a, const double *b, const double *p) {
     return fmin(a[0], b[0]) <= p[0] && p[0] <= fmax(a[0], b[0]) && fmin(a[1], b[1]) <= p[1] && p[1] <= fmax(a[1], b[1]);
 }
 
-static bool meet(const double *a, const double *b, const double *c, const double *d) {
-    const double ac = turn(a, b, c), ad = turn(a, b, d), ca = turn(c, d, a), cb = turn(c, d, b);
+static bool edges_meet(const double *a, const double *b, const double *c, const double *d) {
+    const double ac = doubled_area(a, b, c), ad = doubled_area(a, b, d), ca = doubled_area(c, d, a),
+                 cb = doubled_area(c, d, b);
     if (((ac > 0.0 && ad < 0.0) || (ac < 0.0 && ad > 0.0)) && ((ca > 0.0 && cb < 0.0) || (ca < 0.0 && cb > 0.0)))
         return true;
-    return (ac == 0.0 && is_between(a, b, c)) || (ad == 0.0 && is_between(a, b, d)) ||
-           (ca == 0.0 && is_between(c, d, a)) || (cb == 0.0 && is_between(c, d, b));
+    return (ac == 0.0 && lies_between(a, b, c)) || (ad == 0.0 && lies_between(a, b, d)) ||
+           (ca == 0.0 && lies_between(c, d, a)) || (cb == 0.0 && lies_between(c, d, b));
 }
 
 /* Two edges that follow each other have a corner in common: b. */
 static bool doubles_back(const double *a, const double *b, const double *c) {
-    return turn(a, b, c) == 0.0 && (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]) <= 0.0;
+    return doubled_area(a, b, c) == 0.0 && (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]) <= 0.0;
 }
 
 bool kt_polygon_crosses(const double *points, int count, int *first, int *second) {
@@ -61,7 +62,7 @@ bool kt_polygon_crosses(const double *points, int count, int *first, int *second
             const bool follows = j == i + 1, precedes = (j + 1) % count == i;
             *first = i;
             *second = j;
-            if (follows ? doubles_back(a, b, d) : precedes ? doubles_back(c, d, b) : meet(a, b, c, d))
+            if (follows ? doubles_back(a, b, d) : precedes ? doubles_back(c, d, b) : edges_meet(a, b, c, d))
                 return true;
         }
     return false;

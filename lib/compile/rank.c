@@ -38,13 +38,13 @@ static void place_rows(kt_model *model, const kt_data *data, size_t g, const boo
 
 /* Lets directions count down to `tolerance` of the largest. The absolute bound, `least` times KT_RANK_TOLERANCE,
  * remains. */
-static void resolve(kt_group *group, int rows, double least, double tolerance) {
+static void resolve_rank(kt_group *group, int rows, double least, double tolerance) {
     group->least[rows] = least * (KT_RANK_TOLERANCE / tolerance);
     group->tolerance[rows] = tolerance;
 }
 
 /* Sets the initial values: all equations count, and ranks are as large as they can be. */
-static void begin(kt_model *model, kt_data *data, bool *nontrivial) {
+static void begin_ranks(kt_model *model, kt_data *data, bool *nontrivial) {
     kt_violation violation;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
         model->weight[i] = 1.0;
@@ -61,7 +61,7 @@ static void begin(kt_model *model, kt_data *data, bool *nontrivial) {
         const double least = kt_rank_least(model, group, &w);
         kt_form_choose_damped(model, group);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) {
-            resolve(group, rows, least, KT_RANK_TOLERANCE);
+            resolve_rank(group, rows, least, KT_RANK_TOLERANCE);
             group->rank[rows] = group->count[rows] < group->v_count ? group->count[rows] : group->v_count;
         }
     }
@@ -69,7 +69,7 @@ static void begin(kt_model *model, kt_data *data, bool *nontrivial) {
 }
 
 /* Gives the chosen equations of a group their weights. */
-static void prefer(kt_model *model, const kt_group *group, int rows, const kt_rank_samples *found) {
+static void prefer_equations(kt_model *model, const kt_group *group, int rows, const kt_rank_samples *found) {
     const size_t first = (size_t)rows * model->n.row + (size_t)group->row;
     for (int32_t row = 0; row < group->row_count; row++)
         if (model->slot[group->row + row] >= 0)
@@ -77,7 +77,7 @@ static void prefer(kt_model *model, const kt_group *group, int rows, const kt_ra
                 found->chosen[first + (size_t)row] ? KT_PREFERRED : 1.0;
 }
 
-static void finish(kt_model *model, const kt_data *data, const kt_rank_samples *found) {
+static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_samples *found) {
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
         model->front_usual[i] = found->usual[i];
         model->front_cap[i] = found->cap[i];
@@ -89,8 +89,8 @@ static void finish(kt_model *model, const kt_data *data, const kt_rank_samples *
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
             group->usual[rows] = !group->rank[rows] ? 0.0 : kt_group_has_fronts(group) ? 1.0 : group->usual[rows];
-            resolve(group, rows, group->least[rows], rows == KT_ROWS_CLOSED ? KT_RANK_CLOSED : KT_RANK_MOVING);
-            prefer(model, group, rows, found);
+            resolve_rank(group, rows, group->least[rows], rows == KT_ROWS_CLOSED ? KT_RANK_CLOSED : KT_RANK_MOVING);
+            prefer_equations(model, group, rows, found);
         }
     }
     if (model->n.front) {
@@ -126,7 +126,7 @@ static kt_status choose_among_delayed(kt_model *model, kt_rank_samples *found, k
         model->front_usual[i] = found->usual[i];
     for (size_t g = 0; g < model->n.group && data; g++)
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++)
-            prefer(model, &model->group[g], rows, found);
+            prefer_equations(model, &model->group[g], rows, found);
     kt_data_free(data);
     return status;
 }
@@ -170,7 +170,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
-        begin(model, data, found.nontrivial);
+        begin_ranks(model, data, found.nontrivial);
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
         model->disagreement = model->tolerance; /* searches end where loops disagree by less */
         kt_rank_find(model, data, &found);
@@ -182,7 +182,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         kt_rank_sample_bounds(model, data, &found);
 #endif
         kt_rank_sample_groups(model, data, model->q0, false, &found);
-        finish(model, data, &found);
+        finish_ranks(model, data, &found);
         status = choose_among_delayed(model, &found, error);
     }
     kt_data_free(data);

@@ -61,7 +61,7 @@ static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const d
 
 /* Notes the groups that close neither in a sample nor from the given position: those that do are hard to sample, and
  * their equations agree. */
-static void note_open(kt_model *model, kt_data *data, kt_rank_samples *found) {
+static void note_open_groups(kt_model *model, kt_data *data, kt_rank_samples *found) {
     model->disagreement = 0.0;
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
     (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, found->q);
@@ -102,7 +102,7 @@ static void forget_disagreement(kt_model *model, size_t g) {
 }
 
 /* Deletes the results of samples for a group. */
-static void forget(kt_model *model, const kt_data *data, size_t g, kt_rank_samples *found) {
+static void forget_samples(kt_model *model, const kt_data *data, size_t g, kt_rank_samples *found) {
     found->sampled[g] = false;
     found->rank[KT_ROWS_COUNT * g] = found->rank[KT_ROWS_COUNT * g + 1] = 0;
     model->group[g].usual[0] = model->group[g].usual[1] = 0.0;
@@ -140,12 +140,12 @@ static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, kt_rank
     const kt_status status = kt_group_repair(model, data, g, found->q, done);
     model->rounding = rounding;
     if (*done) {
-        forget(model, data, g, found);
+        forget_samples(model, data, g, found);
         kt_rank_find(model, data, found);
         *done = group_moves(model, data, g, found->q + 2 * model->n.q, found);
         if (!*done) {
             kt_loops_place_ends(model, given);
-            forget(model, data, g, found);
+            forget_samples(model, data, g, found);
             kt_rank_find(model, data, found);
         }
     }
@@ -163,7 +163,7 @@ kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_sa
     const double rounding = model->rounding;
     kt_status status = KT_OK;
     bool any = false;
-    note_open(model, data, found);
+    note_open_groups(model, data, found);
     for (size_t g = 0; status == KT_OK && g < model->n.group && model->tolerance > 0.0; g++) {
         bool undone = false;
         if (!found->sampled[g] || is_locked(model, g, found))
@@ -191,7 +191,7 @@ kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_sa
     for (size_t g = 0; g < model->n.group; g++)
         if (found->open[g]) {
             forget_disagreement(model, g);
-            forget(model, data, g, found);
+            forget_samples(model, data, g, found);
         }
     return KT_OK;
 }

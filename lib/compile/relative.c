@@ -9,7 +9,7 @@
 
 /* The body of a joint that has this coordinate: in absolute coordinates those of several have become loops of the same
  * name. */
-static int body_of(const kt_model *m, const char *text, kt_coordinate_name name) {
+static int coordinate_body_of(const kt_model *m, const char *text, kt_coordinate_name name) {
     int body = kt_joint_index(m, text);
     for (size_t i = 1; body < 0 && name.has_index && i < m->n.body; i++) {
         if (kt_coordinate_is_of(text, name, kt_joint_name(m, (int)i)) && m->body[i].type != KT_JOINT_FREE)
@@ -20,7 +20,7 @@ static int body_of(const kt_model *m, const char *text, kt_coordinate_name name)
 
 static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joint) {
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
-    kt_attach_coordinate c = {.body = body_of(a->tree, joint, name), .loop = -1, .component = name.k};
+    kt_attach_coordinate c = {.body = coordinate_body_of(a->tree, joint, name), .loop = -1, .component = name.k};
     if (KT_HAS_RELATIVE && c.body < 0) {
         c.loop = kt_coordinate_loop(a->description, joint, a->loop_of_effect);
         a->loop_of_effect = c.loop < 0 ? 0 : c.loop;
@@ -29,7 +29,7 @@ static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joi
 }
 
 /* The k-th link of a joint is that of its coordinate k. */
-static int32_t link_of(const kt_model *m, int body, int component) {
+static int32_t component_link_of(const kt_model *m, int body, int component) {
     int32_t link = m->body[body].link;
     while (m->link[link].v > m->body[body].v + component)
         link = m->link[link].parent;
@@ -41,11 +41,11 @@ int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
     if (!KT_HAS_SWITCHES || own >= 0)
         return m->body[own].link;
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
-    return link_of(m, body_of(m, joint, name), name.k);
+    return component_link_of(m, coordinate_body_of(m, joint, name), name.k);
 }
 
 /* The loop in a coordinate of which an effect acts; NULL: it does not. */
-static const kt_loop *loop_of(kt_attach *a, const kt_effect *effect) {
+static const kt_loop *coordinate_loop_of(kt_attach *a, const kt_effect *effect) {
     if (!KT_HAS_RELATIVE || kt_effect_end_count(effect) > 0)
         return NULL;
     const int loop = find_attach_coordinate(a, effect->joint).loop;
@@ -53,11 +53,11 @@ static const kt_loop *loop_of(kt_attach *a, const kt_effect *effect) {
 }
 
 int kt_attach_end_count(kt_attach *a, const kt_effect *effect) {
-    return loop_of(a, effect) ? 2 : kt_effect_end_count(effect);
+    return coordinate_loop_of(a, effect) ? 2 : kt_effect_end_count(effect);
 }
 
 const char *kt_attach_end_body(kt_attach *a, const kt_effect *effect, int k) {
-    const kt_loop *loop = loop_of(a, effect);
+    const kt_loop *loop = coordinate_loop_of(a, effect);
     return loop ? loop->between[k].body : kt_effect_end_at(effect, k)->body;
 }
 
@@ -102,7 +102,7 @@ static bool counts_by_links(const kt_loop *loop, kt_relative relative) {
 }
 
 size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect) {
-    const kt_loop *loop = loop_of(a, effect);
+    const kt_loop *loop = coordinate_loop_of(a, effect);
     if (!loop)
         return 0;
     const kt_attach_coordinate c = find_attach_coordinate(a, effect->joint);
@@ -152,7 +152,7 @@ void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_eff
         return;
     }
     r->body[0] = c.body;
-    r->link[0] = link_of(m, c.body, c.component);
+    r->link[0] = component_link_of(m, c.body, c.component);
 }
 
 /* The angle in the given positions is within half a turn, and is counted from there. */

@@ -66,7 +66,7 @@ typedef struct repair {
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
-static kt_mat3 turned(kt_mat3 rotation, const double *by) {
+static kt_mat3 turned_by(kt_mat3 rotation, const double *by) {
     const kt_vec3 turn = kt_vec3_make(by[0], by[1], by[2]);
     kt_mat3 change = kt_mat3_identity();
     if (kt_vec3_norm(turn) > 0.0 && kt_matrix_from_axis_angle(turn, kt_vec3_norm(turn), &change, NULL) != KT_OK)
@@ -100,7 +100,7 @@ static void place_ends(const repair *u, int l) {
         const kt_pose *given = &u->given[2 * i + k];
         loop->frame[k].position =
             kt_vec3_add(given->position, kt_vec3_scale(u->model->length, kt_vec3_make(p[0], p[1], p[2])));
-        loop->frame[k].rotation = turned(given->rotation, p + 3);
+        loop->frame[k].rotation = turned_by(given->rotation, p + 3);
     }
     if (loop->term_count == 0)
         note_ends(u->model, loop);
@@ -127,7 +127,7 @@ double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g
 /* ---- equations at a position ------------------------------------------------------------------------------------- */
 
 /* Fills phi, and A unless it is NULL. */
-static bool fill(const repair *u, const double *q, double *a, double *phi) {
+static bool fill_residuals(const repair *u, const double *q, double *a, double *phi) {
     kt_violation violation;
     if (!u->model->group_kernels->residuals(u->model, u->data, 0.0, q, NULL, NULL, &violation))
         return false;
@@ -174,7 +174,7 @@ static void orthogonalise(double *x, int m, int n, double *v, double *size) {
 /* Fills A and phi at q, and the singular vectors of A; size holds the singular values on the left. */
 static bool decompose(const repair *u, const double *q) {
     const size_t all = (size_t)u->k * (size_t)u->m;
-    if (!fill(u, q, u->a, u->phi))
+    if (!fill_residuals(u, q, u->a, u->phi))
         return false;
     for (int r = 0; r < u->k; r++)
         for (int i = 0; i < u->m; i++)
@@ -186,7 +186,7 @@ static bool decompose(const repair *u, const double *q) {
 }
 
 /* q <- q (+) x, in units of the coordinates. */
-static void move(const repair *u, double *q, const double *x) {
+static void move_by_units(const repair *u, double *q, const double *x) {
     const kt_group *group = &u->model->group[u->g];
     double *step = u->data->scratch_v, *to = u->data->moved_q;
     memset(step, 0, u->model->n.v * sizeof *step);
@@ -199,17 +199,17 @@ static void move(const repair *u, double *q, const double *x) {
 /* ---- corrections ------------------------------------------------------------------------------------------------- */
 
 /* B at q: the change of phi with each correction. */
-static bool differentiate(const repair *u, const double *q) {
+static bool differentiate_corrections(const repair *u, const double *q) {
     bool finite = true;
     for (int j = 0; j < u->count && finite; j++) {
         const double here = u->p[j];
         double *column = u->b + j * u->k;
         u->p[j] = here + DIFFERENCE;
         place_ends(u, j / (2 * CORRECTIONS));
-        finite = fill(u, q, NULL, column);
+        finite = fill_residuals(u, q, NULL, column);
         u->p[j] = here - DIFFERENCE;
         place_ends(u, j / (2 * CORRECTIONS));
-        finite = finite && fill(u, q, NULL, u->row);
+        finite = finite && fill_residuals(u, q, NULL, u->row);
         for (int r = 0; r < u->k; r++)
             column[r] = (column[r] - u->row[r]) / (2.0 * DIFFERENCE);
         u->p[j] = here;
@@ -222,7 +222,7 @@ static bool differentiate(const repair *u, const double *q) {
  * of W' phi; NaN if a number is not finite. */
 static double add_equations(const repair *u, const double *q, int lost) {
     double most = 0.0;
-    if (!differentiate(u, q))
+    if (!differentiate_corrections(u, q))
         return (double)NAN;
     for (int i = u->rank - lost; i < u->k; i++) {
         const double *w = u->left + i * u->k, phi = kt_dense_dot(w, u->phi, u->k);
@@ -239,7 +239,7 @@ static double add_equations(const repair *u, const double *q, int lost) {
 }
 
 /* p <- p + (H + damping)^-1 step */
-static bool correct(const repair *u) {
+static bool correct_parameters(const repair *u) {
     const size_t n = (size_t)u->count;
     double most = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -289,7 +289,7 @@ static bool close_at(const repair *u, double *q) {
         if (size < 1e-12 && size > 0.5 * before)
             return true;
         before = size;
-        move(u, q, x);
+        move_by_units(u, q, x);
     }
     return before < 1e-10 && decompose(u, q);
 }
@@ -325,8 +325,8 @@ static bool find_flat(const repair *u, double *q) {
             memcpy(there, q, u->model->n.q * sizeof *q);
             for (int c = 0; c < u->m; c++)
                 u->row[c] = DIFFERENCE * right[(first + j) * u->m + c];
-            move(u, there, u->row);
-            if (!fill(u, there, u->a, u->phi))
+            move_by_units(u, there, u->row);
+            if (!fill_residuals(u, there, u->a, u->phi))
                 return false;
             restrict_rows(u, u->a, left, right, slope + j * n);
             for (int e = 0; e < n; e++)
@@ -351,7 +351,7 @@ static bool find_flat(const repair *u, double *q) {
             size = fmax(size, fabs(x[c]));
         if (!(size < 0.5))
             return false;
-        move(u, q, x);
+        move_by_units(u, q, x);
         if (size < 1e-9)
             return true;
     }
@@ -377,7 +377,7 @@ static bool find_start(const repair *u, const double *base, double *q) {
         for (int i = 0; i < u->m; i++)
             u->row[i] = size[c % 5] * kt_generic((size_t)i + 173 * ((size_t)c + 1));
         memcpy(from, base, u->model->n.q * sizeof *from);
-        move(u, from, u->row);
+        move_by_units(u, from, u->row);
         if (c % 2)
             (void)kt_assemble_levenberg_marquardt(u->model, u->data, 0.0, NULL, KT_SEARCH_SAMPLE, from);
         if (!close_at(u, from) || !is_redundant(u) || !(u->size[u->rank - 1] > best * u->size[0]))
@@ -390,7 +390,7 @@ static bool find_start(const repair *u, const double *base, double *q) {
 
 /* Follows the motion from q, in one sense, and takes positions for generic ones until there are `most`. Goes on until a
  * direction is lost; that position is left in q. Returns whether a direction is lost. */
-static bool follow(repair *u, double sense, int most, double *q) {
+static bool follow_repaired_motion(repair *u, double sense, int most, double *q) {
     double usual = 0.0, *before = u->before;
     for (int step = 0; step < STEPS; step++) {
         if (!decompose(u, q))
@@ -406,7 +406,7 @@ static bool follow(repair *u, double sense, int most, double *q) {
             before[c] = sign * motion[c];
             u->row[c] = 0.1 * fmin(1.0, 3.0 * here / u->size[0]) * before[c];
         }
-        move(u, q, u->row);
+        move_by_units(u, q, u->row);
         if (!close_at(u, q) || !is_redundant(u))
             return false;
     }
@@ -414,7 +414,7 @@ static bool follow(repair *u, double sense, int most, double *q) {
 }
 
 /* Solves for the corrections at all positions. */
-static bool solve(const repair *u) {
+static bool solve_corrections(const repair *u) {
     const size_t nq = u->model->n.q, n = (size_t)u->count;
     double before = (double)INFINITY;
     for (int round = 0; round < ROUNDS; round++) {
@@ -433,7 +433,7 @@ static bool solve(const repair *u) {
         if (gap <= EXACT && gap > 0.5 * before)
             return true;
         before = gap;
-        if (!correct(u))
+        if (!correct_parameters(u))
             return false;
     }
     return before <= EXACT;
@@ -456,7 +456,7 @@ static bool repair_group_rows(repair *u, const double *base) {
         return false;
     for (int side = 0; side < FLAT; side++) {
         memcpy(q, start, nq * sizeof *q);
-        (void)follow(u, side ? 1.0 : -1.0, (side + 1) * GENERIC / 2, q);
+        (void)follow_repaired_motion(u, side ? 1.0 : -1.0, (side + 1) * GENERIC / 2, q);
     }
     if (u->generic < GENERIC / 2)
         return false;
@@ -464,14 +464,14 @@ static bool repair_group_rows(repair *u, const double *base) {
     for (int s = 0; s < u->generic; s++)
         if (close_at(u, u->q + (size_t)s * nq))
             most = fmax(most, kt_group_note_disagreement(u->model, u->data, u->g));
-    if (!(most > kt_group_rounding(u->model, u->g, base)) || !solve(u))
+    if (!(most > kt_group_rounding(u->model, u->g, base)) || !solve_corrections(u))
         return false;
     for (int side = 0; side < FLAT; side++) {
         memcpy(q, u->q, nq * sizeof *q);
-        if (follow(u, side ? 1.0 : -1.0, 0, q) && decompose(u, q) && open_at(u) <= u->model->tolerance)
+        if (follow_repaired_motion(u, side ? 1.0 : -1.0, 0, q) && decompose(u, q) && open_at(u) <= u->model->tolerance)
             memcpy(u->q + (size_t)(u->generic + u->flat++) * nq, q, nq * sizeof *q);
     }
-    return u->flat == 0 || solve(u);
+    return u->flat == 0 || solve_corrections(u);
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

@@ -66,7 +66,7 @@ static int effect_of_stick(const compilation *c, int k) {
     return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
 }
 
-static void add_switch(compilation *c, kt_switch item, kt_switching switching) {
+static void add_variant_switch(compilation *c, kt_switch item, kt_switching switching) {
     if (switching == KT_ALWAYS_ON)
         return;
     if (switching == KT_SWITCHED_ON && c->switches.count < c->switches.own)
@@ -99,10 +99,10 @@ static kt_status mask_contacts(compilation *c, kt_error *error) {
 }
 
 /* Lists the switches of loops, of contacts alone or of the others alone if those are told apart. */
-static void add_loops(compilation *c, const kt_description *d, bool apart, bool contacts) {
+static void add_loop_switches(compilation *c, const kt_description *d, bool apart, bool contacts) {
     for (int i = 0; i < d->loop_count; i++)
         if (!apart || is_contact(c, &c->loops[i]) == contacts)
-            add_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
+            add_variant_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
 }
 
 /* A contact that is released at first has no bit by which events engage it. */
@@ -124,15 +124,15 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
         c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, &d->loops[i]);
     if (c->switches.own > KT_SWITCH_BITS)
         c->switches.own = KT_SWITCH_BITS;
-    add_loops(c, d, shares, false);
+    add_loop_switches(c, d, shares, false);
     for (int i = 0; i < d->effect_count; i++)
-        add_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
+        add_variant_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
     if (shares)
-        add_loops(c, d, true, true);
+        add_loop_switches(c, d, true, true);
     return shares ? reject_released(d, error) : KT_OK;
 }
 
-static kt_status begin(compilation *c, const kt_description *d, kt_error *error) {
+static kt_status begin_compilation(compilation *c, const kt_description *d, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
     c->description = *d;
@@ -154,7 +154,7 @@ static kt_status begin(compilation *c, const kt_description *d, kt_error *error)
     return c->model ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
 }
 
-static void end(compilation *c) {
+static void end_compilation(compilation *c) {
     for (uint64_t k = 0; c->model && k < kt_switches_models(&c->switches); k++)
         kt_model_free(c->model[k]);
     free(c->model);
@@ -163,19 +163,20 @@ static void end(compilation *c) {
     free(c->loops);
 }
 
-static const char *name_of(const compilation *c, int k) {
+static const char *switch_name_of(const compilation *c, int k) {
     const kt_switch *item = &c->item[k];
     const char *name = item->loop >= 0 ? c->loops[item->loop].name : c->effects[item->effect].name;
     return name ? name : "";
 }
 
 /* Adds to an error the names of the items that are switched off in the model that it concerns. */
-static kt_status reject(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
+static kt_status reject_variant(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
     char text[256] = "";
     size_t used = 0;
     for (int k = 0; k < c->switches.count && used < sizeof text - 1; k++)
         if (!kt_switches_has(&c->switches, set, k)) {
-            const int length = snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", name_of(c, k));
+            const int length =
+                snprintf(text + used, sizeof text - used, "%s'%.40s'", used ? ", " : "", switch_name_of(c, k));
             used += length > 0 ? (size_t)length : 0;
         }
     return used == 0 ? kt_error_set(error, from->code, from->where, "%s", from->message)
@@ -183,7 +184,7 @@ static kt_status reject(const compilation *c, uint64_t set, const kt_error *from
 }
 
 /* A contact with friction: while it is closed and does not stick it slips. */
-static void set_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
+static void set_slipping_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
     for (int32_t i = 0; i < c->description.loop_count; i++) {
         kt_loop_record *loop = &model->loop[i];
         if (c->loops[i].side == KT_SIDE_NONE || c->loops[i].equation_count != effect + 1)
@@ -205,7 +206,7 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     if (model)
         model->loop[loop].friction = effect + 1;
     if (model && c->loops[loop].type == KT_LOOP_ROLLING)
-        set_contact(c, loop, effect, model);
+        set_slipping_contact(c, loop, effect, model);
     if (c->loops[loop].type == KT_LOOP_ROLLING)
         return;
     bool backwards = false;
@@ -246,7 +247,7 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     const kt_status status = compile(&c->description, &own, &c->model[index], &from);
     for (int k = 0; status == KT_OK && k < c->switches.count; k++)
         set_stick(c, k, set, c->model[index]);
-    return status == KT_OK ? KT_OK : reject(c, set, &from, error);
+    return status == KT_OK ? KT_OK : reject_variant(c, set, &from, error);
 }
 
 /* Springs that start unstretched take their lengths from the model of the initial set; the other models copy them. */
@@ -285,7 +286,7 @@ static void set_contact_bits(kt_variants *variants, const kt_model *model) {
 }
 
 /* Copies all models into one block. */
-static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
+static kt_status join_variants(const compilation *c, kt_model **model, kt_error *error) {
     const uint64_t models = kt_switches_models(&c->switches);
     const size_t head = kt_variants_head(&c->switches);
     size_t bytes = head;
@@ -321,11 +322,11 @@ static kt_status join(const compilation *c, kt_model **model, kt_error *error) {
 kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
                               kt_compile_call *compile, kt_model **model, kt_error *error) {
     compilation c = {.initial = 0};
-    kt_status status = begin(&c, description, error);
+    kt_status status = begin_compilation(&c, description, error);
     for (uint64_t k = 0; status == KT_OK && k < kt_switches_models(&c.switches); k++)
         status = compile_one_set(&c, options, compile, k, error);
     if (status == KT_OK)
-        status = join(&c, model, error);
-    end(&c);
+        status = join_variants(&c, model, error);
+    end_compilation(&c);
     return status;
 }
