@@ -44,7 +44,7 @@ static void write_accelerations(const kt_loop_end end[2], const kt_loop_row *row
 }
 
 /* Those of A v. */
-static void write_rates(const kt_loop_end end[2], const kt_loop_row *rows, int count, double *c) {
+static void write_row_rates(const kt_loop_end end[2], const kt_loop_row *rows, int count, double *c) {
     const kt_vector apart = end[1].point - end[0].point, omega = end[1].omega - end[0].omega;
     const kt_vector velocity = end[1].velocity - end[0].velocity - kt_cross(end[0].omega, apart);
     for (int r = 0; r < count; r++)
@@ -93,7 +93,7 @@ static void evaluate_rates(const kt_support *w, const kt_loop_record *loop, int3
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_loop_end end[2];
     const int count = evaluate_rows(w, loop, k, KT_BY_POSITION, end, rows);
-    write_rates(end, rows, count, c);
+    write_row_rates(end, rows, count, c);
     for (int r = 0; r < count; r++)
         c[r] += kt_derivative_of(rows[r].rate);
 }
@@ -117,7 +117,7 @@ void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q) {
 
 /* ---- of sums ----------------------------------------------------------------------------------------------------- */
 
-static double dot(const double *weight, const double *x, int count) {
+static double weighted_sum(const double *weight, const double *x, int count) {
     double sum = 0.0;
     for (int r = 0; r < count && weight; r++)
         sum += weight[r] * x[r];
@@ -140,8 +140,8 @@ static double differentiate_power(const kt_support *w, int32_t k, const kt_end_w
 /* Adds the derivatives of a sum. One evaluation along a position serves two terms: the sum with p_0, from its wrenches,
  * and either the sum with p_1 as velocities or the sum of accelerations. If a sum has all three terms, two evaluations
  * are needed. */
-static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum *sum, bool moving, double *by_q,
-                    double *by_v) {
+static void add_sum_derivatives(kt_support *w, const kt_loop_record *loop, const kt_loop_sum *sum, bool moving,
+                                double *by_q, double *by_v) {
     const double *lambda = moving || !sum->pi ? weights_of(sum->lambda[0], loop) : NULL;
     for (int32_t k = 0; k < w->count; k++) {
         const int32_t j = w->x->dof[k].v;
@@ -150,8 +150,8 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
         kt_end_wrench wrench[2];
         double x[KT_LOOP_ROW_MAX] = {0.0};
         int count = evaluate_rows(w, loop, k, KT_BY_POSITION, end, rows);
-        (moving ? write_accelerations : write_rates)(end, rows, count, x);
-        by_q[j] += dot(weights_of(moving ? sum->pi : sum->lambda[1], loop), x, count);
+        (moving ? write_accelerations : write_row_rates)(end, rows, count, x);
+        by_q[j] += weighted_sum(weights_of(moving ? sum->pi : sum->lambda[1], loop), x, count);
         if (lambda) {
             sum_wrenches(end, rows, count, lambda, wrench);
             by_q[j] += differentiate_power(w, k, wrench, sum->p[0]);
@@ -160,7 +160,7 @@ static void add_sum(kt_support *w, const kt_loop_record *loop, const kt_loop_sum
             continue;
         count = evaluate_rows(w, loop, k, KT_BY_RATE, end, rows);
         write_accelerations(end, rows, count, x);
-        by_v[j] += dot(weights_of(sum->pi, loop), x, count);
+        by_v[j] += weighted_sum(weights_of(sum->pi, loop), x, count);
     }
 }
 
@@ -178,7 +178,7 @@ void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loo
         x.a = moving ? sum->a : model->zero;
         kt_support w = {.x = &x};
         kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
-        add_sum(&w, loop, sum, moving, by_q, by_v);
+        add_sum_derivatives(&w, loop, sum, moving, by_q, by_v);
     }
 }
 
@@ -193,7 +193,7 @@ void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double
         kt_loop_end end[2];
         kt_end_wrench wrench[2];
         const int count = evaluate_rows(&w, loop, k, KT_BY_POSITION, end, rows);
-        write_rates(end, rows, count, c_q + j * model->n.row + (size_t)loop->equation);
+        write_row_rates(end, rows, count, c_q + j * model->n.row + (size_t)loop->equation);
         sum_wrenches(end, rows, count, lambda + loop->equation, wrench);
         kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * model->n.v);
     }

@@ -14,28 +14,28 @@
 
 enum { MOST = KT_FORMULA_VARIABLE_MAX };
 
-static const kt_expression *formula_of(const kt_model *model, const kt_loop_record *loop) {
+static const kt_expression *coupling_formula_of(const kt_model *model, const kt_loop_record *loop) {
     return (const kt_expression *)(const void *)(model->number + loop->number);
 }
 
-static const kt_link *link_of(const kt_model *model, const kt_loop_record *loop, int k) {
+static const kt_link *term_link_of(const kt_model *model, const kt_loop_record *loop, int k) {
     return &model->link[model->term[loop->term + k].link];
 }
 
 /* The coordinates of the terms, out of those of all joints. */
-static void gather(const kt_model *model, const kt_loop_record *loop, bool of_positions, const double *from,
-                   double to[MOST]) {
+static void gather_terms(const kt_model *model, const kt_loop_record *loop, bool of_positions, const double *from,
+                         double to[MOST]) {
     for (int k = 0; k < loop->term_count; k++) {
-        const kt_link *link = link_of(model, loop, k);
+        const kt_link *link = term_link_of(model, loop, k);
         to[k] = from[of_positions ? link->q : link->v];
     }
 }
 
 void kt_formula_row_evaluate(const kt_model *model, const kt_loop_record *loop, const double *q, const double *v,
                              kt_formula_row *row) {
-    const kt_expression *f = formula_of(model, loop);
+    const kt_expression *f = coupling_formula_of(model, loop);
     double at[MOST], along[MOST] = {0.0}, y[3];
-    gather(model, loop, true, q, at);
+    gather_terms(model, loop, true, q, at);
     row->value = kt_expression_evaluate(f, at);
     for (int k = 0; k < loop->term_count; k++) {
         along[k] = 1.0;
@@ -46,7 +46,7 @@ void kt_formula_row_evaluate(const kt_model *model, const kt_loop_record *loop, 
     }
     y[2] = 0.0;
     if (v) {
-        gather(model, loop, false, v, along);
+        gather_terms(model, loop, false, v, along);
         kt_expression_taylor(f, at, along, NULL, y);
     }
     row->drift = y[2];
@@ -92,7 +92,7 @@ static double rate_of_drift(const kt_expression *f, int n, const double at[MOST]
     return sum / (6.0 * s);
 }
 
-static double product(const double row[MOST], const double x[MOST], int n) {
+static double row_product(const double row[MOST], const double x[MOST], int n) {
     double sum = 0.0;
     for (int k = 0; k < n; k++)
         sum += row[k] * x[k];
@@ -102,50 +102,50 @@ static double product(const double row[MOST], const double x[MOST], int n) {
 void kt_formula_row_gradient(const kt_dual_motion *at, const kt_loop_record *loop, const kt_loop_sum *sum, double *by_q,
                              double *by_v) {
     const kt_model *model = at->model;
-    const kt_expression *f = formula_of(model, loop);
+    const kt_expression *f = coupling_formula_of(model, loop);
     const int n = loop->term_count;
     double q[MOST] = {0.0}, x[MOST], a[MOST], h[MOST][MOST];
-    gather(model, loop, true, at->q, q);
+    gather_terms(model, loop, true, at->q, q);
     find_hessian(f, n, q, h);
     for (int i = 0; i < 2; i++) {
         if (!sum->lambda[i])
             continue;
-        gather(model, loop, false, sum->p[i], x);
+        gather_terms(model, loop, false, sum->p[i], x);
         for (int j = 0; j < n; j++)
-            by_q[link_of(model, loop, j)->v] += sum->lambda[i][loop->equation] * product(h[j], x, n);
+            by_q[term_link_of(model, loop, j)->v] += sum->lambda[i][loop->equation] * row_product(h[j], x, n);
     }
     if (!sum->pi)
         return;
     const double pi = sum->pi[loop->equation];
-    gather(model, loop, false, sum->v ? sum->v : model->zero, x);
-    gather(model, loop, false, sum->a ? sum->a : model->zero, a);
+    gather_terms(model, loop, false, sum->v ? sum->v : model->zero, x);
+    gather_terms(model, loop, false, sum->a ? sum->a : model->zero, a);
     for (int j = 0; j < n; j++) {
-        const int32_t to = link_of(model, loop, j)->v;
-        by_q[to] += pi * (rate_of_drift(f, n, q, x, j) + product(h[j], a, n));
-        by_v[to] += pi * 2.0 * product(h[j], x, n);
+        const int32_t to = term_link_of(model, loop, j)->v;
+        by_q[to] += pi * (rate_of_drift(f, n, q, x, j) + row_product(h[j], a, n));
+        by_v[to] += pi * 2.0 * row_product(h[j], x, n);
     }
 }
 
 void kt_formula_row_matrices(const kt_dual_motion *at, const kt_loop_record *loop, const double *lambda, bool moving,
                              double *d_q, double *by_q, double *by_v) {
     const kt_model *model = at->model;
-    const kt_expression *f = formula_of(model, loop);
+    const kt_expression *f = coupling_formula_of(model, loop);
     const int n = loop->term_count;
     const size_t nv = model->n.v, p = model->n.row, row = (size_t)loop->equation;
     double q[MOST] = {0.0}, v[MOST], a[MOST], h[MOST][MOST];
-    gather(model, loop, true, at->q, q);
-    gather(model, loop, false, at->v, v);
-    gather(model, loop, false, moving ? at->a : model->zero, a);
+    gather_terms(model, loop, true, at->q, q);
+    gather_terms(model, loop, false, at->v, v);
+    gather_terms(model, loop, false, moving ? at->a : model->zero, a);
     find_hessian(f, n, q, h);
     for (int j = 0; j < n; j++) {
-        const size_t to = (size_t)link_of(model, loop, j)->v;
-        const double rate = product(h[j], v, n);
+        const size_t to = (size_t)term_link_of(model, loop, j)->v;
+        const double rate = row_product(h[j], v, n);
         by_q[to * p + row] = rate;
         if (moving) {
-            by_q[to * p + row] = -rate_of_drift(f, n, q, v, j) - product(h[j], a, n);
+            by_q[to * p + row] = -rate_of_drift(f, n, q, v, j) - row_product(h[j], a, n);
             by_v[to * p + row] = -2.0 * rate;
         }
         for (int k = 0; k < n && d_q; k++)
-            d_q[to * nv + (size_t)link_of(model, loop, k)->v] -= lambda[row] * h[k][j];
+            d_q[to * nv + (size_t)term_link_of(model, loop, k)->v] -= lambda[row] * h[k][j];
     }
 }

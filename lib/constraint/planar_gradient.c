@@ -36,7 +36,7 @@ typedef struct gradient {
     double by_angle[2], by_w[2];
 } gradient;
 
-static double across(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; } /* J a . b */
+static double cross_planar(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0]; } /* J a . b */
 
 static kt_v2 scaled(double s, kt_v2 a) { return kt_v2_splat(s) * a; }
 
@@ -51,7 +51,7 @@ static void carry(const gradient *g, kt_v2 r, point *x) {
 }
 
 /* Adds the joint's own motion; e: of a prismatic one. */
-static void move(const gradient *g, const kt_planar_link *link, kt_v2 e, point *x) {
+static void move_along_joint(const gradient *g, const kt_planar_link *link, kt_v2 e, point *x) {
     const int32_t i = link->v;
     const double sign = link->revolute ? link->sign : 0.0, w = x->w[MOTION];
     if (!link->revolute && g->a)
@@ -67,25 +67,25 @@ static void move(const gradient *g, const kt_planar_link *link, kt_v2 e, point *
     }
 }
 
-static const kt_planar_link *link_of(const gradient *g, int k, int i, const kt_planar_motion **m) {
+static const kt_planar_link *path_link_of(const gradient *g, int k, int i, const kt_planar_motion **m) {
     const int32_t at = kt_planar_index_shift(g->model, g->model->path[g->loop->path[k] + i]);
     *m = &g->data->planar[at];
     return &g->model->planar[at];
 }
 
-static kt_v2 along(const kt_planar_link *link, const kt_planar_motion *m) {
+static kt_v2 axis_along(const kt_planar_link *link, const kt_planar_motion *m) {
     return link->revolute ? kt_v2_splat(0.0) : kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
 }
 
-static void follow(gradient *g, int k) {
+static void follow_end_path(gradient *g, int k) {
     const double *arm = g->flat->arm[k];
     point *x = &g->end[k];
     *x = (point){.at = -kt_v2_load(g->flat->origin)};
     for (int i = 0; i < g->loop->length[k]; i++) {
         const kt_planar_motion *m;
-        const kt_planar_link *link = link_of(g, k, i, &m);
+        const kt_planar_link *link = path_link_of(g, k, i, &m);
         carry(g, kt_v2_load(m->offset), x);
-        move(g, link, along(link, m), x);
+        move_along_joint(g, link, axis_along(link, m), x);
     }
     carry(g, kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[k]].rotation), arm[0], arm[1]), x);
 }
@@ -93,7 +93,7 @@ static void follow(gradient *g, int k) {
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
 
 /* Adds rows along an axis: `sum` are the axes times lambda_f, and last times pi. */
-static void add_along(gradient *g, const kt_v2 sum[FIELDS]) {
+static void add_axis_rows(gradient *g, const kt_v2 sum[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
     const kt_v2 linear = two->linear - one->linear, pi = sum[MOTION], turned = kt_v2_across(pi);
@@ -142,18 +142,18 @@ static void find_normal(double cosine, double sine, double s[3]) {
     s[2] = -2.0 * sine / (one * one) - 4.0 * cosine * cosine * sign / (one * one * one);
 }
 
-static kt_v2 axis_of(const gradient *g, const kt_planar_row *row) {
+static kt_v2 row_axis_of(const gradient *g, const kt_planar_row *row) {
     return kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[0]].rotation), row->e[0], row->e[1]);
 }
 
-static void add_distance(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
+static void add_distance_gradient(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
     const kt_v2 linear = two->linear - one->linear;
     const double d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
     const bool apart = d2 > DBL_MIN; /* as in planar_rows.h */
     const double inverse = apart ? 1.0 / sqrt(d2) : 0.0, pi = weight[MOTION];
-    const kt_v2 n = apart ? scaled(inverse, d) : axis_of(g, row);
+    const kt_v2 n = apart ? scaled(inverse, d) : row_axis_of(g, row);
     const double along_n = kt_v2_dot(n, rate);
     const kt_v2 rest = rate - scaled(along_n, n);
     for (int f = 0; f < MOTION; f++) {
@@ -181,14 +181,14 @@ static void find_derivatives(const gradient *g, const kt_planar_row *row, double
 }
 
 /* Adds a row; of those along an axis to their sum. */
-static void add_row(gradient *g, const kt_planar_row *row, const double weight[FIELDS], kt_v2 axes[FIELDS]) {
+static void add_row_gradient(gradient *g, const kt_planar_row *row, const double weight[FIELDS], kt_v2 axes[FIELDS]) {
     double s[3];
     if (row->kind == KT_PLANAR_ROW_ALONG) {
-        const kt_v2 e = axis_of(g, row);
+        const kt_v2 e = row_axis_of(g, row);
         for (int f = 0; f < FIELDS; f++)
             axes[f] += scaled(weight[f], e);
     } else if (row->kind == KT_PLANAR_ROW_DISTANCE) {
-        add_distance(g, row, weight);
+        add_distance_gradient(g, row, weight);
     } else {
         find_derivatives(g, row, s);
         add_turn(g, s, weight);
@@ -202,28 +202,30 @@ static void add_rows(gradient *g, const kt_loop_sum *sum) {
         const int32_t at = g->loop->equation + flat->row[i].row;
         const double weight[FIELDS] = {sum->lambda[0] ? sum->lambda[0][at] : 0.0,
                                        sum->lambda[1] ? sum->lambda[1][at] : 0.0, sum->pi ? sum->pi[at] : 0.0};
-        add_row(g, &flat->row[i], weight, axes);
+        add_row_gradient(g, &flat->row[i], weight, axes);
     }
-    add_along(g, axes);
+    add_axis_rows(g, axes);
 }
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
 /* The joint of a link whose origin is at o, on the path to end k. */
-static void write_joint(const gradient *g, int k, const kt_planar_link *link, kt_v2 e, const point *o, double *by_q,
-                        double *by_v) {
+static void write_joint_gradient(const gradient *g, int k, const kt_planar_link *link, kt_v2 e, const point *o,
+                                 double *by_q, double *by_v) {
     const point *p = &g->end[k];
     const double sign = k ? 1.0 : -1.0, w = o->w[MOTION];
     double q, v;
     if (link->revolute) {
-        q = across(p->at - o->at, g->by_d) + across(p->linear - o->linear, g->by_linear);
-        v = across(p->at - o->at, g->by_rate[MOTION]) + 2.0 * across(p->rate[MOTION] - o->rate[MOTION], g->by_linear);
+        q = cross_planar(p->at - o->at, g->by_d) + cross_planar(p->linear - o->linear, g->by_linear);
+        v = cross_planar(p->at - o->at, g->by_rate[MOTION]) +
+            2.0 * cross_planar(p->rate[MOTION] - o->rate[MOTION], g->by_linear);
     } else {
-        q = kt_v2_dot(e, g->by_d) + o->alpha * across(e, g->by_linear) - w * w * kt_v2_dot(e, g->by_linear);
-        v = kt_v2_dot(e, g->by_rate[MOTION]) + 2.0 * w * across(e, g->by_linear);
+        q = kt_v2_dot(e, g->by_d) + o->alpha * cross_planar(e, g->by_linear) - w * w * kt_v2_dot(e, g->by_linear);
+        v = kt_v2_dot(e, g->by_rate[MOTION]) + 2.0 * w * cross_planar(e, g->by_linear);
     }
     for (int f = 0; f < FIELDS; f++)
-        q += link->revolute ? across(p->rate[f] - o->rate[f], g->by_rate[f]) : o->w[f] * across(e, g->by_rate[f]);
+        q += link->revolute ? cross_planar(p->rate[f] - o->rate[f], g->by_rate[f])
+                            : o->w[f] * cross_planar(e, g->by_rate[f]);
     if (link->revolute) {
         by_q[link->v] += link->sign * (sign * q + g->by_angle[k]);
         by_v[link->v] += link->sign * (sign * v + g->by_w[k]);
@@ -233,15 +235,15 @@ static void write_joint(const gradient *g, int k, const kt_planar_link *link, kt
     by_v[link->v] += sign * v;
 }
 
-static void write_path(const gradient *g, int k, double *by_q, double *by_v) {
+static void write_path_gradient(const gradient *g, int k, double *by_q, double *by_v) {
     point x = {.at = -kt_v2_load(g->flat->origin)};
     for (int i = 0; i < g->loop->length[k]; i++) {
         const kt_planar_motion *m;
-        const kt_planar_link *link = link_of(g, k, i, &m);
-        const kt_v2 e = along(link, m);
+        const kt_planar_link *link = path_link_of(g, k, i, &m);
+        const kt_v2 e = axis_along(link, m);
         carry(g, kt_v2_load(m->offset), &x);
-        write_joint(g, k, link, e, &x, by_q, by_v);
-        move(g, link, e, &x);
+        write_joint_gradient(g, k, link, e, &x, by_q, by_v);
+        move_along_joint(g, link, e, &x);
     }
 }
 
@@ -254,10 +256,10 @@ void KT_KERNEL(kt_planar_loop_gradient)(const kt_model *model, const kt_data *da
                   .field = {sum->p[0], sum->p[1], sum->v},
                   .a = sum->a};
     for (int k = 0; k < 2; k++)
-        follow(&g, k);
+        follow_end_path(&g, k);
     add_rows(&g, sum);
     for (int k = 0; k < 2; k++)
-        write_path(&g, k, by_q, by_v);
+        write_path_gradient(&g, k, by_q, by_v);
 }
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
@@ -281,7 +283,8 @@ typedef struct joint {
 _Static_assert(sizeof(joint) <= sizeof(kt_support_dof), "one memory holds either");
 
 /* Fields are p_1 for velocities alone, or v. */
-static joint joint_of(const gradient *g, int k, int field, const kt_planar_link *link, kt_v2 e, const point *o) {
+static joint gradient_joint_of(const gradient *g, int k, int field, const kt_planar_link *link, kt_v2 e,
+                               const point *o) {
     const point *p = &g->end[k];
     const double sign = (k ? 1.0 : -1.0) * (link->revolute ? link->sign : 1.0), w = o->w[field];
     joint j = {.turn = link->revolute ? link->sign : 0.0, .v = link->v, .end = k};
@@ -301,25 +304,25 @@ static joint joint_of(const gradient *g, int k, int field, const kt_planar_link 
     return j;
 }
 
-static size_t list_joints(const gradient *g, int field, joint *to) {
+static size_t list_path_joints(const gradient *g, int field, joint *to) {
     size_t count = 0;
     for (int k = 0; k < 2; k++) {
         point x = {.at = -kt_v2_load(g->flat->origin)};
         for (int i = 0; i < g->loop->length[k]; i++) {
             const kt_planar_motion *m;
-            const kt_planar_link *link = link_of(g, k, i, &m);
-            const kt_v2 e = along(link, m);
+            const kt_planar_link *link = path_link_of(g, k, i, &m);
+            const kt_v2 e = axis_along(link, m);
             carry(g, kt_v2_load(m->offset), &x);
-            to[count++] = joint_of(g, k, field, link, e, &x);
-            move(g, link, e, &x);
+            to[count++] = gradient_joint_of(g, k, field, link, e, &x);
+            move_along_joint(g, link, e, &x);
         }
     }
     return count;
 }
 
 /* The derivatives of row r, times `sign`, into columns of p numbers. */
-static void write_row(gradient *g, int field, const kt_planar_row *row, double sign, const joint *joints, size_t count,
-                      double *by_q, double *by_v) {
+static void write_row_gradient(gradient *g, int field, const kt_planar_row *row, double sign, const joint *joints,
+                               size_t count, double *by_q, double *by_v) {
     const size_t p = g->model->n.row, r = (size_t)g->loop->equation + (size_t)row->row;
     const kt_v2 none = {0.0, 0.0};
     double weight[FIELDS] = {0.0, 0.0, 0.0};
@@ -330,9 +333,9 @@ static void write_row(gradient *g, int field, const kt_planar_row *row, double s
         g->by_rate[f] = none;
     for (int k = 0; k < 2; k++)
         g->by_angle[k] = g->by_w[k] = 0.0;
-    add_row(g, row, weight, axes);
+    add_row_gradient(g, row, weight, axes);
     if (row->kind == KT_PLANAR_ROW_ALONG)
-        add_along(g, axes);
+        add_axis_rows(g, axes);
     for (size_t i = 0; i < count; i++) {
         const joint *j = &joints[i];
         const size_t at = (size_t)j->v * p + r;
@@ -359,7 +362,7 @@ static curvature curvature_of(const gradient *g, const double *lambda) {
                      d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
         double s[3];
         if (row->kind == KT_PLANAR_ROW_ALONG) {
-            c.axis += scaled(weight, axis_of(g, row));
+            c.axis += scaled(weight, row_axis_of(g, row));
         } else if (row->kind != KT_PLANAR_ROW_DISTANCE) {
             find_derivatives(g, row, s);
             c.turn += weight * s[1];
@@ -370,7 +373,7 @@ static curvature curvature_of(const gradient *g, const double *lambda) {
             c.b[0] += (kt_v2){by, 0.0} - scaled(by * n[0], n);
             c.b[1] += (kt_v2){0.0, by} - scaled(by * n[1], n);
         } else {
-            c.normal += scaled(weight, axis_of(g, row));
+            c.normal += scaled(weight, row_axis_of(g, row));
         }
     }
     return c;
@@ -410,10 +413,10 @@ void KT_KERNEL(kt_planar_loop_matrices)(const kt_dual_motion *at, int32_t index,
                   .a = moving ? at->a : NULL};
     g.field[field] = at->v;
     for (int k = 0; k < 2; k++)
-        follow(&g, k);
-    const size_t count = list_joints(&g, field, joints);
+        follow_end_path(&g, k);
+    const size_t count = list_path_joints(&g, field, joints);
     for (int i = 0; i < g.flat->count; i++)
-        write_row(&g, field, &g.flat->row[i], moving ? -1.0 : 1.0, joints, count, by_q, moving ? by_v : NULL);
+        write_row_gradient(&g, field, &g.flat->row[i], moving ? -1.0 : 1.0, joints, count, by_q, moving ? by_v : NULL);
     const curvature c = curvature_of(&g, lambda);
     subtract_curvature(&g, &c, joints, count, d_q);
 }
