@@ -36,8 +36,8 @@ static double largest_term(const kt_actuation_work *w, const double *v, const do
     return entry * rate;
 }
 
-static kt_status check_loops(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
-                             const double *a, kt_error *error) {
+static kt_status check_actuated_loops(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
+                                      const double *a, kt_error *error) {
     const kt_model *model = w->model;
     double worst = 0.0, size;
     int loop = 0;
@@ -130,7 +130,7 @@ kt_status kt_actuation_evaluate(const kt_model *model, kt_data *data, void *work
         status =
             kt_open_contacts_reject(model, data, &(kt_dynamic_state){.t = t, .q = q, .v = v ? v : model->zero}, error);
     if (status == KT_OK)
-        status = check_loops(&w, data, t, q, v ? v : model->zero, a ? a : model->zero, error);
+        status = check_actuated_loops(&w, data, t, q, v ? v : model->zero, a ? a : model->zero, error);
     if (status == KT_OK)
         status = find_need(&w, data, t, q, v ? v : model->zero, a, external, error);
     for (int i = 0; i < actuated.count && status == KT_OK; i++)

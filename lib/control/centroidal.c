@@ -25,7 +25,7 @@ static composite composite_of(const kt_link *link, const kt_link_kinematics *m) 
 }
 
 /* Adds x, about a point at r from that of `to`: J + 2 (h.r) 1 - r h' - h r' + m (r.r 1 - r r'). */
-static void add_shifted(composite *to, const composite *x, kt_vec3 r) {
+static void add_shifted_composite(composite *to, const composite *x, kt_vec3 r) {
     const kt_vec3 h = x->moment;
     kt_sym3 j = kt_sym3_shift(x->inertia, x->mass, r);
     const double all = 2.0 * kt_vec3_dot(h, r);
@@ -37,13 +37,13 @@ static void add_shifted(composite *to, const composite *x, kt_vec3 r) {
 }
 
 /* Composites of all links into scratch memory. */
-static composite *compose(const kt_model *model, kt_data *data) {
+static composite *compose_bodies(const kt_model *model, kt_data *data) {
     composite *c = (composite *)kt_links_scratch(data);
     for (size_t i = 1; i < model->n.link; i++)
         c[i] = composite_of(&model->link[i], &data->kinematics[i]);
     for (size_t i = model->n.link - 1; i > 0; i--)
         if (model->link[i].parent)
-            add_shifted(&c[model->link[i].parent], &c[i], data->kinematics[i].offset);
+            add_shifted_composite(&c[model->link[i].parent], &c[i], data->kinematics[i].offset);
     return c;
 }
 
@@ -54,7 +54,7 @@ typedef struct columns {
     double *first; /* of the link's degrees of freedom */
 } columns;
 
-static void write_column(const kt_dof *dof, void *context) {
+static void write_momentum_column(const kt_dof *dof, void *context) {
     const columns *to = context;
     const kt_vec3 w = kt_v4_vec3(kt_dof_angular(dof)), u = kt_v4_vec3(kt_dof_linear(dof)), h = to->c->moment;
     const kt_vec3 p = kt_vec3_add(kt_vec3_scale(to->c->mass, u), kt_vec3_cross(w, h));
@@ -70,7 +70,7 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
     if (!kt_data_serve(model, data) || !matrix)
         return;
     model = kt_model_now(model, data);
-    const composite *c = compose(model, data);
+    const composite *c = compose_bodies(model, data);
     kt_vec3 center;
     (void)kt_mass_center(model, data, &center);
     for (size_t i = 1; i < model->n.link; i++) {
@@ -80,7 +80,7 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(m->axes, axes);
         kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, write_column, (void *)&to);
+        kt_dofs_visit(link, parent, axes, write_momentum_column, (void *)&to);
     }
 }
 
@@ -117,7 +117,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
     if (!kt_data_serve(model, data) || !jacobian)
         return;
     model = kt_model_now(model, data);
-    const composite *c = compose(model, data);
+    const composite *c = compose_bodies(model, data);
     kt_vec3 center;
     const double mass = kt_mass_center(model, data, &center), fraction = mass > 0.0 ? 1.0 / mass : 0.0;
     for (size_t i = 1; i < model->n.link; i++) {
@@ -127,7 +127,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
         kt_v4 axes[3], parent[3];
         kt_v4_from_mat3(data->kinematics[i].axes, axes);
         kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, write_column, (void *)&to);
+        kt_dofs_visit(link, parent, axes, write_momentum_column, (void *)&to);
         for (int k = 0; k < 3 * kt_link_dofs(link); k++)
             jacobian[3 * (size_t)link->v + (size_t)k] = fraction * all[6 * (k / 3) + 3 + k % 3];
     }

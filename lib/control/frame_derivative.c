@@ -32,14 +32,14 @@ typedef struct columns {
     kt_v4 arm;                   /* from its origin to the point */
 } columns;
 
-static void store(double *to, kt_v4 x) {
+static void store_triple(double *to, kt_v4 x) {
     for (int k = 0; k < 3; k++)
         to[k] = x[k];
 }
 
 static kt_v4 into_body(const point *p, kt_v4 x) { return kt_v4_from(kt_mat3_apply_transposed(p->axes, kt_v4_vec3(x))); }
 
-static void write_column(const kt_dof *dof, void *context) {
+static void write_frame_column(const kt_dof *dof, void *context) {
     const columns *c = context;
     const point *p = c->p;
     const kt_v4 s = kt_dof_angular(dof), l = kt_dof_linear(dof), j = l + kt_v4_cross(s, c->arm);
@@ -57,12 +57,12 @@ static void write_column(const kt_dof *dof, void *context) {
     } else if (p->frame == KT_TWIST_WORLD) {
         linear += kt_v4_cross(displacement, y[0]) + kt_v4_cross(p->position, angular);
     }
-    store(c->first + 6 * dof->index, angular);
-    store(c->first + 6 * dof->index + 3, linear);
+    store_triple(c->first + 6 * dof->index, angular);
+    store_triple(c->first + 6 * dof->index + 3, linear);
 }
 
-static void write_all(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
-                      bool by_position, double *out) {
+static void write_frame_derivatives(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
+                                    kt_twist_frame frame, bool by_position, double *out) {
     if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame) || !out)
         return;
     const kt_body_record *b = &model->body[body];
@@ -84,17 +84,17 @@ static void write_all(const kt_model *model, const kt_data *data, int body, kt_v
         c.carrying = kt_v4_from(links[link->parent].omega);
         c.own = kt_v4_from(links[i].omega);
         c.origin = kt_v4_from(links[i].velocity);
-        kt_dofs_visit(link, parent, axes, write_column, &c);
+        kt_dofs_visit(link, parent, axes, write_frame_column, &c);
         c.arm += kt_v4_from(links[i].offset);
     }
 }
 
 void kt_frame_jacobian_derivative(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
                                   kt_twist_frame frame, double *derivative) {
-    write_all(model, data, body, at, frame, false, derivative);
+    write_frame_derivatives(model, data, body, at, frame, false, derivative);
 }
 
 void kt_frame_twist_derivative(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                                double *derivative) {
-    write_all(model, data, body, at, frame, true, derivative);
+    write_frame_derivatives(model, data, body, at, frame, true, derivative);
 }

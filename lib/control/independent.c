@@ -165,8 +165,8 @@ void kt_loop_jacobian(const kt_model *model, int rows, const double *jacobian, i
 
 /* Writes a particular solution of A x = b' into w->force, or if v is given that of A x = b''. Coordinates that are in
  * no loop become zero. */
-static kt_status solve_loops(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
-                             kt_error *error) {
+static kt_status solve_particular(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
+                                  kt_error *error) {
     const kt_model *model = w->model;
     memset(w->force, 0, model->n.v * sizeof *w->force);
     if (!KT_HAS_LOOPS || !model->n.group)
@@ -186,12 +186,12 @@ static kt_status solve_loops(kt_actuation_work *w, kt_data *data, double t, cons
 }
 
 /* x = x0 + Z z. */
-static kt_status complete(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
-                          kt_coordinate_list list, double *x, kt_error *error) {
+static kt_status complete_solution(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
+                                   kt_coordinate_list list, double *x, kt_error *error) {
     const size_t nv = w->model->n.v;
     kt_status status = factor_basis(w, data, t, q, list, error);
     if (status == KT_OK)
-        status = solve_loops(w, data, t, q, v, error);
+        status = solve_particular(w, data, t, q, v, error);
     if (status != KT_OK)
         return status;
     for (int i = 0; i < list.count; i++)
@@ -204,8 +204,8 @@ static kt_status complete(kt_actuation_work *w, kt_data *data, double t, const d
 }
 
 /* The chosen ones of n numbers are finite. */
-static kt_status check(const kt_actuation_work *w, double t, const double *q, const double *v, const double *x,
-                       const char *what, kt_error *error) {
+static kt_status check_independent_values(const kt_actuation_work *w, double t, const double *q, const double *v,
+                                          const double *x, const char *what, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = w->right, .what = what};
     for (size_t i = 0; i < w->model->n.v; i++)
         w->right[i] = w->chosen[i] ? x[i] : 0.0;
@@ -221,8 +221,8 @@ kt_status kt_velocity_complete(const kt_model *model, kt_data *data, void *work,
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
-        status = check(&w, t, q, NULL, v, "velocity", error);
-    return status == KT_OK ? complete(&w, data, t, q, NULL, independent, v, error) : status;
+        status = check_independent_values(&w, t, q, NULL, v, "velocity", error);
+    return status == KT_OK ? complete_solution(&w, data, t, q, NULL, independent, v, error) : status;
 }
 
 kt_status kt_acceleration_complete(const kt_model *model, kt_data *data, void *work, size_t work_size, double t,
@@ -233,6 +233,6 @@ kt_status kt_acceleration_complete(const kt_model *model, kt_data *data, void *w
     kt_actuation_work w;
     kt_status status = kt_actuation_begin(model, work, work_size, independent, &w, error);
     if (status == KT_OK)
-        status = check(&w, t, q, v, a, "acceleration", error);
-    return status == KT_OK ? complete(&w, data, t, q, v ? v : model->zero, independent, a, error) : status;
+        status = check_independent_values(&w, t, q, v, a, "acceleration", error);
+    return status == KT_OK ? complete_solution(&w, data, t, q, v ? v : model->zero, independent, a, error) : status;
 }

@@ -2,7 +2,7 @@
  * the body's axes becomes S'y in the marker's. */
 #include "control/control.h"
 
-static const kt_marker_record *marker_of(const kt_model *model, int body, int marker) {
+static const kt_marker_record *marker_record_of(const kt_model *model, int body, int marker) {
     if (!model || !KT_IS_INDEX(body, model->n.body) || !KT_IS_INDEX(marker, model->body[body].marker_count))
         return NULL;
     return &model->marker[model->body[body].marker + marker];
@@ -18,14 +18,14 @@ static void turn_columns(const kt_model *model, const kt_marker_record *m, kt_tw
 }
 
 kt_pose kt_marker_pose(const kt_model *model, const kt_data *data, int body, int marker) {
-    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_marker_record *m = marker_record_of(model, body, marker);
     const kt_pose pose = kt_body_pose(model, data, m ? body : -1);
     return m ? kt_pose_compose(pose, m->frame) : pose;
 }
 
 void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
                         double *jacobian) {
-    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_marker_record *m = marker_record_of(model, body, marker);
     if (!m || !kt_data_serve(model, data) || !jacobian)
         return;
     kt_frame_jacobian(model, data, body, m->frame.position, frame, jacobian);
@@ -33,7 +33,7 @@ void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, in
 }
 
 kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame) {
-    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_marker_record *m = marker_record_of(model, body, marker);
     const kt_vec3 origin = {0.0, 0.0, 0.0};
     kt_twist bias = kt_frame_bias(model, data, m ? body : -1, m ? m->frame.position : origin, frame);
     if (m && frame == KT_TWIST_BODY) {
@@ -45,7 +45,7 @@ kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, in
 
 void kt_marker_jacobian_derivative(const kt_model *model, const kt_data *data, int body, int marker,
                                    kt_twist_frame frame, double *derivative) {
-    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_marker_record *m = marker_record_of(model, body, marker);
     if (!m || !kt_data_serve(model, data) || !derivative)
         return;
     kt_frame_jacobian_derivative(model, data, body, m->frame.position, frame, derivative);
@@ -54,7 +54,7 @@ void kt_marker_jacobian_derivative(const kt_model *model, const kt_data *data, i
 
 void kt_marker_twist_derivative(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
                                 double *derivative) {
-    const kt_marker_record *m = marker_of(model, body, marker);
+    const kt_marker_record *m = marker_record_of(model, body, marker);
     if (!m || !kt_data_serve(model, data) || !derivative)
         return;
     kt_frame_twist_derivative(model, data, body, m->frame.position, frame, derivative);

@@ -15,10 +15,10 @@ typedef struct sizes {
     size_t v, closed, along, data, rows, terms;
 } sizes;
 
-static bool is_closed(const kt_model *model) { return KT_HAS_LOOPS && model->n.group > 0; }
+static bool has_closed_loops(const kt_model *model) { return KT_HAS_LOOPS && model->n.group > 0; }
 
-static sizes sizes_of(const kt_model *model, int rows) {
-    const bool closed = is_closed(model), along = kt_mass_inverse_is_along(model);
+static sizes mass_inverse_sizes_of(const kt_model *model, int rows) {
+    const bool closed = has_closed_loops(model), along = kt_mass_inverse_is_along(model);
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
                    .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
@@ -35,7 +35,7 @@ static bool rows_are_fine(int rows) { return rows >= 0 && (rows == 0 || (size_t)
 size_t kt_mass_inverse_size(const kt_model *model, int rows) {
     if (!model || !rows_are_fine(rows))
         return 0;
-    const sizes s = sizes_of(model, rows);
+    const sizes s = mass_inverse_sizes_of(model, rows);
     return lay_out(NULL, &s);
 }
 
@@ -47,7 +47,7 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
         return kt_error_set(error, KT_ERROR_ARGUMENT, "rows",
                             "a Jacobian has no %d rows; give the most that kt_operational_inertia will have, or 0",
                             rows);
-    const sizes s = sizes_of(model, rows);
+    const sizes s = mass_inverse_sizes_of(model, rows);
     kt_status status = kt_massless_reject(model, "kt_mass_inverse_init", "the mass matrix has no inverse", error);
     if (status == KT_OK)
         status = kt_arena_begin("kt_mass_inverse_init", "kt_mass_inverse_size", memory, size, lay_out(NULL, &s), error);
@@ -135,7 +135,7 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
         return status;
     if (KT_HAS_LOOPS && kt_mass_inverse_is_along(model))
         status = compute_along(inverse, t, q, error);
-    else if (is_closed(model))
+    else if (has_closed_loops(model))
         status = compute_closed(inverse, data, t, q, error);
     else
         status = kt_inverse_compute(model, data, q, &inverse->of_tree, error);
@@ -162,7 +162,7 @@ void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
     if (nv == 0)
         return;
     for (int c = 0; c < columns; c++, x += nv)
-        if (KT_HAS_LOOPS && is_closed(inverse->model))
+        if (KT_HAS_LOOPS && has_closed_loops(inverse->model))
             apply_closed(inverse, x);
         else
             kt_inverse_apply(inverse->model, &inverse->of_tree, x);

@@ -18,7 +18,7 @@
 
 /* Returns the size of a row, which is the largest motion of the task while a coordinate moves by one unit. It is
  * relative to the smaller of a radian and a length of the mechanism, and at most 1. Sizes within rounding become 0. */
-static double size_of(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
+static double task_row_size(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const double could_be = fmin(1.0, kt_model_extent(w->model));
     double most = 0.0;
     for (size_t i = 0; i < w->model->n.v; i++)
@@ -86,7 +86,7 @@ static int factor_task_inertia(kt_mass_inverse *w, int rows, double *rcond) {
 /* ---- Lambda ------------------------------------------------------------------------------------------------------ */
 
 /* Computes X, J X, and the free fraction of each row. */
-static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
+static void fill_task_responses(kt_mass_inverse *w, int rows, const double *jacobian) {
     const size_t nv = w->model->n.v;
     for (size_t i = 0; i < nv; i++)
         for (int r = 0; r < rows; r++)
@@ -99,7 +99,7 @@ static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
                 sum += jacobian[i * (size_t)rows + (size_t)r] * w->column[(size_t)c * nv + i];
             w->task[c * rows + r] = sum;
         }
-        w->free_fraction[c] = size_of(w, rows, c, jacobian);
+        w->free_fraction[c] = task_row_size(w, rows, c, jacobian);
         if (KT_HAS_LOOPS && w->model->n.group > 0)
             w->free_fraction[c] *= w->kkt.data ? free_fraction_by_generic(w, rows, c, jacobian)
                                                : free_fraction_by_basis(w, rows, c, jacobian);
@@ -107,7 +107,7 @@ static void fill(kt_mass_inverse *w, int rows, const double *jacobian) {
 }
 
 /* Lambda, and X Lambda in place of X. Returns whether all of it is finite. */
-static bool invert(kt_mass_inverse *w, int rows) {
+static bool invert_task_inertia(kt_mass_inverse *w, int rows) {
     const size_t nv = w->model->n.v, square = (size_t)rows * (size_t)rows;
     memset(w->inertia, 0, square * sizeof *w->inertia);
     for (int c = 0; c < rows; c++) {
@@ -146,7 +146,7 @@ kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const doubl
     const kt_status status = kt_columns_check(nv, rows, jacobian, error);
     if (status != KT_OK)
         return status;
-    fill(w, rows, jacobian);
+    fill_task_responses(w, rows, jacobian);
     const int failed = factor_task_inertia(w, rows, &least);
     if (failed < rows)
         return kt_error_set(
@@ -154,7 +154,7 @@ kt_status kt_operational_inertia(kt_mass_inverse *inverse, int rows, const doubl
             "no motion is left along row %d that the rows before it leave free: the position is singular for this "
             "task, or it has more rows than the mechanism has degrees of freedom; leave the row out",
             failed);
-    if (!invert(w, rows))
+    if (!invert_task_inertia(w, rows))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "jacobian",
                             "the inertia overflows: look for a row of the Jacobian that is tiny or huge");
     memcpy(inertia, w->inertia, (size_t)rows * (size_t)rows * sizeof *inertia);
