@@ -37,14 +37,14 @@ typedef struct work {
 
 KT_ARENA_ARRAYS(place_arrays, work, FIELDS, const kt_model *model, size_t n, size_t m)
 
-static size_t lay_out(work *w, void *memory, const kt_model *model) {
+static size_t lay_out_derivatives(work *w, void *memory, const kt_model *model) {
     const size_t n = model->n.v;
     return place_arrays(w, memory, model, n, kt_linearized_is_dense(model) ? n : 0);
 }
 
 size_t kt_acceleration_work_size(const kt_model *model) {
     return model ? kt_linearized_init(NULL, NULL, model, NULL, 0.0, kt_linearized_is_dense(model)) +
-                       lay_out(NULL, NULL, model)
+                       lay_out_derivatives(NULL, NULL, model)
                  : 0;
 }
 
@@ -86,7 +86,7 @@ static void solve_closed(work *w, double *d, const double *e) {
 }
 
 /* Overwrites `columns` columns of D with da. */
-static kt_status solve(work *w, size_t columns, double *d, const double *e, kt_error *error) {
+static kt_status solve_derivative_columns(work *w, size_t columns, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
     for (size_t j = 0; KT_HAS_LOOPS && j < columns && w->of.dense; j++)
         solve_closed(w, d + j * n, e ? e + j * p : NULL);
@@ -99,16 +99,16 @@ static kt_status solve(work *w, size_t columns, double *d, const double *e, kt_e
 }
 
 /* da/dtau: D = -1. */
-static kt_status solve_forces(work *w, kt_error *error) {
+static kt_status solve_force_derivatives(work *w, kt_error *error) {
     const size_t n = w->of.n;
     memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
     for (size_t j = 0; j < n; j++)
         w->d_tau[j * n + j] = -1.0;
-    return solve(w, n, w->d_tau, NULL, error);
+    return solve_derivative_columns(w, n, w->d_tau, NULL, error);
 }
 
 /* Rejects derivatives that are too inaccurate next to a singular position. */
-static kt_status reject_unknown(const work *w, kt_error *error) {
+static kt_status reject_unknown_accelerations(const work *w, kt_error *error) {
     const kt_model *model = w->of.model;
     const size_t n = w->of.n;
     double most = 0.0;
@@ -151,20 +151,20 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));
     w.of.estimates = true;
-    (void)lay_out(&w, (char *)memory + used, model);
+    (void)lay_out_derivatives(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, at, a, error);
     if (status == KT_OK)
         status = factor_reduced_mass(&w, at->q, error);
     if (status == KT_OK)
-        status = solve(&w, w.of.n, w.of.d_q, w.of.e_q, error);
+        status = solve_derivative_columns(&w, w.of.n, w.of.d_q, w.of.e_q, error);
     if (status == KT_OK)
-        status = solve(&w, w.of.n, w.of.d_v, w.of.e_v, error);
+        status = solve_derivative_columns(&w, w.of.n, w.of.d_v, w.of.e_v, error);
     if (status == KT_OK && states && model->n.x > 0)
-        status = solve(&w, model->n.x, w.of.force_x, NULL, error);
+        status = solve_derivative_columns(&w, model->n.x, w.of.force_x, NULL, error);
     if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0 && !to->uncertain)
-        status = reject_unknown(&w, error);
+        status = reject_unknown_accelerations(&w, error);
     if (status == KT_OK && to->by.tau)
-        status = solve_forces(&w, error);
+        status = solve_force_derivatives(&w, error);
     if (status != KT_OK)
         return status;
     kt_copy(to->by.q, w.of.d_q, bytes);

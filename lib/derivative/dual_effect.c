@@ -8,7 +8,7 @@
 enum { ROTATION, DISPLACEMENT, OMEGA, VELOCITY, CHANGES };
 
 /* An end, as dual numbers along a change (none: CHANGES) in the direction e. */
-static kt_effect_frame frame_of(const kt_effect_end *end, int changed, kt_v4 e) {
+static kt_effect_frame dual_frame_of(const kt_effect_end *end, int changed, kt_v4 e) {
     const kt_v4 none = kt_v4_splat(0.0), rotation = changed == ROTATION ? e : none;
     kt_v4 axes[3];
     kt_v4_from_mat3(end->axes, axes);
@@ -58,7 +58,7 @@ static kt_effect_wrench wrench_on_last(const dependence *on, const kt_effect_fra
     return wrench[effect->ends - 1];
 }
 
-static void differentiate(const dependence *on, const kt_effect_end *end, kt_effect_jacobian *jacobian) {
+static void differentiate_effect(const dependence *on, const kt_effect_end *end, kt_effect_jacobian *jacobian) {
     const int last = on->effect->ends - 1;
     *jacobian = (kt_effect_jacobian){.at_point = false};
     for (int changed = 0; changed < CHANGES; changed++) {
@@ -68,7 +68,7 @@ static void differentiate(const dependence *on, const kt_effect_end *end, kt_eff
             e[k] = 1.0;
             kt_effect_frame frames[2];
             for (int i = 0; i <= last; i++)
-                frames[i] = frame_of(&end[i], i == last ? changed : CHANGES, e);
+                frames[i] = dual_frame_of(&end[i], i == last ? changed : CHANGES, e);
             const kt_effect_wrench wrench = wrench_on_last(on, frames);
             moment[k] = kt_v4_vec3(kt_vector_derivative(wrench.moment));
             force[k] = kt_v4_vec3(kt_vector_derivative(wrench.force));
@@ -84,13 +84,13 @@ static void differentiate(const dependence *on, const kt_effect_end *end, kt_eff
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian) {
     const dependence on = {.effect = effect, .numbers = numbers, .t = t};
-    differentiate(&on, end, jacobian);
+    differentiate_effect(&on, end, jacobian);
 }
 
 void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
                                const kt_effect_end *end, kt_effect_jacobian *jacobian) {
     const dependence on = {.effect = effect, .counted = counted, .force = force};
-    differentiate(&on, end, jacobian);
+    differentiate_effect(&on, end, jacobian);
 }
 
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
@@ -121,14 +121,14 @@ void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const
     kt_effect_frame frames[KT_PATH_LINK_MAX];
     kt_path_value path;
     for (int i = 0; i < links; i++) {
-        frames[i] = frame_of(&frame[i], CHANGES, none);
+        frames[i] = dual_frame_of(&frame[i], CHANGES, none);
         jacobian[i] = (kt_effect_jacobian){.at_point = false};
     }
     for (int changed = 0; changed < CHANGES; changed++)
         for (int k = 0; k < 3; k++) {
             kt_v4 e = none;
             e[k] = 1.0;
-            frames[moved] = frame_of(&frame[moved], changed, e);
+            frames[moved] = dual_frame_of(&frame[moved], changed, e);
             kt_path_evaluate_dual(points, count, frames, links, &path);
             const kt_real f = kt_dual_make(force[0], force[1] * kt_derivative_of(path.length) +
                                                          force[2] * kt_derivative_of(path.rate));

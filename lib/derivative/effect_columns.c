@@ -72,20 +72,21 @@ size_t kt_effect_follow(const kt_effects_state *s, int32_t carrier, int32_t to, 
 }
 
 /* y += A x */
-static inline void add_product(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
+static inline void add_matrix_times(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
     kt_v4 a[3];
     kt_v4_from_mat3(matrix, a);
     *y += kt_v4_apply(a, x);
 }
 
-static inline kt_effect_pair apply(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2], kt_effect_pair x) {
+static inline kt_effect_pair apply_jacobian(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2],
+                                            kt_effect_pair x) {
     kt_effect_pair y = {kt_v4_splat(0.0), kt_v4_splat(0.0)};
-    add_product(matrix[1][1], x.b, &y.b);
+    add_matrix_times(matrix[1][1], x.b, &y.b);
     if (of->at_point)
         return y;
-    add_product(matrix[0][0], x.a, &y.a);
-    add_product(matrix[0][1], x.b, &y.a);
-    add_product(matrix[1][0], x.a, &y.b);
+    add_matrix_times(matrix[0][0], x.a, &y.a);
+    add_matrix_times(matrix[0][1], x.b, &y.a);
+    add_matrix_times(matrix[1][0], x.a, &y.b);
     return y;
 }
 
@@ -94,11 +95,11 @@ void kt_effect_find_columns(const kt_effect_jacobian *of, kt_v4 omega, kt_v4 vel
     const kt_v4 m = of->at_point ? kt_v4_splat(0.0) : kt_v4_from(of->moment), f = kt_v4_from(of->force);
     const kt_effect_pair s = {k->s[0], k->s[1]};
     const kt_effect_pair turned = {kt_v4_cross(s.a, omega) + k->psi[0], kt_v4_cross(s.a, velocity) + k->psi[1]};
-    const kt_effect_pair stiff = apply(of, of->stiffness, s), damped = apply(of, of->damping, turned);
+    const kt_effect_pair stiff = apply_jacobian(of, of->stiffness, s), damped = apply_jacobian(of, of->damping, turned);
     const kt_effect_pair g = {stiff.a + damped.a, stiff.b + damped.b};
     const kt_effect_pair rotated = {g.a - kt_v4_cross(s.a, m), g.b - kt_v4_cross(s.a, f)};
     const kt_effect_pair moved = {g.a + kt_v4_cross(s.b, f), g.b};
-    out->rate = apply(of, of->damping, s);
+    out->rate = apply_jacobian(of, of->damping, s);
     out->carried = last ? rotated : moved;
     out->others = last ? moved : rotated;
 }

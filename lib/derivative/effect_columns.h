@@ -54,7 +54,8 @@ void kt_effect_find_columns(const kt_effect_jacobian *of, kt_v4 omega, kt_v4 vel
 /* The wrench on each end depends on the motion of both, and the wrenches need not add up to zero. So each end is
  * treated as the only end of an effect, W_e. The motion of the other end adds columns without the terms of W_e itself:
  *     dtau_i = sum_e [S_i (e) . (sum_f dW_e/d(motion of f)) + dS_i (e) . W_e]
- * With k on the path of f, these are find_columns' of the matrices by end f. For f != e, g has W = 0. */
+ * With k on the path of f, these are the columns of kt_effect_find_columns for the matrices by end f. For f != e, g has
+ * W = 0. */
 void kt_effect_subtract_own_column(const kt_effects_state *s, const kt_effect_dof *k, int32_t end, size_t count,
                                    const kt_effect_columns *c, double *d_q, double *d_v);
 

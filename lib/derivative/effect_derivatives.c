@@ -48,7 +48,7 @@ typedef struct ends {
 } ends;
 
 /* Finds the ends, and the path between them. Returns the number of degrees of freedom on it. */
-static size_t find_ends(const kt_effects_state *s, const kt_effect_record *effect, ends *e) {
+static size_t find_differentiated_ends(const kt_effects_state *s, const kt_effect_record *effect, ends *e) {
     const int32_t carrier = effect->ends == 2 ? kt_effect_carrier_of(s->model, effect->link[0], effect->link[1]) : 0;
     size_t count = 0;
     e->last = effect->ends - 1;
@@ -63,8 +63,8 @@ static size_t find_ends(const kt_effects_state *s, const kt_effect_record *effec
 }
 
 /* Subtracts the column of degree of freedom k. */
-static void subtract_column(const kt_effects_state *s, const kt_effect_dof *k, size_t count, const kt_effect_columns *c,
-                            double *d_q, double *d_v) {
+static void subtract_dof_column(const kt_effects_state *s, const kt_effect_dof *k, size_t count,
+                                const kt_effect_columns *c, double *d_q, double *d_v) {
     const size_t column = k->v * s->model->n.v;
     for (size_t a = 0; a < count; a++) {
         const kt_effect_dof *i = &s->path[a];
@@ -84,7 +84,7 @@ static void subtract_jacobian(const kt_effects_state *s, const ends *e, const kt
         const kt_end_motion *last = &e->motion[e->last];
         kt_effect_columns c;
         kt_effect_find_columns(jacobian, last->omega, last->velocity - e->base[k->end].b, k, k->end == e->last, &c);
-        subtract_column(s, k, count, &c, d_q, d_v);
+        subtract_dof_column(s, k, count, &c, d_q, d_v);
     }
 }
 
@@ -112,7 +112,7 @@ static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *e
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_jacobian jacobian = {.at_point = false};
     ends e;
-    const size_t count = find_ends(s, effect, &e);
+    const size_t count = find_differentiated_ends(s, effect, &e);
     if (count == 0)
         return;
     if (KT_HAS_RELATIVE && effect->relative.type)
@@ -133,15 +133,15 @@ typedef struct formulas {
 } formulas;
 
 /* A marker as the only end of an effect. */
-static kt_effect_record marker_of(const kt_variable_record *variable) {
+static kt_effect_record marker_end_of(const kt_variable_record *variable) {
     kt_effect_record marker = {.ends = 1, .link = {variable->link, 0}};
     marker.frame[0] = (kt_pose){.position = variable->arm, .rotation = kt_mat3_identity()};
     return marker;
 }
 
 /* Reads the same variables as kt_formula_variables_read, with the poses of the terms of the tree. */
-static void read_variables(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
-                           double *values) {
+static void read_effect_variables(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
+                                  double *values) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
     for (int32_t k = 0; k < effect->variable_count; k++) {
@@ -150,7 +150,7 @@ static void read_variables(const kt_effects_state *s, const kt_effect_record *ef
             values[k] = kt_gravity_force_of(s->model, s->x, variable);
         if (variable->type != KT_VARIABLE_MARKER && variable->type != KT_VARIABLE_MARKER_VELOCITY)
             continue;
-        const kt_effect_record marker = marker_of(variable);
+        const kt_effect_record marker = marker_end_of(variable);
         kt_end_motion motion;
         kt_effect_end found;
         kt_effect_find_end(s, &marker, 0, kt_effect_base_of(s, variable->link), none, &motion, &found);
@@ -181,7 +181,7 @@ static void differentiate_text(const kt_effects_state *s, const kt_effect_record
 static int differentiate_formulas(const kt_effects_state *s, const kt_effect_record *effect, const kt_effect_end *end,
                                   formulas *f) {
     double values[KT_FORMULA_VARIABLE_MAX];
-    read_variables(s, effect, end, values);
+    read_effect_variables(s, effect, end, values);
     memset(f, 0, sizeof *f);
     int code = kt_formulas_evaluate(s->model, effect, values, f->value);
     if (effect->law != NULL && code == 0)
@@ -220,7 +220,7 @@ static void subtract_forces(const kt_effects_state *s, const kt_effect_record *e
  * the marker's point, as for the last end of an effect. */
 static void subtract_marker(const kt_effects_state *s, const kt_effect_record *effect, const target *to, size_t count,
                             const kt_effect_pair *x, const kt_variable_record *variable) {
-    const kt_effect_record marker = marker_of(variable);
+    const kt_effect_record marker = marker_end_of(variable);
     const kt_effect_pair base = kt_effect_base_of(s, variable->link);
     const int c = variable->component;
     kt_end_motion motion;
@@ -323,7 +323,7 @@ static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_re
     ends e = {.last = 0};
     formulas f;
     const size_t count = has_path           ? kt_path_ends_find(s, effect, &path, e.end)
-                         : effect->ends > 0 ? find_ends(s, effect, &e)
+                         : effect->ends > 0 ? find_differentiated_ends(s, effect, &e)
                                             : 0;
     const int code = differentiate_formulas(s, effect, e.end, &f);
     if (code != 0 || (effect->law != NULL && !kt_all_finite((const double *)&f, sizeof f / sizeof(double))))
@@ -335,7 +335,8 @@ static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_re
 }
 
 /* The rates of auxiliary states. */
-static kt_status write_rates(const kt_effects_state *s, const kt_state_derivatives *states, kt_error *error) {
+static kt_status write_rate_derivatives(const kt_effects_state *s, const kt_state_derivatives *states,
+                                        kt_error *error) {
     const size_t n = s->model->n.v, x = s->model->n.x;
     target to = {.q = states->rate_q, .v = states->rate_v, .x = states->rate_x, .rows = x};
     kt_clear(states->force, n * x * sizeof(double));
@@ -424,7 +425,7 @@ static kt_status subtract_own_relative(const kt_effects_state *s, const kt_effec
     double force[4] = {0.0, 0.0, 0.0, 0.0}; /* and its derivatives by the coordinate, its rate, and time */
     kt_effect_jacobian jacobian;
     ends e;
-    const size_t count = find_ends(s, effect, &e);
+    const size_t count = find_differentiated_ends(s, effect, &e);
     const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, e.end);
     int code = effect->joint_force(effect->user, s->at->t, motion.position, motion.rate, force, NULL);
     if (code == 0)
@@ -461,7 +462,7 @@ kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const k
     const kt_effects_state s = {.model = model, .data = data, .x = x, .at = at, .path = path};
     double *d_q = (double *)x->dq, *d_v = (double *)x->dv;
     target to = {.q = d_q, .v = d_v, .x = states->force, .rows = model->n.v};
-    kt_status status = write_rates(&s, states, error);
+    kt_status status = write_rate_derivatives(&s, states, error);
     for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
         if (kt_effect_is_differenced(effect))

@@ -54,7 +54,7 @@ typedef struct column {
 } column;
 
 /* The forces k steps away, and the largest number that their rounding is relative to. */
-static kt_status sample(kt_linearized *w, const column *c, double moved, double *largest, kt_error *error) {
+static kt_status sample_forces(kt_linearized *w, const column *c, double moved, double *largest, kt_error *error) {
     const size_t n = w->n;
     memset(w->v, 0, n * sizeof *w->v);
     w->v[c->j] = c->rate ? 0.0 : moved;
@@ -68,7 +68,7 @@ static kt_status sample(kt_linearized *w, const column *c, double moved, double 
 }
 
 /* Sets w->change = d8 with the step h, and *bound to its error relative to the largest of it; 0 if this is rounding. */
-static kt_status difference(kt_linearized *w, const column *c, double h, double *bound, kt_error *error) {
+static kt_status difference_forces(kt_linearized *w, const column *c, double h, double *bound, kt_error *error) {
     const size_t n = w->n;
     double largest = 0.0, most = 0.0, apart = 0.0;
     memset(w->change, 0, n * sizeof *w->change);
@@ -76,7 +76,7 @@ static kt_status difference(kt_linearized *w, const column *c, double h, double 
     for (int k = -4; k <= 4; k++) {
         if (k == 0)
             continue;
-        const kt_status status = sample(w, c, k * h, &largest, error);
+        const kt_status status = sample_forces(w, c, k * h, &largest, error);
         if (status != KT_OK)
             return status;
         double to_eight, to_six;
@@ -98,7 +98,7 @@ static kt_status difference(kt_linearized *w, const column *c, double h, double 
 static kt_status subtract_differences(kt_linearized *w, const column *c, double *d, kt_error *error) {
     double least = HUGE_VAL, bound = 0.0;
     for (int k = 0; k < KT_DIFFERENCE_STEPS && least > KT_DIFFERENCE_COARSE; k++) {
-        const kt_status status = difference(w, c, ldexp(KT_DIFFERENCE_STEP, -3 * k), &bound, error);
+        const kt_status status = difference_forces(w, c, ldexp(KT_DIFFERENCE_STEP, -3 * k), &bound, error);
         if (status != KT_OK)
             return status;
         if (!(bound < least))

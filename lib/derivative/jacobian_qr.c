@@ -39,7 +39,7 @@ static kt_qr qr_of(const kt_jacobian_qr *w) {
 }
 
 /* basis = Q, column by column. H_j leaves rows before j as they are, and with them unit vectors c < j. */
-static void write_basis(const kt_jacobian_qr *w) {
+static void write_orthogonal_basis(const kt_jacobian_qr *w) {
     const size_t n = w->n;
     memset(w->basis, 0, n * n * sizeof *w->basis);
     for (size_t c = 0; c < n; c++) {
@@ -68,7 +68,7 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
         kt_qr_step(&qr, (int)n, j, best, w->norm);
     }
     kt_qr_unweight(&qr, (int)n, w->rank, w->weight);
-    write_basis(w);
+    write_orthogonal_basis(w);
     return KT_OK;
 }
 

@@ -5,7 +5,7 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_kkt, KT_KKT_FIELDS, const kt_kkt_sizes *s)
 
-static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
+static size_t larger_size(size_t a, size_t b) { return a > b ? a : b; }
 
 /* Returns the most numbers that the steps of a group keep. A step with n parameters keeps its rank times n +
  * KT_FRONT_SPACE, and the square of the number of parameters that it minimises out. */
@@ -22,7 +22,7 @@ static size_t maps_of(const kt_group *group) {
     return (size_t)group->link_count * width * (2 * base + 3 * width + group->front.vectors);
 }
 
-static kt_kkt_sizes sizes_of(const kt_model *model) {
+static kt_kkt_sizes kkt_sizes_of(const kt_model *model) {
     kt_kkt_sizes s = {.links = model->n.link, .v = model->n.v, .rows = model->n.row, .groups = model->n.group};
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -30,16 +30,16 @@ static kt_kkt_sizes sizes_of(const kt_model *model) {
         if (!kt_group_has_fronts(group))
             continue;
         s.steps += (size_t)group->link_count;
-        s.width = larger(s.width, (size_t)group->front.width);
-        s.vectors = larger(s.vectors, group->front.vectors);
-        s.stride = larger(s.stride, (size_t)group->front.stride);
-        s.kept = larger(s.kept, kept_of(group));
+        s.width = larger_size(s.width, (size_t)group->front.width);
+        s.vectors = larger_size(s.vectors, group->front.vectors);
+        s.stride = larger_size(s.stride, (size_t)group->front.stride);
+        s.kept = larger_size(s.kept, kept_of(group));
     }
     return s;
 }
 
 size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data) {
-    const kt_kkt_sizes s = sizes_of(model);
+    const kt_kkt_sizes s = kkt_sizes_of(model);
     if (memory)
         *w = (kt_kkt){.model = model, .data = data, .size = s};
     return place_arrays(w, memory, &s);

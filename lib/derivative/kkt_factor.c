@@ -27,7 +27,7 @@ static void set_rigid(const kt_kkt *w, size_t i, int c) {
 }
 
 /* Converts inertias back to the form that the methods of a group read. */
-static void hand_over(const kt_kkt *w, size_t i, int c) {
+static void hand_over_inertias(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
         kt_inertia_from_matrix(inertia_of(w, i), &w->data->articulated[i]);
     else
@@ -35,13 +35,13 @@ static void hand_over(const kt_kkt *w, size_t i, int c) {
             kt_planar_inertia_from_matrix(inertia_of(w, i));
 }
 
-static void add_square(const double *from, int c, double *to) {
+static void add_square_matrix(const double *from, int c, double *to) {
     for (int k = 0; k < c * c; k++)
         to[k] += from[k];
 }
 
 /* Adds X' I X, where X takes the parent's acceleration to the link's origin. */
-static void pass_on(const kt_kkt *w, size_t i, int c) {
+static void pass_on_inertia(const kt_kkt *w, size_t i, int c) {
     const kt_v4 r = kt_kkt_offset(w, i, c);
     const double *inertia = inertia_of(w, i);
     double *parent = inertia_of(w, (size_t)w->model->link[i].parent);
@@ -84,7 +84,7 @@ static int set_axes(const kt_kkt *w, size_t i, int c) {
     return own.count;
 }
 
-static bool eliminate(const kt_kkt *w, size_t i, int c, int dofs) {
+static bool eliminate_link(const kt_kkt *w, size_t i, int c, int dofs) {
     const int32_t v = w->model->link[i].v;
     double *inertia = inertia_of(w, i);
     for (int d = dofs - 1; d >= 0; d--) {
@@ -159,7 +159,7 @@ static bool reduce_dense(kt_kkt *w, size_t g, double *parent) {
         return true;
     kt_group_onto_parent(&of, &total, &onto);
     kt_inertia_to_matrix(&onto, more);
-    add_square(more, KT_FRONT_SPACE, parent);
+    add_square_matrix(more, KT_FRONT_SPACE, parent);
     return true;
 }
 
@@ -178,7 +178,7 @@ static bool reduce_dense_planar(kt_kkt *w, size_t g, double *parent) {
         return true;
     kt_planar_group_onto_parent(&of, &total, &onto);
     kt_planar_inertia_to_matrix(&onto, more);
-    add_square(more, KT_PLANAR_WIDTH, parent);
+    add_square_matrix(more, KT_PLANAR_WIDTH, parent);
     return true;
 }
 
@@ -186,7 +186,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
     const kt_group *group = &w->model->group[g];
     double *parent = inertia_of(w, (size_t)group->parent);
     for (int l = 0; l < group->link_count; l++)
-        hand_over(w, (size_t)w->model->group_link[group->link + l], c);
+        hand_over_inertias(w, (size_t)w->model->group_link[group->link + l], c);
     if (kt_group_has_fronts(group))
         return KT_KERNEL(kt_kkt_reduce_front)(w, g, parent);
     return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
@@ -224,10 +224,10 @@ bool KT_KERNEL(kt_kkt_reduce)(kt_kkt *w) {
                 return false;
             continue;
         }
-        if (!eliminate(w, i, c, dofs))
+        if (!eliminate_link(w, i, c, dofs))
             return false;
         if (link->parent)
-            pass_on(w, i, c);
+            pass_on_inertia(w, i, c);
     }
     return true;
 }

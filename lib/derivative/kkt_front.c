@@ -14,7 +14,7 @@ typedef struct step {
     int base, params, rank, left, kept, free;
 } step;
 
-static void find_step(const kt_front *f, int s, int base, const double **kept, double **map, step *o) {
+static void find_front_step(const kt_front *f, int s, int base, const double **kept, double **map, step *o) {
     const kt_front_count *c = &f->count[s];
     *o = (step){.count = c, .base = base, .params = c->params, .rank = c->rank, .left = c->left, .kept = c->kept};
     o->free = c->left - c->kept;
@@ -36,7 +36,7 @@ static void reflect(const double *u, double t, int n, double *x) {
 }
 
 /* The c-th column of C = Q2 Qs. */
-static void set_column(const step *o, int c, double *column) {
+static void set_front_column(const step *o, int c, double *column) {
     const int n = o->params;
     double *p = column + o->rank;
     memset(column, 0, (size_t)n * sizeof *column);
@@ -47,12 +47,12 @@ static void set_column(const step *o, int c, double *column) {
         kt_reflect(o->x.rows + j * n, o->x.scale[j], j, n, column);
 }
 
-static void subtract(const double *from, double times, int n, double *to) {
+static void subtract_times(const double *from, double times, int n, double *to) {
     for (int i = 0; i < n; i++)
         to[i] -= times * from[i];
 }
 
-static void divide(double *x, int n, double by) {
+static void divide_vector(double *x, int n, double by) {
     for (int i = 0; i < n; i++)
         x[i] /= by;
 }
@@ -61,21 +61,21 @@ static void divide(double *x, int n, double by) {
 static void set_back(const step *o) {
     const int n = o->params, u = o->free;
     for (int c = 0; c < u; c++)
-        set_column(o, o->kept + c, o->map.free + c * n);
+        set_front_column(o, o->kept + c, o->map.free + c * n);
     for (int c = 0; c < o->base + o->kept; c++) {
         double *to = o->map.back + c * n;
         if (c >= o->base)
-            set_column(o, c - o->base, to);
+            set_front_column(o, c - o->base, to);
         else
             memset(to, 0, (size_t)n * sizeof *to);
         for (int i = 0; i < u && o->lower; i++)
-            subtract(o->map.free + i * n, o->x.gain[i * kt_front_padded(o->base + o->kept) + c], n, to);
+            subtract_times(o->map.free + i * n, o->x.gain[i * kt_front_padded(o->base + o->kept) + c], n, to);
     }
     for (int j = 0; j < u && o->lower; j++) {
         double *column = o->map.free + j * n;
         for (int i = 0; i < j; i++)
-            subtract(o->map.free + i * n, o->lower[i * u + j], n, column);
-        divide(column, n, o->lower[j * (u + 1)]);
+            subtract_times(o->map.free + i * n, o->lower[i * u + j], n, column);
+        divide_vector(column, n, o->lower[j * (u + 1)]);
     }
 }
 
@@ -84,8 +84,8 @@ static void divide_columns(const step *o, int rows, double *x) {
     const int n = o->params;
     for (int i = o->rank - 1; i >= 0; i--) {
         for (int j = i + 1; j < o->rank; j++)
-            subtract(x + j * rows, o->x.rows[j * n + i], rows, x + i * rows);
-        divide(x + i * rows, rows, o->x.rows[i * (n + 1)]);
+            subtract_times(x + j * rows, o->x.rows[j * n + i], rows, x + i * rows);
+        divide_vector(x + i * rows, rows, o->x.rows[i * (n + 1)]);
     }
 }
 
@@ -119,7 +119,7 @@ static void set_maps(kt_kkt *w, const kt_front *f, int base, const double *kept)
     for (int s = 0; s < f->group->link_count; s++) {
         step o;
         w->at[f->plan->step + s] = (size_t)(map - w->map);
-        find_step(f, s, base, &kept, &map, &o);
+        find_front_step(f, s, base, &kept, &map, &o);
         set_back(&o);
         set_close(&o);
     }

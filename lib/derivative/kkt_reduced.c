@@ -119,14 +119,14 @@ static void restrict_columns(const columns *k) {
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
-static void gather(const columns *k, size_t n, int lanes, const double *x) {
+static void gather_columns_by_lane(const columns *k, size_t n, int lanes, const double *x) {
     clear(k->x, (int)n);
     for (int lane = 0; lane < lanes; lane++)
         for (size_t i = 0; i < n; i++)
             k->x[i][lane] = x[(size_t)lane * n + i];
 }
 
-static void scatter(const column8 *from, size_t n, int lanes, double *x) {
+static void scatter_columns_by_lane(const column8 *from, size_t n, int lanes, double *x) {
     for (int lane = 0; lane < lanes; lane++)
         for (size_t i = 0; i < n; i++)
             x[(size_t)lane * n + i] = from[i][lane];
@@ -137,9 +137,9 @@ void KT_KERNEL(kt_kkt_apply_mass)(const kt_kkt *w, size_t count, double *x) {
     const size_t n = w->model->n.v;
     for (size_t from = 0; from < count; from += KT_KKT_LANES) {
         const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
-        gather(&k, n, lanes, x + from * n);
+        gather_columns_by_lane(&k, n, lanes, x + from * n);
         apply_mass_to_columns(&k);
-        scatter(k.x, n, lanes, x + from * n);
+        scatter_columns_by_lane(k.x, n, lanes, x + from * n);
     }
 }
 
@@ -148,8 +148,8 @@ void KT_KERNEL(kt_kkt_restrict)(const kt_kkt *w, size_t dofs, size_t count, cons
     const size_t n = w->model->n.v;
     for (size_t from = 0; from < count; from += KT_KKT_LANES) {
         const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
-        gather(&k, n, lanes, x + from * n);
+        gather_columns_by_lane(&k, n, lanes, x + from * n);
         restrict_columns(&k);
-        scatter(k.response, dofs, lanes, z + from * dofs);
+        scatter_columns_by_lane(k.response, dofs, lanes, z + from * dofs);
     }
 }

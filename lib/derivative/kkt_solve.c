@@ -232,7 +232,7 @@ static void solve_apart(const columns *k) {
     }
 }
 
-static void solve_columns(const columns *k) {
+static void solve_kkt_columns(const columns *k) {
     const size_t count = k->model->n.link;
     if (k->w->metric != KT_METRIC_MASS) {
         solve_apart(k);
@@ -273,7 +273,7 @@ void KT_KERNEL(kt_kkt_solve)(const kt_kkt *w, size_t count, double *f, const dou
             if (b)
                 load_equations(&k, b + (from + (size_t)lane) * p, lane);
         }
-        solve_columns(&k);
+        solve_kkt_columns(&k);
         for (int lane = 0; lane < lanes; lane++)
             for (size_t i = 0; i < n; i++)
                 f[(from + (size_t)lane) * n + i] = k.x[i][lane];

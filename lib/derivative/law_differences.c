@@ -13,7 +13,7 @@ typedef struct difference {
 } difference;
 
 /* values: those of the variables. The j-th is moved and restored. */
-static int find(const kt_effect_record *effect, double *values, int j, double h, difference *d) {
+static int find_law_difference(const kt_effect_record *effect, double *values, int j, double h, difference *d) {
     const double at = values[j];
     double out[6], largest = 0.0, most = 0.0, apart = 0.0;
     int code = 0;
@@ -50,7 +50,7 @@ int kt_law_difference(const kt_effect_record *effect, double *values, double by[
         double least = HUGE_VAL;
         for (int k = 0; k < KT_DIFFERENCE_STEPS && least > KT_DIFFERENCE_COARSE && code == 0; k++) {
             difference d;
-            code = find(effect, values, j, ldexp(step, -3 * k), &d);
+            code = find_law_difference(effect, values, j, ldexp(step, -3 * k), &d);
             if (!(d.bound < least))
                 continue;
             least = d.bound;

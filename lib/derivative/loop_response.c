@@ -15,18 +15,18 @@ static kt_status reject_overflow(kt_error *error) {
                         "the loops' equations overflow: look for a position that is huge");
 }
 
-static kt_status reject_singular(kt_error *error) {
+static kt_status reject_singular_loops(kt_error *error) {
     return kt_error_set(error, KT_ERROR_SINGULAR, "derivatives",
                         "the loops are at a singular position, or next to one, where accelerations have no defined "
                         "derivative; take a neighbouring one");
 }
 
 kt_status kt_loops_reject_near(const kt_model *model, const kt_data *data, kt_error *error) {
-    return kt_is_near_singular(model, data) ? reject_singular(error) : KT_OK;
+    return kt_is_near_singular(model, data) ? reject_singular_loops(error) : KT_OK;
 }
 
 /* Whether a direction is lost altogether. */
-static bool is_lost(const kt_model *model, const kt_data *data) {
+static bool direction_is_lost(const kt_model *model, const kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++)
         if (data->rank[g] < model->group[g].rank[data->factored[g]])
             return true;
@@ -44,7 +44,7 @@ kt_status kt_loops_factor(const kt_model *model, kt_data *data, double t, const 
 kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows rows, kt_error *error) {
     if (!model->group_kernels->prepare(model, data, rows, false))
         return reject_overflow(error);
-    return kt_is_near_singular(model, data) && is_lost(model, data) ? reject_singular(error) : KT_OK;
+    return kt_is_near_singular(model, data) && direction_is_lost(model, data) ? reject_singular_loops(error) : KT_OK;
 }
 
 /* ---- next to a singular position ---------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const 
         return status;
     *size *= 3.0 / s;
     if (!isfinite(*size)) /* of NaN, 0 / 0, too */
-        return reject_singular(error);
+        return reject_singular_loops(error);
     return kernels->residuals(model, data, at->t, at->q, at->v, NULL, &violation) &&
                    kernels->factor(model, data, KT_ROWS_ALL, false)
                ? KT_OK
@@ -114,7 +114,7 @@ static double *array_of(const kt_group_work *w, array of) {
 
 /* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others.
  * If `out` is NULL, copies in the other direction, from `given` (NULL: zeros). */
-static void exchange(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
+static void exchange_equations(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
     if (out)
         memset(out, 0, model->n.row * sizeof *out);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -131,12 +131,12 @@ static void exchange(const kt_model *model, const kt_data *data, array of, const
 }
 
 void kt_loops_residuals(const kt_model *model, const kt_data *data, double *phi) {
-    exchange(model, data, RESIDUAL, NULL, phi);
+    exchange_equations(model, data, RESIDUAL, NULL, phi);
 }
 
 kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metric, const double *right,
                            const double *force, double *x, kt_error *error) {
-    exchange(model, data, RIGHT, right, NULL);
+    exchange_equations(model, data, RIGHT, right, NULL);
     if (model->group_kernels->least_step(model, data, metric, force, x))
         return KT_OK;
     return kt_error_set(
@@ -154,7 +154,7 @@ static kt_status refactor(const kt_model *model, kt_data *data, kt_error *error)
     KT_BY_ISA(model->isa, fine =, kt_groups_refactor, (model, data));
     if (!fine)
         return reject_overflow(error);
-    return kt_is_near_singular(model, data) && is_lost(model, data) ? reject_singular(error) : KT_OK;
+    return kt_is_near_singular(model, data) && direction_is_lost(model, data) ? reject_singular_loops(error) : KT_OK;
 }
 
 kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const double *force, double *lambda,
@@ -163,7 +163,7 @@ kt_status kt_loops_multipliers_of(const kt_model *model, kt_data *data, const do
     if (status != KT_OK)
         return status;
     KT_BY_ISA(model->isa, , kt_groups_multipliers_of, (model, data, force));
-    exchange(model, data, MULTIPLIER, NULL, lambda);
+    exchange_equations(model, data, MULTIPLIER, NULL, lambda);
     return KT_OK;
 }
 
@@ -180,5 +180,5 @@ void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, doubl
                 *sum += w.a[(size_t)r * (size_t)w.m + (size_t)i] * x[model->group_v[group->v + i]];
         }
     }
-    exchange(model, data, PRODUCT, NULL, out);
+    exchange_equations(model, data, PRODUCT, NULL, out);
 }

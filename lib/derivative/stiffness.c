@@ -54,7 +54,7 @@ size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model,
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
 /* half = Q' M Z */
-static void reduce(kt_linearized *w) {
+static void reduce_mass(kt_linearized *w) {
     const size_t n = w->n, r = (size_t)w->qr.rank;
     for (size_t c = 0; c < n - r; c++) {
         kt_dense_apply(w->mass, (int)n, (int)n, w->qr.basis + (r + c) * n, w->product);
@@ -66,7 +66,7 @@ static void reduce(kt_linearized *w) {
 /* ---- all terms --------------------------------------------------------------------------------------------------- */
 
 /* Factors the loops' equations. Next to singular positions the error is measured, or they are rejected. */
-static kt_status reject_singular(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+static kt_status reject_singular_equations(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     if (!KT_HAS_LOOPS || !w->model->n.group)
         return KT_OK;
     if (w->estimates)
@@ -89,7 +89,7 @@ static bool reads_space(const kt_model *model) {
 }
 
 /* The tree's part of M and D, at the accelerations of the motion. */
-static kt_status fill_tree(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+static kt_status fill_tree_stiffness(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     const kt_status status =
         kt_inverse_derivatives_fill(w->model, w->data, w->tree, at, w->a, reads_space(w->model), &w->terms, error);
     w->mass = (double *)w->terms.dtau;
@@ -99,7 +99,7 @@ static kt_status fill_tree(kt_linearized *w, const kt_dynamic_state *at, kt_erro
 }
 
 /* A, its factors, lambda, the loops' part of D, and E. */
-static kt_status fill_loops(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
+static kt_status fill_loop_stiffness(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     const double *q = at->q, *v = at->v;
     kt_status status = kt_linearized_sum_effects(w, q, v, false, w->force, error);
     if (status == KT_OK && w->dense)
@@ -122,7 +122,7 @@ static kt_status fill_loops(kt_linearized *w, const kt_dynamic_state *at, kt_err
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
     kt_loop_linearize(&motion, w->lambda, w->d_q, w->e_q, w->e_v);
     if (w->dense)
-        reduce(w);
+        reduce_mass(w);
     return KT_OK;
 }
 
@@ -133,14 +133,14 @@ kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const
     else
         status = kt_acceleration_trusted(w->model, w->data, at, w->a, error);
     if (status == KT_OK)
-        status = reject_singular(w, at, error);
+        status = reject_singular_equations(w, at, error);
     if (status == KT_OK)
-        status = fill_tree(w, at, error);
+        status = fill_tree_stiffness(w, at, error);
     if (status == KT_OK) /* first: the following steps leave other motions in data */
         status = kt_effects_differentiate(w->model, w->data, at, &w->terms, w->path,
                                           &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
     if (status == KT_OK && KT_HAS_LOOPS && w->p)
-        status = fill_loops(w, at, error);
+        status = fill_loop_stiffness(w, at, error);
     return status == KT_OK ? kt_linearized_difference_effects(w, at->q, at->v, error) : status;
 }
 
@@ -170,7 +170,7 @@ size_t kt_stiffness_work_size(const kt_model *model) {
            (KT_HAS_LOOPS && by_tree ? kt_kkt_init(NULL, NULL, model, NULL) : 0);
 }
 
-static bool is_finite(const kt_linearized *w) {
+static bool stiffness_is_finite(const kt_linearized *w) {
     const size_t square = w->n * w->n, x = w->model->n.x;
     return kt_all_finite(w->mass, square) && kt_all_finite(w->d_q, square) && kt_all_finite(w->d_v, square) &&
            kt_all_finite(w->e_q, w->n * w->p) && kt_all_finite(w->e_v, w->n * w->p) &&
@@ -195,8 +195,8 @@ static void write_reduced(kt_linearized *w, const double *d, const double *e, do
 
 /* Rejects derivatives that are too inaccurate next to a singular position. An error e of accelerations is an error |Z'
  * M Z| |Z'| e of these. */
-static kt_status reject_unknown(kt_linearized *w, size_t f, const double *basis, const double *mass,
-                                const double *stiffness, kt_error *error) {
+static kt_status reject_unknown_stiffness(kt_linearized *w, size_t f, const double *basis, const double *mass,
+                                          const double *stiffness, kt_error *error) {
     const kt_model *model = w->model;
     double size = 0.0, most = 0.0;
     if (w->error == 0.0)
@@ -242,7 +242,7 @@ static void add_across(const kt_kkt *along, size_t n, const double *e, double *x
 }
 
 /* Z from Z' 1, n x f, and Z' M Z; x: n x n numbers. */
-static void write_basis(const kt_kkt *along, size_t n, size_t f, double *x, double *basis, double *mass) {
+static void write_free_motions(const kt_kkt *along, size_t n, size_t f, double *x, double *basis, double *mass) {
     memset(x, 0, n * n * sizeof *x);
     for (size_t i = 0; i < n; i++)
         x[i * (n + 1)] = 1.0;
@@ -274,7 +274,7 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, co
     add_across(&along, n, w->e_v, x, w->d_v);
     if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
         return kt_linearized_overflow(error);
-    write_basis(&along, n, f, x, to->basis, to->mass);
+    write_free_motions(&along, n, f, x, to->basis, to->mass);
     kt_kkt_restrict(&along, n, w->d_q, to->stiffness);
     kt_kkt_restrict(&along, n, w->d_v, to->damping);
     if (force)
@@ -282,7 +282,7 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, co
     return KT_OK;
 }
 
-static void write_tree(const kt_linearized *w, const kt_stiffness_matrices *to) {
+static void write_tree_matrices(const kt_linearized *w, const kt_stiffness_matrices *to) {
     const size_t n = w->n, bytes = n * n * sizeof(double);
     if (to->basis)
         memset(to->basis, 0, bytes);
@@ -311,14 +311,14 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     status = kt_linearized_fill(&w, at, a, error);
     if (status != KT_OK)
         return status;
-    if (!is_finite(&w))
+    if (!stiffness_is_finite(&w))
         return kt_linearized_overflow(error);
     if (KT_HAS_LOOPS && by_tree)
         status = write_along(&w, (char *)memory + used, at->q, to, force, error);
     else if (KT_HAS_LOOPS && w.p)
         write_closed(&w, to);
     else
-        write_tree(&w, to);
+        write_tree_matrices(&w, to);
     if (force && KT_HAS_LOOPS && w.p && !by_tree)
         write_closed_forces(&w, force);
     else if (force && !w.p)
@@ -326,7 +326,8 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     if (states && status == KT_OK)
         kt_linearized_copy_rates(&w, states);
     return status == KT_OK && KT_HAS_LOOPS && w.p
-               ? reject_unknown(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass, to->stiffness, error)
+               ? reject_unknown_stiffness(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass,
+                                          to->stiffness, error)
                : status;
 }
 
