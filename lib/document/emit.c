@@ -25,19 +25,19 @@ void kt_emit_reject(kt_emitter *e, kt_status code, const char *format, ...) {
     (void)kt_error_set(&e->fault, code, NULL, "%s", message);
 }
 
-static void put(kt_emitter *e, const char *text, size_t length) {
+static void emit_bytes(kt_emitter *e, const char *text, size_t length) {
     if (e->stream != NULL)
         (void)fwrite(text, 1, length, e->stream);
     e->column += (int)length;
 }
 
-static void put_string(kt_emitter *e, const char *text) { put(e, text, strlen(text)); }
+static void put_string(kt_emitter *e, const char *text) { emit_bytes(e, text, strlen(text)); }
 
 static void new_line(kt_emitter *e, int indent) {
     static const char blanks[2 * KT_EMIT_DEPTH_MAX + 1] = "                                ";
-    put(e, "\n", 1);
+    emit_bytes(e, "\n", 1);
     e->column = 0;
-    put(e, blanks, (size_t)indent);
+    emit_bytes(e, blanks, (size_t)indent);
 }
 
 static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }
@@ -49,18 +49,18 @@ static void before_value(kt_emitter *e, bool block) {
         return;
     if (!level->list) {
         if (!block)
-            put(e, " ", 1);
+            emit_bytes(e, " ", 1);
         return;
     }
     if (!level->flow) {
         new_line(e, level->indent);
-        put(e, "- ", 2);
+        emit_bytes(e, "- ", 2);
     } else if (level->count > 0) {
-        put(e, ",", 1);
+        emit_bytes(e, ",", 1);
         if (e->column > WIDTH)
             new_line(e, level->indent);
         else
-            put(e, " ", 1);
+            emit_bytes(e, " ", 1);
     }
     level->count++;
 }
@@ -77,7 +77,7 @@ static void open_level(kt_emitter *e, bool list, bool flow) {
         indent = outer->indent + (outer->list && outer->flow ? 0 : 2);
     before_value(e, !flow);
     if (flow)
-        put(e, list ? "[" : "{", 1);
+        emit_bytes(e, list ? "[" : "{", 1);
     e->levels[e->depth] = (kt_emit_level){list, flow, 0, indent};
     e->depth++;
 }
@@ -90,16 +90,16 @@ void kt_emit_end(kt_emitter *e) {
     if (level == NULL) /* of a level that was rejected */
         return;
     if (level->flow)
-        put(e, level->list ? "]" : "}", 1);
+        emit_bytes(e, level->list ? "]" : "}", 1);
     e->depth--;
     if (e->depth == 0)
-        put(e, "\n", 1);
+        emit_bytes(e, "\n", 1);
 }
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-static void put_escaped(kt_emitter *e, const char *text) {
-    put(e, "\"", 1);
+static void emit_escaped(kt_emitter *e, const char *text) {
+    emit_bytes(e, "\"", 1);
     for (const char *c = text; *c != '\0';) {
         uint32_t character;
         size_t length = kt_utf8_decode(c, strlen(c), &character);
@@ -115,22 +115,22 @@ static void put_escaped(kt_emitter *e, const char *text) {
         else
             escape[0] = '\0';
         if (escape[0] == '\0')
-            put(e, c, length);
+            emit_bytes(e, c, length);
         else
             put_string(e, escape);
         c += length;
     }
-    put(e, "\"", 1);
+    emit_bytes(e, "\"", 1);
 }
 
-static void put_text(kt_emitter *e, const char *text) {
+static void emit_text(kt_emitter *e, const char *text) {
     size_t offset;
     if (!kt_utf8_is_valid(text, strlen(text), &offset))
         kt_emit_reject(e, KT_ERROR_MODEL, "a text is not UTF-8, which a scene file is written in");
     else if (kt_text_is_plain(text))
         put_string(e, text);
     else
-        put_escaped(e, text);
+        emit_escaped(e, text);
 }
 
 static void begin_key(kt_emitter *e) {
@@ -138,11 +138,11 @@ static void begin_key(kt_emitter *e) {
     const kt_emit_level *outer = e->depth > 1 ? level - 1 : NULL;
     if (level->flow) {
         if (level->count > 0)
-            put(e, ",", 1);
+            emit_bytes(e, ",", 1);
         if (level->count > 0 && e->column > WIDTH)
             new_line(e, level->indent);
         else if (level->count > 0)
-            put(e, " ", 1);
+            emit_bytes(e, " ", 1);
     } else if (level->count > 0 || (outer != NULL && !outer->list)) {
         new_line(e, level->indent);
     }
@@ -152,29 +152,29 @@ static void begin_key(kt_emitter *e) {
 void kt_emit_key(kt_emitter *e, const char *key) {
     begin_key(e);
     put_string(e, key);
-    put(e, ":", 1);
+    emit_bytes(e, ":", 1);
 }
 
 void kt_emit_section(kt_emitter *e, const char *key) {
-    put(e, "\n", 1);
+    emit_bytes(e, "\n", 1);
     kt_emit_key(e, key);
 }
 
 void kt_emit_name(kt_emitter *e, const char *name) {
     begin_key(e);
-    put_text(e, name);
-    put(e, ":", 1);
+    emit_text(e, name);
+    emit_bytes(e, ":", 1);
 }
 
 void kt_emit_text(kt_emitter *e, const char *text) {
     before_value(e, false);
-    put_text(e, text);
+    emit_text(e, text);
 }
 
 void kt_emit_pair(kt_emitter *e, const char *body, const char *marker) {
     before_value(e, false);
     put_string(e, body);
-    put(e, ".", 1);
+    emit_bytes(e, ".", 1);
     put_string(e, marker);
 }
 

@@ -120,10 +120,10 @@ void kt_fault_sort(kt_reader *r) {
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
 /* Adds the path from the innermost noun to this scope, and returns whether it added anything. */
-static bool add_path(kt_phrase *phrase, const kt_scope *scope) {
+static bool add_scope_path(kt_phrase *phrase, const kt_scope *scope) {
     if (scope == NULL || scope->noun != NULL)
         return false;
-    bool inner = add_path(phrase, scope->outer);
+    bool inner = add_scope_path(phrase, scope->outer);
     if (scope->key == NULL)
         kt_phrase_add(phrase, "[%d]", scope->index);
     else
@@ -139,7 +139,7 @@ static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
         kt_phrase_add(phrase, "%s %s: ", item->noun, kt_name_quote(item->name).text);
     else if (item != NULL)
         kt_phrase_add(phrase, "%s[%d]: ", item->list, item->index);
-    if (add_path(phrase, scope))
+    if (add_scope_path(phrase, scope))
         kt_phrase_add(phrase, ": ");
 }
 

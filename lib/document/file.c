@@ -17,7 +17,7 @@ static kt_status reject_scene_file(kt_error *error, const char *path, int number
 }
 
 /* The kind of a file that is not a regular one; a socket could not have been opened. */
-static const char *kind_of(mode_t mode) {
+static const char *file_kind_of(mode_t mode) {
     return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : "a device";
 }
 
@@ -26,7 +26,7 @@ static kt_status check_kind(const char *path, int file, kt_error *error) {
     if (fstat(file, &status) != 0)
         return reject_scene_file(error, path, errno);
     if (!S_ISREG(status.st_mode))
-        return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name a scene file", kind_of(status.st_mode));
+        return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name a scene file", file_kind_of(status.st_mode));
     if (status.st_size > KT_FILE_SIZE_MAX)
         return kt_error_set(error, KT_ERROR_FILE, path, "the file has %.0f MB; a scene has at most %d",
                             (double)status.st_size / 1048576.0, KT_FILE_SIZE_MAX >> 20);
@@ -34,7 +34,7 @@ static kt_status check_kind(const char *path, int file, kt_error *error) {
 }
 
 /* Reads up to the end of the file without relying on its size: the file may grow, and some report no size. */
-static kt_status read_all(const char *path, int file, char **text, size_t *size, kt_error *error) {
+static kt_status read_whole_file(const char *path, int file, char **text, size_t *size, kt_error *error) {
     size_t room = 1 << 16, length = 0;
     char *bytes = malloc(room);
     while (bytes != NULL) {
@@ -74,7 +74,7 @@ kt_status kt_file_read(const char *path, char **text, size_t *size, kt_error *er
         return reject_scene_file(error, path, errno);
     kt_status status = check_kind(path, file, error);
     if (status == KT_OK)
-        status = read_all(path, file, text, size, error);
+        status = read_whole_file(path, file, text, size, error);
     (void)close(file);
     return status;
 }

@@ -23,15 +23,15 @@ static bool report_flow(kt_flow *f, const char *message) {
 
 static char flow_next(const kt_flow *f, size_t k) { return (size_t)(f->end - f->at) > k ? f->at[k] : '\0'; }
 
-static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+static bool is_flow_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
 /* Passes over blanks, ends of lines, and comments. */
 static void skip_flow_blanks(kt_flow *f) {
     for (; f->at < f->end; f->at++) {
-        if (*f->at == '#' && (f->at == f->line_begin || is_blank(f->at[-1])))
+        if (*f->at == '#' && (f->at == f->line_begin || is_flow_blank(f->at[-1])))
             while (f->at + 1 < f->end && f->at[1] != '\n')
                 f->at++;
-        else if (!is_blank(*f->at))
+        else if (!is_flow_blank(*f->at))
             return;
         if (*f->at == '\n') {
             f->line++;
@@ -83,11 +83,11 @@ static size_t read_quoted(kt_flow *f, char *to) {
 /* Whether a plain text ends here. Outside of all brackets only the line ends it. */
 static bool ends_plain(const kt_flow *f) {
     const char c = *f->at, next = flow_next(f, 1);
-    if (c == '\n' || c == '\r' || (is_blank(c) && next == '#'))
+    if (c == '\n' || c == '\r' || (is_flow_blank(c) && next == '#'))
         return true;
     if (f->builder.depth == 0)
         return false;
-    return strchr(",[]{}", c) != NULL || (c == ':' && (is_blank(next) || strchr(",[]{}", next) != NULL));
+    return strchr(",[]{}", c) != NULL || (c == ':' && (is_flow_blank(next) || strchr(",[]{}", next) != NULL));
 }
 
 static bool read_flow_text(kt_flow *f) {
@@ -102,7 +102,7 @@ static bool read_flow_text(kt_flow *f) {
         while (f->at < f->end && !ends_plain(f))
             f->at++;
         size_t length = (size_t)(f->at - begin);
-        while (length > 0 && is_blank(begin[length - 1]))
+        while (length > 0 && is_flow_blank(begin[length - 1]))
             length--;
         return kt_builder_text(&f->builder, node, begin, length);
     }
@@ -120,7 +120,7 @@ static bool read_flow_text(kt_flow *f) {
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-static bool read_flow(kt_flow *f);
+static bool read_flow_value(kt_flow *f);
 
 static bool read_key(kt_flow *f) {
     if (!read_flow_text(f))
@@ -141,7 +141,7 @@ static bool read_entries(kt_flow *f, kt_node_kind kind) {
     for (skip_flow_blanks(f); flow_next(f, 0) != close; skip_flow_blanks(f)) {
         if (f->at == f->end)
             return report_flow(f, "a bracket is never closed");
-        if ((kind == KT_NODE_MAP && !read_key(f)) || !read_flow(f))
+        if ((kind == KT_NODE_MAP && !read_key(f)) || !read_flow_value(f))
             return false;
         skip_flow_blanks(f);
         if (flow_next(f, 0) == ',')
@@ -154,13 +154,13 @@ static bool read_entries(kt_flow *f, kt_node_kind kind) {
     return true;
 }
 
-static bool read_flow(kt_flow *f) {
+static bool read_flow_value(kt_flow *f) {
     skip_flow_blanks(f);
     const char c = flow_next(f, 0);
     return c == '{' ? read_entries(f, KT_NODE_MAP) : c == '[' ? read_entries(f, KT_NODE_LIST) : read_flow_text(f);
 }
 
-static bool begins_item(const kt_flow *f) { return flow_next(f, 0) == '-' && is_blank(flow_next(f, 1)); }
+static bool begins_item(const kt_flow *f) { return flow_next(f, 0) == '-' && is_flow_blank(flow_next(f, 1)); }
 
 /* Reads a list whose items begin with "- ". */
 static bool read_items(kt_flow *f) {
@@ -168,7 +168,7 @@ static bool read_items(kt_flow *f) {
         return false;
     for (; begins_item(f); skip_flow_blanks(f)) {
         f->at++;
-        if (!read_flow(f))
+        if (!read_flow_value(f))
             return false;
     }
     kt_builder_close(&f->builder);
@@ -180,7 +180,7 @@ bool kt_node_parse(kt_reader *r, const char *text, size_t size, kt_node **root) 
     skip_flow_blanks(&flow);
     if (flow.at == flow.end)
         return report_flow(&flow, "there is no value here");
-    if (!(begins_item(&flow) ? read_items(&flow) : read_flow(&flow)))
+    if (!(begins_item(&flow) ? read_items(&flow) : read_flow_value(&flow)))
         return false;
     skip_flow_blanks(&flow);
     if (flow.at != flow.end)

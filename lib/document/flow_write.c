@@ -8,7 +8,7 @@
 
 enum { LINES = 2 }; /* lists and mappings up to this depth have a line for each entry */
 
-static bool is_word(const char *text) {
+static bool is_flow_word(const char *text) {
     static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_", others[] = "0123456789-";
     const size_t first = strspn(text, letters);
     return first > 0 && text[first + strspn(text + first, others)] == '\0';
@@ -31,7 +31,7 @@ static void write_scalar(const kt_node *node, FILE *stream) {
     const char *text = node->of.text;
     const kt_scalar kind = kt_scalar_classify(text, &value);
     const bool is_bare =
-        node->plain ? kind != KT_SCALAR_TEXT || is_word(text) : kind == KT_SCALAR_TEXT && is_word(text);
+        node->plain ? kind != KT_SCALAR_TEXT || is_flow_word(text) : kind == KT_SCALAR_TEXT && is_flow_word(text);
     if (node->plain && *text == '\0')
         fputc('~', stream);
     else if (is_bare)

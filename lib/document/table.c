@@ -118,7 +118,7 @@ static bool is_type(const kt_table *table, const kt_field *field) {
 }
 
 /* The type that an object has; -1: none. */
-static int type_of(const kt_table *table, const void *object) {
+static int object_type_of(const kt_table *table, const void *object) {
     for (int i = 0; i < table->count; i++) {
         int type;
         if (!is_type(table, &table->fields[i]))
@@ -199,7 +199,7 @@ static void report_misspelt(kt_reading *reading, kt_node *key) {
                 kt_name_quote(key->of.text).text, nearest.best);
 }
 
-static void report_unknown(kt_reading *reading, kt_node *key) {
+static void report_unknown_key(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what, "unknown key %s; ", kt_name_quote(key->of.text).text);
@@ -286,7 +286,7 @@ static void report_stray(kt_reading *reading, kt_node *key, bool all) {
     else if (!all && count_owners(reading, key) == 0)
         report_misspelt(reading, key);
     else if (all && !report_misplaced(reading, key))
-        report_unknown(reading, key);
+        report_unknown_key(reading, key);
 }
 
 static bool read_field(const kt_reading *reading, int i) {
@@ -314,7 +314,7 @@ static void report_missing(const kt_reading *reading, kt_node *map) {
 }
 
 /* The type is read first, at any position in the mapping: it decides which other keys there are, and their meaning. */
-static void read_type(kt_reading *reading, const kt_node *map) {
+static void read_object_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
     reading->type_is_known = table->types == NULL;
     for (int i = 0; i < table->count; i++) {
@@ -325,7 +325,7 @@ static void read_type(kt_reading *reading, const kt_node *map) {
         reading->type_is_known = reading->values[i] != NULL && read_field(reading, i);
         reading->values[i] = NULL;
     }
-    reading->type = reading->type_is_known ? type_of(table, reading->object) : -1;
+    reading->type = reading->type_is_known ? object_type_of(table, reading->object) : -1;
     if (reading->type_is_known)
         list_fields(&reading->fields, table, reading->type);
     else
@@ -365,7 +365,7 @@ bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_t
     if (map->kind != KT_NODE_MAP)
         return kt_fault_expected(r, scope, map, table->example == NULL ? "a mapping (key: value)" : table->example);
     kt_reading reading = {.r = r, .scope = scope, .map = map, .table = table, .object = object};
-    read_type(&reading, map);
+    read_object_type(&reading, map);
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
     for (int all = 0; all < 2; all++)
@@ -392,7 +392,7 @@ static bool is_written(const kt_field *field, const void *object, const void *st
 
 bool kt_table_same(const kt_table *table, const void *object, const void *standard) {
     kt_fields fields;
-    list_fields(&fields, table, type_of(table, object));
+    list_fields(&fields, table, object_type_of(table, object));
     for (int i = 0; i < fields.count; i++)
         if (is_written(&fields.field[i], object, standard))
             return false;
@@ -401,7 +401,7 @@ bool kt_table_same(const kt_table *table, const void *object, const void *standa
 
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard) {
     kt_fields fields;
-    list_fields(&fields, table, type_of(table, object));
+    list_fields(&fields, table, object_type_of(table, object));
     kt_emit_map(e, table->flow);
     for (int i = 0; i < fields.count; i++) {
         const kt_field *field = &fields.field[i];

@@ -19,8 +19,8 @@ typedef struct kt_xml {
     size_t text_size, text_room;
 } kt_xml;
 
-static uint32_t line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
-static uint32_t column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentColumnNumber(parser) + 1; }
+static uint32_t xml_line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
+static uint32_t xml_column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentColumnNumber(parser) + 1; }
 
 /* Ends the reading after a fault or for want of memory. */
 static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
@@ -45,14 +45,14 @@ bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ..
 
 /* The place that the parser has reached, as an element. */
 static kt_element here(const kt_xml *x) {
-    return (kt_element){.line = line_of(x->parser),
-                        .column = column_of(x->parser),
+    return (kt_element){.line = xml_line_of(x->parser),
+                        .column = xml_column_of(x->parser),
                         .file = x->file,
                         .included = x->include,
                         .by = x->by};
 }
 
-static const char *keep_text(kt_xml *x, const char *text) {
+static const char *keep_xml_text(kt_xml *x, const char *text) {
     const char *copy = kt_pool_text(&x->reader->scratch, text, strlen(text));
     if (copy == NULL)
         (void)kt_reader_out_of_memory(x->reader);
@@ -69,7 +69,7 @@ static bool keep_attributes(kt_xml *x, kt_element *element, const XML_Char **att
     if (kept == NULL)
         return kt_reader_out_of_memory(x->reader);
     for (size_t i = 0; i < count; i++)
-        kept[i] = keep_text(x, attributes[i]);
+        kept[i] = keep_xml_text(x, attributes[i]);
     return !x->reader->out_of_memory;
 }
 
@@ -82,7 +82,7 @@ static void hang_below(kt_element *parent, kt_element *element) {
     parent->last = element;
 }
 
-static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **attributes) {
+static void XMLCALL start_element(void *user, const XML_Char *name, const XML_Char **attributes) {
     kt_xml *x = user;
     const kt_element place = here(x);
     x->text_size = 0;
@@ -99,7 +99,7 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
         stop(x);
         return;
     }
-    element->name = keep_text(x, name);
+    element->name = keep_xml_text(x, name);
     element->line = place.line;
     element->column = place.column;
     element->file = place.file;
@@ -112,14 +112,14 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
     x->at = element;
 }
 
-static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+static bool is_xml_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 /* The text since the last tag, without blanks around it. */
 static void keep_leaf(kt_xml *x) {
     size_t from = 0, to = x->text_size;
-    while (from < to && is_blank(x->text[from]))
+    while (from < to && is_xml_blank(x->text[from]))
         from++;
-    while (to > from && is_blank(x->text[to - 1]))
+    while (to > from && is_xml_blank(x->text[to - 1]))
         to--;
     if (from == to)
         return;
@@ -128,7 +128,7 @@ static void keep_leaf(kt_xml *x) {
         (void)kt_reader_out_of_memory(x->reader);
 }
 
-static void XMLCALL end(void *user, const XML_Char *name) {
+static void XMLCALL end_element(void *user, const XML_Char *name) {
     kt_xml *x = user;
     (void)name;
     x->depth--;
@@ -178,16 +178,16 @@ static size_t behind(const char *text, size_t size, size_t from, const char *end
     return from + length <= size ? from + length : size;
 }
 
-static bool begins(const char *text, size_t size, size_t at, const char *with) {
+static bool begins_at(const char *text, size_t size, size_t at, const char *with) {
     return at + strlen(with) <= size && memcmp(text + at, with, strlen(with)) == 0;
 }
 
 /* The index of a declaration that only blanks and comments precede; 0: it is at the beginning, or there is none. */
 static size_t late_declaration(const char *text, size_t size) {
     size_t i = 0;
-    while (i < size && (strchr(" \t\r\n", text[i]) != NULL || begins(text, size, i, "<!--")))
+    while (i < size && (strchr(" \t\r\n", text[i]) != NULL || begins_at(text, size, i, "<!--")))
         i = text[i] == '<' ? behind(text, size, i + 4, "-->") : text[i] == '\0' ? size : i + 1;
-    return begins(text, size, i, "<?xml ") ? i : 0;
+    return begins_at(text, size, i, "<?xml ") ? i : 0;
 }
 
 /* A copy of the text with blanks in place of a declaration that is not at its beginning, where XML has it; or the text.
@@ -211,8 +211,8 @@ static const char *take_late_away(kt_reader *reader, const char *text, size_t si
 
 /* The index of the next comment from an index on, outside of character data; size if there is none. */
 static size_t next_comment(const char *text, size_t size, size_t from) {
-    while (from < size && !begins(text, size, from, "<!--"))
-        from = begins(text, size, from, "<![CDATA[") ? behind(text, size, from, "]]>") : from + 1;
+    while (from < size && !begins_at(text, size, from, "<!--"))
+        from = begins_at(text, size, from, "<![CDATA[") ? behind(text, size, from, "]]>") : from + 1;
     return from;
 }
 
@@ -250,7 +250,7 @@ static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
     if (x->parser == NULL)
         return kt_reader_out_of_memory(reader);
     XML_SetUserData(x->parser, x);
-    XML_SetElementHandler(x->parser, start, end);
+    XML_SetElementHandler(x->parser, start_element, end_element);
     XML_SetCharacterDataHandler(x->parser, add_text);
     XML_SetStartDoctypeDeclHandler(x->parser, reject_type);
     const bool done =

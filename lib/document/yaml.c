@@ -72,7 +72,7 @@ static const kt_syntax syntax_table[] = {
      "tags ('!...') are not part of a scene file; remove it, or put the text in quotes"},
 };
 
-static bool fits(const char *pattern, const char *text) {
+static bool fits_pattern(const char *pattern, const char *text) {
     return pattern == NULL || (text != NULL && strcmp(pattern, text) == 0);
 }
 
@@ -101,13 +101,13 @@ static void report_with_line(kt_reader *r, const kt_syntax *syntax, const yaml_p
 }
 
 static void report_syntax(kt_reader *r, const yaml_parser_t *parser) {
-    if (fits("found character that cannot start any token", parser->problem)) {
+    if (fits_pattern("found character that cannot start any token", parser->problem)) {
         report_no_token(r, parser);
         return;
     }
     for (size_t i = 0; i < sizeof syntax_table / sizeof *syntax_table; i++) {
         const kt_syntax *syntax = &syntax_table[i];
-        if (!fits(syntax->problem, parser->problem) || !fits(syntax->context, parser->context))
+        if (!fits_pattern(syntax->problem, parser->problem) || !fits_pattern(syntax->context, parser->context))
             continue;
         if (syntax->spot == SPOT_BOTH)
             report_with_line(r, syntax, parser);
@@ -155,19 +155,19 @@ static bool check_characters(kt_reader *r, const char *text, size_t size) {
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
 
-static uint32_t line_of(yaml_mark_t mark) { return (uint32_t)mark.line + 1; }
-static uint32_t column_of(yaml_mark_t mark) { return (uint32_t)mark.column + 1; }
+static uint32_t yaml_line_of(yaml_mark_t mark) { return (uint32_t)mark.line + 1; }
+static uint32_t yaml_column_of(yaml_mark_t mark) { return (uint32_t)mark.column + 1; }
 
 static bool fault_at_mark(kt_reader *r, yaml_mark_t mark, const char *message) {
-    return kt_fault_put(r, KT_ERROR_SCENE, line_of(mark), column_of(mark), "%s", message);
+    return kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark), "%s", message);
 }
 
-static kt_node *add_node(kt_builder *b, kt_node_kind kind, yaml_mark_t mark) {
-    return kt_builder_add(b, kind, line_of(mark), column_of(mark));
+static kt_node *add_yaml_node(kt_builder *b, kt_node_kind kind, yaml_mark_t mark) {
+    return kt_builder_add(b, kind, yaml_line_of(mark), yaml_column_of(mark));
 }
 
 static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
-    kt_node *node = add_node(b, KT_NODE_TEXT, event->start_mark);
+    kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
     if (node == NULL)
         return false;
     size_t length = event->data.scalar.length;
@@ -184,7 +184,7 @@ static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
 }
 
 static bool add_alias(kt_builder *b, const yaml_event_t *event) {
-    kt_node *node = add_node(b, KT_NODE_TEXT, event->start_mark);
+    kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
     if (node == NULL)
         return false;
     node->of.text = "";
@@ -197,7 +197,7 @@ static bool add_alias(kt_builder *b, const yaml_event_t *event) {
 
 static void check_properties(kt_builder *b, yaml_mark_t mark, const yaml_char_t *anchor, const yaml_char_t *tag) {
     if (anchor != NULL)
-        (void)kt_fault_put(b->r, KT_ERROR_SCENE, line_of(mark), column_of(mark),
+        (void)kt_fault_put(b->r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark),
                            "anchors are not part of a scene file; remove '&%.40s'", (const char *)anchor);
     if (tag != NULL)
         (void)fault_at_mark(b->r, mark, "tags ('!...') are not part of a scene file; remove this one");
@@ -218,10 +218,10 @@ static bool take_event(kt_builder *b, const yaml_event_t *event) {
         return add_scalar(b, event);
     case YAML_SEQUENCE_START_EVENT:
         check_properties(b, mark, event->data.sequence_start.anchor, event->data.sequence_start.tag);
-        return kt_builder_open(b, KT_NODE_LIST, line_of(mark), column_of(mark));
+        return kt_builder_open(b, KT_NODE_LIST, yaml_line_of(mark), yaml_column_of(mark));
     case YAML_MAPPING_START_EVENT:
         check_properties(b, mark, event->data.mapping_start.anchor, event->data.mapping_start.tag);
-        return kt_builder_open(b, KT_NODE_MAP, line_of(mark), column_of(mark));
+        return kt_builder_open(b, KT_NODE_MAP, yaml_line_of(mark), yaml_column_of(mark));
     case YAML_SEQUENCE_END_EVENT:
     case YAML_MAPPING_END_EVENT:
         kt_builder_close(b);
