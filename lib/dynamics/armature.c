@@ -38,7 +38,7 @@ typedef struct rates {
     double twice; /* the energy */
 } rates;
 
-static void add_energy(const kt_dof *dof, void *context) {
+static void add_armature_energy(const kt_dof *dof, void *context) {
     rates *r = context;
     const double v = kt_v4_dot(dof->u, dof->kind == KT_DOF_TRANSLATION ? r->linear : r->angular);
     r->twice += r->armature[dof->index] * v * v;
@@ -58,7 +58,7 @@ double kt_armature_energy(const kt_model *model, const kt_data *data) {
         r.angular = kt_v4_from(kt_vec3_sub(m->omega, up->omega));
         r.linear = kt_v4_from(kt_vec3_sub(m->velocity, carried));
         r.armature = model->armature + link->v;
-        kt_dofs_visit(link, parent, axes, add_energy, &r);
+        kt_dofs_visit(link, parent, axes, add_armature_energy, &r);
     }
     return 0.5 * r.twice;
 }

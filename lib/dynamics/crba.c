@@ -114,13 +114,13 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const double *q) {
     }
 }
 
-static inline bool is_finite(const composite *c) {
+static inline bool composite_is_finite(const composite *c) {
     const kt_v4 all = c->j[0] + c->j[1] + c->j[2] + c->h, none = all - all;
     return none[0] + none[1] + none[2] == 0.0;
 }
 
 /* Returns a link on the ground whose composite is not finite, or 0. */
-static inline size_t compose(const kt_model *model, kt_data *data) {
+static inline size_t compose_links(const kt_model *model, kt_data *data) {
     const kt_link_motion *motion = data->motion;
     composite carried;
     wrench_columns columns = {.stride = kt_lanes8(model->n.v)};
@@ -136,7 +136,7 @@ static inline size_t compose(const kt_model *model, kt_data *data) {
             const composite others = load(&data->articulated[link->articulated]);
             add(&c, &others);
         }
-        if (link->parent == 0 && !is_finite(&c))
+        if (link->parent == 0 && !composite_is_finite(&c))
             return i;
         dof -= kt_link_is_revolute(link) ? 1 : (size_t)kt_link_dofs(link);
         columns.c = &c;
@@ -241,7 +241,7 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
 
 size_t KT_KERNEL(kt_mass_compose)(const kt_model *model, kt_data *data, const double *q) {
     poses(model, data, q);
-    return compose(model, data);
+    return compose_links(model, data);
 }
 
 void KT_KERNEL(kt_mass_columns)(const kt_model *model, const kt_data *data, double *mass) {

@@ -67,7 +67,7 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const kt_plane *plane
 }
 
 /* Returns the planar index of a link on the ground whose composite is not finite, or 0. */
-static inline int32_t compose(const kt_model *model, kt_data *data, const kt_plane *plane) {
+static inline int32_t compose_planar_links(const kt_model *model, kt_data *data, const kt_plane *plane) {
     const kt_planar_motion *motion = data->planar;
     double *wrench = data->scratch_v + model->n.spatial_v - 1; /* of planar index 0 */
     composite carried = {.j = 0.0};
@@ -142,7 +142,7 @@ size_t KT_KERNEL(kt_planar_mass_compose)(const kt_model *model, kt_data *data, c
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++) {
         poses(model, data, &model->plane[p], q);
-        const int32_t failed = compose(model, data, &model->plane[p]);
+        const int32_t failed = compose_planar_links(model, data, &model->plane[p]);
         if (failed)
             return model->n.spatial + (size_t)failed - 1;
     }

@@ -16,7 +16,7 @@ typedef struct kernels {
     void (*hand_over)(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from, double *to);
 } kernels;
 
-static kernels kernels_of(const kt_model *model) {
+static kernels derivative_kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
         return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_planar_derivative_inverse_v4,
@@ -58,7 +58,7 @@ kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void
     const kt_wrench *external = at->external;
     const kt_input input = {.q = at->q, .v = at->v, .x = a, .what = "acceleration", .external = external};
     const bool planar = model->sweep == KT_SWEEP_PLANAR && !in_space;
-    const kernels kernel = kernels_of(model);
+    const kernels kernel = derivative_kernels_of(model);
     a = a ? a : model->zero;
     (void)place_arrays(w, memory, &model->n);
     kt_status status = external || planar ? kt_input_check(model, &input, error) : KT_OK;
@@ -101,7 +101,7 @@ kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void
                                       const kt_dynamic_state *at, double *a, const kt_forward_matrices *by,
                                       kt_error *error) {
     model = kt_model_now(model, data);
-    const kernels kernel = kernels_of(model);
+    const kernels kernel = derivative_kernels_of(model);
     kt_derivative_work w;
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)

@@ -5,7 +5,8 @@
 
 /* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 
-static inline kt_derivative_node *new_node(kt_derivative_work *w, int32_t link, int32_t parent, int32_t count) {
+static inline kt_derivative_node *new_derivative_node(kt_derivative_work *w, int32_t link, int32_t parent,
+                                                      int32_t count) {
     kt_derivative_node *node = &w->node[w->nodes];
     *node = (kt_derivative_node){.link = link, .parent = parent, .first = w->dofs, .count = count};
     w->dofs += count;
@@ -22,14 +23,15 @@ static inline void set_nodes(const kt_model *model, const kt_data *data, size_t 
     kt_dof_motions_set(link, &data->motion[link->parent], &data->motion[i], v, a, c, &w->motion[w->dofs]);
     const int translations = kt_link_first_node(link);
     if (translations) {
-        new_node(w, (int32_t)i, parent, translations);
+        new_derivative_node(w, (int32_t)i, parent, translations);
         parent = (int32_t)w->nodes - 1;
     }
-    new_node(w, (int32_t)i, parent, kt_link_dofs(link) - translations);
+    new_derivative_node(w, (int32_t)i, parent, kt_link_dofs(link) - translations);
 }
 
 /* The inertia, F and 2B of the link alone. */
-static inline void apply_inertia(const kt_link *link, const kt_link_motion *m, kt_v4 linear, kt_derivative_link *x) {
+static inline void apply_link_inertia(const kt_link *link, const kt_link_motion *m, kt_v4 linear,
+                                      kt_derivative_link *x) {
     const kt_v4 none = kt_v4_splat(0.0), w = m->omega;
     kt_articulated *r = &x->inertia;
     kt_articulated_rigid(link, m, &(kt_link_origin){.moment = none, .force = none},
@@ -57,8 +59,8 @@ static inline void apply_inertia(const kt_link *link, const kt_link_motion *m, k
     }
 }
 
-static inline void forward_pass(const kt_model *model, const kt_data *data, const double *v, const double *a,
-                                kt_v4 gravity, kt_derivative_work *w) {
+static inline void derivative_forward_pass(const kt_model *model, const kt_data *data, const double *v, const double *a,
+                                           kt_v4 gravity, kt_derivative_work *w) {
     const kt_v4 none = kt_v4_splat(0.0);
     w->nodes = 1;
     w->dofs = 0;
@@ -87,14 +89,15 @@ static inline void forward_pass(const kt_model *model, const kt_data *data, cons
         x->origin = px->origin + m->offset;
         x->velocity = c.velocity + linear;
         x->linear = acceleration - kt_v4_cross(m->omega, x->velocity);
-        apply_inertia(link, m, acceleration, x);
+        apply_link_inertia(link, m, acceleration, x);
         set_nodes(model, data, i, v, a, &c, px == &ground ? 0 : w->link[link->parent].last, w);
         x->last = (int32_t)w->nodes - 1;
     }
 }
 
 /* Subtracts external wrenches from F, and sets X. */
-static inline void load(const kt_model *model, const kt_data *data, const kt_wrench *external, kt_derivative_work *w) {
+static inline void load_external_wrenches(const kt_model *model, const kt_data *data, const kt_wrench *external,
+                                          kt_derivative_work *w) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
         if (body->link == 0)
@@ -161,8 +164,8 @@ static inline void set_row(const kt_dof_motion *m, double armature, bool absorb,
     memcpy(row->x, e, sizeof e);
 }
 
-static inline void set_column(const kt_dof_motion *m, bool loaded, const kt_derivative_link *x, kt_dof_batch *to,
-                              size_t lane) {
+static inline void set_dof_column(const kt_dof_motion *m, bool loaded, const kt_derivative_link *x, kt_dof_batch *to,
+                                  size_t lane) {
     const kt_articulated *r = &x->inertia;
     const kt_v4 p = x->origin, s = m->s[0], l = m->s[1];
     kt_v4 qn = kt_articulated_moment(r, m->rate[0], m->rate[1]) + kt_v4_apply(x->bn, m->psi[0]);
@@ -185,7 +188,8 @@ static inline void set_column(const kt_dof_motion *m, bool loaded, const kt_deri
 }
 
 /* Shifts to the parent's origin and adds to the parent. F^C is shifted separately: no joint is projected out of it. */
-static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, bool loaded, kt_derivative_link *parent) {
+static inline void pass_on_to_parent(const kt_derivative_link *x, kt_v4 offset, bool loaded,
+                                     kt_derivative_link *parent) {
     kt_articulated moved = x->inertia;
     kt_articulated_shift(&moved, offset);
     kt_articulated_add(&parent->inertia, &moved);
@@ -200,8 +204,8 @@ static inline void pass_on(const kt_derivative_link *x, kt_v4 offset, bool loade
 }
 
 /* loaded: with external wrenches, without which X is zero. */
-static inline void backward_pass(const kt_model *model, const kt_data *data, bool absorb, bool loaded,
-                                 kt_derivative_work *w) {
+static inline void derivative_backward_pass(const kt_model *model, const kt_data *data, bool absorb, bool loaded,
+                                            kt_derivative_work *w) {
     for (size_t n = w->nodes - 1; n > 0; n--) {
         const kt_derivative_node *node = &w->node[n], *parent = &w->node[node->parent];
         const kt_link *link = &model->link[node->link];
@@ -217,10 +221,10 @@ static inline void backward_pass(const kt_model *model, const kt_data *data, boo
         for (int32_t k = 0; k < node->count; k++) {
             const size_t f = (size_t)node->first + (size_t)k;
             w->batch[f / KT_LANES].node[f % KT_LANES] = (int64_t)n;
-            set_column(&w->motion[f], loaded, x, &w->batch[f / KT_LANES], f % KT_LANES);
+            set_dof_column(&w->motion[f], loaded, x, &w->batch[f / KT_LANES], f % KT_LANES);
         }
         if (!above && link->parent)
-            pass_on(x, data->motion[node->link].offset, loaded, &w->link[link->parent]);
+            pass_on_to_parent(x, data->motion[node->link].offset, loaded, &w->link[link->parent]);
     }
 }
 
@@ -228,8 +232,8 @@ void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const 
                                     const kt_wrench *external, kt_motion_kept kept, bool absorb,
                                     kt_derivative_work *w) {
     const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
-    forward_pass(model, data, v, a, gravity, w);
+    derivative_forward_pass(model, data, v, a, gravity, w);
     if (external)
-        load(model, data, external, w);
-    backward_pass(model, data, absorb, external != NULL, w);
+        load_external_wrenches(model, data, external, w);
+    derivative_backward_pass(model, data, absorb, external != NULL, w);
 }

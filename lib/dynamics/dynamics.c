@@ -147,7 +147,7 @@ kt_status kt_dynamics_mass(const kt_model *model, kt_data *data, const double *q
 }
 
 /* FNV-1a, eight bytes at a time. */
-static uint64_t hash(uint64_t sum, const double *x, size_t n) {
+static uint64_t hash_numbers(uint64_t sum, const double *x, size_t n) {
     for (size_t i = 0; i < n; i++) {
         uint64_t bits;
         memcpy(&bits, &x[i], sizeof bits);
@@ -157,7 +157,7 @@ static uint64_t hash(uint64_t sum, const double *x, size_t n) {
 }
 
 uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v) {
-    return hash(hash(14695981039346656037U, q, model->n.q), v ? v : model->zero, model->n.v);
+    return hash_numbers(hash_numbers(14695981039346656037U, q, model->n.q), v ? v : model->zero, model->n.v);
 }
 
 static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {

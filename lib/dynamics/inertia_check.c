@@ -15,10 +15,10 @@ typedef struct size {
 
 /* Returns the memory in which the sizes of a link's children are summed. At set-up that of the kinematics is not used
  * yet. */
-static size *size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
+static size *children_size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
 
 /* Whether there is inertia along all degrees of freedom of a link. Adds the part that is projected out to the size. */
-static bool is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
+static bool link_is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
     const kt_v4 n = kt_link_axis(link, m);
     kt_v4 unused[3];
     const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
@@ -57,7 +57,7 @@ static bool is_regular_armature(const kt_model *model, const kt_data *data, size
         for (int c = 0; c < 3; c++)
             (slides ? all.m : all.j)[c] += u * kt_v4_splat(u[c] * model->armature[link->v + k]);
     }
-    return is_regular(link, &data->motion[i], &all, s);
+    return link_is_regular(link, &data->motion[i], &all, s);
 }
 
 /* The verdicts, and how many links have been found to have no inertia. */
@@ -76,7 +76,7 @@ static bool rotates_freely(const kt_link *link) { return kt_motion_facts_of(link
 static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     const kt_link *link = &model->link[i];
     const kt_v4 r = data->motion[i].offset;
-    size *up = size_of(data, (size_t)link->parent);
+    size *up = children_size_of(data, (size_t)link->parent);
     if (!passes_inertia(link))
         return;
     if (rotates_freely(link))
@@ -92,7 +92,7 @@ KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, c
                                void *context) {
     judgement *j = context;
     const kt_link *link = &model->link[i];
-    size s = *size_of(data, i);
+    size s = *children_size_of(data, i);
     s.trace += link->inertia.xx + link->inertia.yy + link->inertia.zz;
     s.mass += link->mass;
     if (j->verdict[i] == KT_INERTIA_THERE &&

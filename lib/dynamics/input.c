@@ -4,17 +4,17 @@
 
 #include <stdio.h>
 
-static double excess_of(const kt_wrench *w) {
+static double wrench_excess_of(const kt_wrench *w) {
     return (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
            (w->force.x - w->force.x) + (w->force.y - w->force.y) + (w->force.z - w->force.z);
 }
 
-static bool wrench_is_finite(const kt_wrench *w) { return excess_of(w) == 0.0; }
+static bool input_wrench_is_finite(const kt_wrench *w) { return wrench_excess_of(w) == 0.0; }
 
 bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external) {
     double sum = 0.0;
     for (size_t b = 1; b < model->n.body; b++)
-        sum += excess_of(&external[b]);
+        sum += wrench_excess_of(&external[b]);
     return sum == 0.0;
 }
 
@@ -38,7 +38,7 @@ static bool quaternion_is_zero(const kt_body_record *b, const double *q) {
     return k == 4;
 }
 
-static kt_status check_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
+static kt_status check_input_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
     char where[KT_WHERE_SIZE];
     if (!quaternion_is_zero(&model->body[body], q))
         return KT_OK;
@@ -48,7 +48,7 @@ static kt_status check_quaternion(const kt_model *model, size_t body, const doub
 }
 
 /* Finds the input at fault body by body, for the message. */
-static kt_status blame(const kt_model *model, const kt_input *in, kt_error *error) {
+static kt_status blame_input(const kt_model *model, const kt_input *in, kt_error *error) {
     for (size_t i = 1; i < model->n.body; i++) {
         const kt_body_record *b = &model->body[i];
         const size_t nq = (size_t)kt_joint_sizes[b->type].nq, nv = (size_t)kt_joint_sizes[b->type].nv;
@@ -58,10 +58,10 @@ static kt_status blame(const kt_model *model, const kt_input *in, kt_error *erro
             return reject_numbers(model, i, "velocity", in->v + b->v, (int)nv, error);
         if (in->x && !kt_all_finite(in->x + b->v, nv))
             return reject_numbers(model, i, in->what, in->x + b->v, (int)nv, error);
-        const kt_status status = check_quaternion(model, i, in->q, error);
+        const kt_status status = check_input_quaternion(model, i, in->q, error);
         if (status != KT_OK)
             return status;
-        if (in->external && !wrench_is_finite(&in->external[i])) {
+        if (in->external && !input_wrench_is_finite(&in->external[i])) {
             char where[KT_WHERE_SIZE];
             (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(model, (int)i));
             return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
@@ -76,7 +76,7 @@ kt_status kt_input_check(const kt_model *model, const kt_input *in, kt_error *er
                 (!in->x || kt_all_finite(in->x, model->n.v));
     for (size_t i = 1; fine && model->n.q > model->n.v && i < model->n.body; i++) /* there are quaternions */
         fine = !quaternion_is_zero(&model->body[i], in->q);
-    return fine ? KT_OK : blame(model, in, error);
+    return fine ? KT_OK : blame_input(model, in, error);
 }
 
 kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *in, kt_error *error) {

@@ -148,7 +148,7 @@ KT_INLINE bool factor_short(kt_mass_factor *f, size_t k) {
     return pivot > 0.0;
 }
 
-static size_t compute(kt_mass_factor *f) {
+static size_t factor_mass(kt_mass_factor *f) {
     size_t failed = f->model->n.v;
     for (size_t end = failed; end > 0;) {
         if (f->depth[end - 1] <= LANES) {
@@ -245,19 +245,21 @@ KT_INLINE void pass_columns(const kt_mass_factor *f, kt_factor_call call, int co
             pass(f, false, call, x);
 }
 
-static void solve(const kt_mass_factor *f, int columns, double *x) { pass_columns(f, KT_FACTOR_SOLVE, columns, x); }
+static void solve_factored(const kt_mass_factor *f, int columns, double *x) {
+    pass_columns(f, KT_FACTOR_SOLVE, columns, x);
+}
 static void solve_lower(const kt_mass_factor *f, int columns, double *x) {
     pass_columns(f, KT_FACTOR_SOLVE_LOWER, columns, x);
 }
 static void solve_upper(const kt_mass_factor *f, int columns, double *x) {
     pass_columns(f, KT_FACTOR_SOLVE_UPPER, columns, x);
 }
-static void multiply(const kt_mass_factor *f, int columns, double *x) {
+static void multiply_factored(const kt_mass_factor *f, int columns, double *x) {
     pass_columns(f, KT_FACTOR_MULTIPLY, columns, x);
 }
 
-const kt_factor_kernels KT_KERNEL(kt_factor_kernels) = {.compute = compute,
-                                                        .apply = {[KT_FACTOR_SOLVE] = solve,
+const kt_factor_kernels KT_KERNEL(kt_factor_kernels) = {.compute = factor_mass,
+                                                        .apply = {[KT_FACTOR_SOLVE] = solve_factored,
                                                                   [KT_FACTOR_SOLVE_LOWER] = solve_lower,
                                                                   [KT_FACTOR_SOLVE_UPPER] = solve_upper,
-                                                                  [KT_FACTOR_MULTIPLY] = multiply}};
+                                                                  [KT_FACTOR_MULTIPLY] = multiply_factored}};

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static const kt_factor_kernels *kernels_of(const kt_model *model) {
+static const kt_factor_kernels *factor_kernels_of(const kt_model *model) {
 #ifdef KT_ISAS
     if (model->isa == KT_ISA_V4)
         return &kt_factor_kernels_v4;
@@ -23,7 +23,7 @@ KT_ARENA_LAYOUT(lay_out, kt_mass_factor, KT_FACTOR_FIELDS, const kt_factor_sizes
 static size_t round_up(size_t n) { return (n + KT_FACTOR_ROUND - 1) / KT_FACTOR_ROUND * KT_FACTOR_ROUND; }
 
 /* The rows together have an entry for each pair of a degree of freedom and one that it carries. */
-static kt_factor_sizes sizes_of(const kt_model *model) {
+static kt_factor_sizes factor_sizes_of(const kt_model *model) {
     kt_factor_sizes s = {.v = model->n.v, .link = model->n.link};
     size_t dof = 0;
     for (size_t i = 1; i < model->n.link; i++)
@@ -37,7 +37,7 @@ static kt_factor_sizes sizes_of(const kt_model *model) {
 size_t kt_mass_factor_size(const kt_model *model) {
     if (!model)
         return 0;
-    const kt_factor_sizes s = sizes_of(model);
+    const kt_factor_sizes s = factor_sizes_of(model);
     return lay_out(NULL, &s);
 }
 
@@ -67,7 +67,7 @@ kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, 
                               kt_error *error) {
     if (KT_IS_MISSING(error, model, factor))
         return KT_ERROR_ARGUMENT;
-    const kt_factor_sizes s = sizes_of(model);
+    const kt_factor_sizes s = factor_sizes_of(model);
     const kt_status status =
         kt_arena_begin("kt_mass_factor_init", "kt_mass_factor_size", memory, size, lay_out(NULL, &s), error);
     if (status != KT_OK)
@@ -75,7 +75,7 @@ kt_status kt_mass_factor_init(const kt_model *model, void *memory, size_t size, 
     (void)lay_out(memory, &s);
     *factor = (kt_mass_factor *)memory;
     (*factor)->model = model;
-    (*factor)->kernels = kernels_of(model);
+    (*factor)->kernels = factor_kernels_of(model);
     find_rows(*factor);
     return KT_OK;
 }

@@ -17,8 +17,8 @@
 
 static const kt_kernels *plain(const kt_model *model) { return kt_kernels_of(model->isa, model->sweep, false); }
 
-static size_t forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                      const kt_wrench *external, double *a) {
+static size_t massless_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
+                               const double *tau, const kt_wrench *external, double *a) {
     return kt_kernels_of(model->isa, model->sweep, true)->forward(model, data, q, v, tau, external, a);
 }
 
@@ -26,14 +26,14 @@ static double armature_of(const kt_model *model, size_t v) {
     return kt_is_massless(model, v) ? 0.0 : model->armature[v];
 }
 
-static void inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                    const kt_wrench *external, double *tau) {
+static void massless_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
+                             const kt_wrench *external, double *tau) {
     plain(model)->inverse(model, data, q, v, a, external, tau);
     for (size_t i = 0; i < model->n.v; i++)
         tau[i] += armature_of(model, i) * a[i];
 }
 
-static size_t mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
+static size_t massless_mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
     const size_t failed = plain(model)->mass(model, data, q, matrix);
     for (size_t i = 0; i < model->n.v && !failed; i++)
         matrix[i * (model->n.v + 1)] += armature_of(model, i);
@@ -42,9 +42,9 @@ static size_t mass(const kt_model *model, kt_data *data, const double *q, double
 
 void kt_massless_attach(kt_model *model) {
     static const kt_kernels kernels = {.name = "coordinates that move no mass",
-                                       .forward = forward,
-                                       .inverse = inverse,
-                                       .mass = mass,
+                                       .forward = massless_forward,
+                                       .inverse = massless_inverse,
+                                       .mass = massless_mass,
                                        .mirror = mirror,
                                        .kinematics = kinematics,
                                        .follow = follow,

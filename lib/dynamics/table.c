@@ -8,7 +8,7 @@
 #define KT_TEXT(a) KT_TEXT_(a)
 
 /* All that can fail is done before the first number is written. */
-static size_t mass(const kt_model *model, kt_data *data, const double *q, double *mass) {
+static size_t mass_by_kernel(const kt_model *model, kt_data *data, const double *q, double *mass) {
     const bool spatial = !KT_HAS_PLANE || model->sweep != KT_SWEEP_PLANAR;
     const bool planar = KT_HAS_PLANE && model->sweep != KT_SWEEP_SPATIAL;
     size_t failed = spatial ? KT_KERNEL(kt_mass_compose)(model, data, q) : 0;
@@ -66,7 +66,7 @@ static void armature_inverse(const kt_model *model, kt_data *data, const double 
 }
 
 static size_t armature_mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
-    const size_t failed = mass(model, data, q, matrix);
+    const size_t failed = mass_by_kernel(model, data, q, matrix);
     for (size_t i = 0; i < model->n.v && !failed; i++)
         matrix[i * (model->n.v + 1)] += model->armature[i];
     return failed;
@@ -78,20 +78,21 @@ static size_t armature_mass(const kt_model *model, kt_data *data, const double *
         .mirror = KT_KERNEL(kt_mass_mirror), .kinematics = (kinematics_of), .follow = (follow_of),                     \
         .force_links = KT_KERNEL(kt_force_links)                                                                       \
     }
-#define KT_KERNELS_SPATIAL(forward, inverse, mass)                                                                     \
-    KT_KERNELS_OF(forward, inverse, mass, KT_KERNEL(kt_kinematics), KT_KERNEL(kt_follow))
-#define KT_KERNELS_PLANAR(forward, inverse, mass)                                                                      \
-    KT_KERNELS_OF(forward, inverse, mass, KT_KERNEL(kt_planar_kinematics), KT_KERNEL(kt_planar_follow))
-#define KT_KERNELS_MIXED(forward, inverse, mass) KT_KERNELS_OF(forward, inverse, mass, mixed_kinematics, mixed_follow)
+#define KT_KERNELS_SPATIAL(forward, inverse, mass_by_kernel)                                                           \
+    KT_KERNELS_OF(forward, inverse, mass_by_kernel, KT_KERNEL(kt_kinematics), KT_KERNEL(kt_follow))
+#define KT_KERNELS_PLANAR(forward, inverse, mass_by_kernel)                                                            \
+    KT_KERNELS_OF(forward, inverse, mass_by_kernel, KT_KERNEL(kt_planar_kinematics), KT_KERNEL(kt_planar_follow))
+#define KT_KERNELS_MIXED(forward, inverse, mass_by_kernel)                                                             \
+    KT_KERNELS_OF(forward, inverse, mass_by_kernel, mixed_kinematics, mixed_follow)
 
 /* Without armature, then with it. A small library has those in space alone. */
 const kt_kernels KT_KERNEL(kt_kernels)[2 * KT_SWEEP_COUNT] = {
-    [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass),
+    [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass_by_kernel),
     [KT_SWEEP_COUNT +
         KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_armature_forward), armature_inverse, armature_mass),
 #if KT_HAS_PLANE
-    [KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_forward), KT_KERNEL(kt_planar_inverse), mass),
-    [KT_SWEEP_MIXED] = KT_KERNELS_MIXED(mixed_forward, mixed_inverse, mass),
+    [KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_forward), KT_KERNEL(kt_planar_inverse), mass_by_kernel),
+    [KT_SWEEP_MIXED] = KT_KERNELS_MIXED(mixed_forward, mixed_inverse, mass_by_kernel),
     [KT_SWEEP_COUNT +
         KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_armature_forward), armature_inverse, armature_mass),
     [KT_SWEEP_COUNT + KT_SWEEP_MIXED] = KT_KERNELS_MIXED(armature_mixed_forward, armature_inverse, armature_mass),

@@ -13,7 +13,7 @@
 #include <string.h>
 
 /* I_c u for world vectors: R I (R' u). */
-static kt_vec3 apply_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
+static kt_vec3 apply_body_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
     return kt_mat3_apply(r, kt_sym3_apply(b->inertia, kt_mat3_apply_transposed(r, u)));
 }
 
@@ -56,7 +56,7 @@ kt_wrench kt_momentum(const kt_model *model, const kt_data *data) {
         const kt_body_record *b = &model->body[i];
         const kt_vec3 p = kt_vec3_scale(b->mass, kt_point_velocity(model, data, i, b->com));
         const kt_mat3 r = kt_mat3_multiply(data->kinematics[b->link].axes, b->in_link.rotation);
-        const kt_vec3 spin = apply_inertia(b, r, data->kinematics[b->link].omega);
+        const kt_vec3 spin = apply_body_inertia(b, r, data->kinematics[b->link].omega);
         const kt_vec3 orbit = kt_vec3_cross(kt_point_position(model, data, i, b->com), p);
         total.force = kt_vec3_add(total.force, p);
         total.moment = kt_vec3_add(total.moment, kt_vec3_add(orbit, spin));
@@ -90,8 +90,8 @@ static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *li
     const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_links_acceleration(model, links, i, b->com);
     kt_wrench out;
     out.force = kt_vec3_scale(b->mass, kt_vec3_sub(a, g));
-    const kt_vec3 spin = kt_vec3_cross(w, apply_inertia(b, r, w));
-    const kt_vec3 about_com = kt_vec3_add(apply_inertia(b, r, alpha), spin);
+    const kt_vec3 spin = kt_vec3_cross(w, apply_body_inertia(b, r, w));
+    const kt_vec3 about_com = kt_vec3_add(apply_body_inertia(b, r, alpha), spin);
     out.moment = kt_vec3_add(about_com, kt_vec3_cross(kt_mat3_apply(r, b->com), out.force));
     if (external) {
         out.force = kt_vec3_sub(out.force, external[i].force);

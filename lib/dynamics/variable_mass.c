@@ -38,7 +38,7 @@ typedef struct content {
     kt_sym3 inertia;
 } content;
 
-static kt_sym3 scale(double s, kt_sym3 j) {
+static kt_sym3 scale_inertia(double s, kt_sym3 j) {
     return kt_sym3_make(s * j.xx, s * j.yy, s * j.zz, s * j.xy, s * j.xz, s * j.yz);
 }
 
@@ -48,7 +48,7 @@ static content content_at(const kt_model *model, const kt_mass_record *r, double
     double m[3], j[6][3];
     kt_curve_evaluate(&r->curve[0], model->number, t, m);
     if (!r->has_moments)
-        return (content){m[order], scale(m[order] / body->mass, body->inertia)};
+        return (content){m[order], scale_inertia(m[order] / body->mass, body->inertia)};
     for (int k = 0; k < 6; k++)
         kt_curve_evaluate(&r->curve[1 + k], model->number, t, j[k]);
     return (content){m[order],
@@ -120,35 +120,35 @@ static kt_status check_masses(const kt_model *model, double t, kt_error *error) 
 
 /* ---- evaluations ------------------------------------------------------------------------------------------------- */
 
-/* `forward` of a model of variable masses. */
+/* `variable_mass_forward` of a model of variable masses. */
 static kt_status forward_at(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                             kt_error *error) {
     const kt_status status = kt_masses_update(model, data, at->t, error);
     return status == KT_OK ? model->steady(kt_model_of_instant(model, data), data, at, a, error) : status;
 }
 
-static size_t forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
-                      const kt_wrench *external, double *a) {
+static size_t variable_mass_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                    const double *tau, const kt_wrench *external, double *a) {
     const kt_model *now = kt_model_of_instant(model, data);
     return now->kernels->forward(now, data, q, v, tau, external, a);
 }
 
-static void inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
-                    const kt_wrench *external, double *tau) {
+static void variable_mass_inverse(const kt_model *model, kt_data *data, const double *q, const double *v,
+                                  const double *a, const kt_wrench *external, double *tau) {
     const kt_model *now = kt_model_of_instant(model, data);
     now->kernels->inverse(now, data, q, v, a, external, tau);
 }
 
-static size_t mass(const kt_model *model, kt_data *data, const double *q, double *matrix) {
+static size_t variable_mass_matrix(const kt_model *model, kt_data *data, const double *q, double *matrix) {
     const kt_model *now = kt_model_of_instant(model, data);
     return now->kernels->mass(now, data, q, matrix);
 }
 
 void kt_masses_attach(kt_model *model) {
     static const kt_kernels kernels = {.name = "variable masses",
-                                       .forward = forward,
-                                       .inverse = inverse,
-                                       .mass = mass,
+                                       .forward = variable_mass_forward,
+                                       .inverse = variable_mass_inverse,
+                                       .mass = variable_mass_matrix,
                                        .mirror = mirror,
                                        .kinematics = kinematics,
                                        .follow = follow,
