@@ -13,8 +13,8 @@
 
 #define NEAR 1e-50
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void attraction_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                              kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point), none = kt_triple_zero();
     const double s = effect->strength;
@@ -28,7 +28,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
     }
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics attraction_energetics(const kt_effect_record *effect) {
     (void)effect;
     return KT_ENERGY_CONSERVED;
 }
@@ -37,8 +37,8 @@ static kt_energetics energetics(const kt_effect_record *effect) {
 /* The force on the second end is -S d / r^3. Outside the ball, with n = d / r, its derivative is
  *
  *     -S (1 - 3 n n') / r^3 */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void attraction_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                double t, kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point);
     const double distance = kt_vec3_norm(d), r = fmax(distance, NEAR), f = effect->strength / r / r;
@@ -53,7 +53,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
+    .energetics = attraction_energetics, .wrench = attraction_wrench, .jacobian = KT_IF_JACOBIAN(attraction_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -15,8 +15,8 @@
  */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void bushing_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                           kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple_columns axes = end[0].axes;
     const kt_triple apart = kt_triple_sub(end[1].point, end[0].point);
@@ -40,7 +40,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
                                      .dissipated = kt_triple_dot(damper, u) + kt_triple_dot(brake, w)};
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics bushing_energetics(const kt_effect_record *effect) {
     bool dissipates = false;
     for (int i = 0; i < 6; i++)
         dissipates = dissipates || effect->dampings[i] > 0.0;
@@ -75,14 +75,14 @@ static kt_mat3 resist(kt_mat3 axes, const double d[3]) {
     return kt_mat3_multiply(scaled, kt_mat3_transpose(axes));
 }
 
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void bushing_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                             kt_effect_jacobian *jacobian) {
     kt_wrench wrench[2];
     kt_error error;
     const kt_mat3 axes = end[0].axes, back = kt_mat3_transpose(axes);
     const kt_vec3 theta = kt_rotation_vector_of(kt_mat3_multiply(back, end[1].axes));
     kt_mat3 map = kt_mat3_identity();
-    evaluate_wrench(effect, numbers, end, t, wrench, NULL);
+    bushing_wrench(effect, numbers, end, t, wrench, NULL);
     if (kt_euler_vector_map_inverse(theta, &map, &error) != KT_OK)
         map = kt_mat3_identity(); /* as in kt_rotation_vector_transposed_map */
     *jacobian = (kt_effect_jacobian){.moment = wrench[1].moment, .force = wrench[1].force};
@@ -99,7 +99,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
+    .energetics = bushing_energetics, .wrench = bushing_wrench, .jacobian = KT_IF_JACOBIAN(bushing_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

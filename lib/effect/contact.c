@@ -17,7 +17,7 @@
  */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void contact_check(kt_checker *checker, const kt_effect *effect) {
     if (KT_HAS_SWITCHES)
         kt_effect_check_hard(checker, effect, "contact");
     if (kt_effect_has_axle(effect) && !kt_effect_is_hard(effect))
@@ -39,12 +39,12 @@ static void check(kt_checker *checker, const kt_effect *effect) {
 }
 
 /* Velocity of the point that moves with an end and is at `arm` from it. */
-static inline kt_triple velocity_at(const kt_effect_frame *end, kt_triple arm) {
+static inline kt_triple end_point_velocity(const kt_effect_frame *end, kt_triple arm) {
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void contact_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                           kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple n = end[1].axes.z, none = kt_triple_zero();
     const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
@@ -59,7 +59,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
     /* In lanes without contact it makes all forces zero. */
     const kt_real depth = KT_CHOOSE(touches, x, kt_real_of(0.0));
     const kt_triple down = kt_triple_scale(kt_real_of(-effect->radius), n), arm = kt_triple_add(from_plane, down);
-    const kt_triple s = kt_triple_sub(velocity_at(&end[0], down), velocity_at(&end[1], arm));
+    const kt_triple s = kt_triple_sub(end_point_velocity(&end[0], down), end_point_velocity(&end[1], arm));
     const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(depth, effect->exponent);
     const kt_real normal = elastic * kt_max(1.0 + 1.5 * effect->dissipation * deeper, 0.0);
     const kt_triple across = kt_triple_add(s, kt_triple_scale(deeper, n));
@@ -75,7 +75,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
                                      .dissipated = (normal - elastic) * deeper + rub * speed * speed};
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics contact_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
 }
 
@@ -92,11 +92,11 @@ typedef struct contact_state {
     double rub, rub_by_speed, speed;                  /* rub_by_speed: for one N of normal force */
 } contact_state;
 
-static contact_state state_of(const kt_effect_record *effect, const kt_effect_end *end, double x) {
+static contact_state contact_state_of(const kt_effect_record *effect, const kt_effect_end *end, double x) {
     contact_state c = {.n = end[1].axes.z, .from_plane = kt_vec3_sub(end[0].point, end[1].point)};
     const kt_vec3 down = kt_vec3_scale(-effect->radius, c.n);
     c.arm = kt_vec3_add(c.from_plane, down);
-    c.s = kt_vec3_sub(velocity_at(&end[0], down), velocity_at(&end[1], c.arm));
+    c.s = kt_vec3_sub(end_point_velocity(&end[0], down), end_point_velocity(&end[1], c.arm));
     c.deeper = -kt_vec3_dot(c.n, c.s);
     c.across = kt_vec3_add(c.s, kt_vec3_scale(c.deeper, c.n));
     c.speed = kt_vec3_norm(c.across);
@@ -111,7 +111,7 @@ static contact_state state_of(const kt_effect_record *effect, const kt_effect_en
     return c;
 }
 
-/* The change of the wrench on the plane's body: each line is the derivative of the line of evaluate_wrench with the
+/* The change of the wrench on the plane's body: each line is the derivative of the line of contact_wrench with the
  * same quantity. */
 static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effect_end *end, const contact_state *c,
                                   const change *by) {
@@ -133,14 +133,14 @@ static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effec
                        .force = force};
 }
 
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void contact_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                             kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const double x = effect->radius - kt_vec3_dot(end[1].axes.z, kt_vec3_sub(end[0].point, end[1].point));
     *jacobian = (kt_effect_jacobian){.at_point = false};
     if (x <= 0.0)
         return;
-    const contact_state c = state_of(effect, end, x);
+    const contact_state c = contact_state_of(effect, end, x);
     jacobian->force = kt_vec3_scale(-1.0, c.force);
     jacobian->moment = kt_vec3_cross(c.arm, jacobian->force);
     const kt_vec3 none = {0.0, 0.0, 0.0}, direction[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -162,7 +162,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 
 #if KT_HAS_GAP
 /* The distance of the lowest point below the centre: r, and r |n x a| for a disc. */
-static double reach_of(const kt_effect_record *effect, const kt_effect_end *end) {
+static double contact_reach_of(const kt_effect_record *effect, const kt_effect_end *end) {
 #if KT_HAS_SWITCHES
     if (effect->disc)
         return effect->radius * kt_vec3_norm(kt_vec3_cross(end[1].axes.z, end[0].axes.z));
@@ -175,11 +175,11 @@ static double reach_of(const kt_effect_record *effect, const kt_effect_end *end)
 /* Returns -x, and the velocity of the sphere's centre in the frame of the plane. For a plane on the ground, the
  * velocity is in the world's axes. Contacts of a disc, and of two spheres, are
  * hard: only their distances are used. */
-static kt_gap find_gap(const kt_effect_record *effect, const kt_effect_end *end) {
+static kt_gap contact_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
     if (effect->radius2 > 0.0)
         return (kt_gap){.distance = kt_vec3_norm(from_plane) - effect->radius - effect->radius2};
-    const double distance = kt_vec3_dot(n, from_plane) - reach_of(effect, end);
+    const double distance = kt_vec3_dot(n, from_plane) - contact_reach_of(effect, end);
     if (effect->force_link[1] == 0)
         return (kt_gap){distance, kt_vec3_dot(n, end[0].velocity), end[0].velocity, kt_vec3_norm(end[0].omega)};
     const kt_vec3 carried = kt_vec3_add(end[1].velocity, kt_vec3_cross(end[1].omega, from_plane));
@@ -193,12 +193,12 @@ static kt_gap find_joint_gap(const kt_effect_record *effect, double height, doub
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = check,
-                                                     .energetics = energetics,
-                                                     .wrench = evaluate_wrench,
-                                                     .gap = KT_GAP(find_gap),
+const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = contact_check,
+                                                     .energetics = contact_energetics,
+                                                     .wrench = contact_wrench,
+                                                     .gap = KT_GAP(contact_gap),
                                                      .joint_gap = KT_GAP(find_joint_gap),
-                                                     .jacobian = KT_IF_JACOBIAN(write_jacobian)};
+                                                     .jacobian = KT_IF_JACOBIAN(contact_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -6,7 +6,7 @@ static const kt_key two_keys[] = {KT_BETWEEN_KEY(kt_effect)};
 static const kt_descriptor one_end = {.name = "custom", .keys = one_key, .key_count = 1};
 static const kt_descriptor two_ends = {.name = "custom", .keys = two_keys, .key_count = 1};
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void custom_check(kt_checker *checker, const kt_effect *effect) {
     if (!effect->wrench == !effect->joint_force) {
         kt_checker_fault(checker, "wrench", -1, "%s; give one of them",
                          effect->wrench ? "both wrench and joint_force are given"
@@ -32,9 +32,9 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "end_count", -1, "end_count is %d; give 1 or 2", effect->end_count);
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics custom_energetics(const kt_effect_record *effect) {
     (void)effect;
     return KT_ENERGY_SUPPLIED;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = check, .energetics = energetics};
+const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = custom_check, .energetics = custom_energetics};

@@ -14,8 +14,8 @@ static bool acts_along(const kt_effect_record *effect, int part) {
 }
 
 /* Adds -sum_i h_i(e_i . v) e_i; returns the power that it dissipates. */
-static kt_real add_along(const kt_effect_record *effect, int part, kt_triple_columns axes, kt_triple v,
-                         kt_triple *sum) {
+static kt_real add_axis_drag(const kt_effect_record *effect, int part, kt_triple_columns axes, kt_triple v,
+                             kt_triple *sum) {
     const kt_triple along[3] = {axes.x, axes.y, axes.z};
     kt_real dissipated = kt_real_of(0.0);
     for (int i = 0; i < 3; i++) {
@@ -27,22 +27,22 @@ static kt_real add_along(const kt_effect_record *effect, int part, kt_triple_col
     return dissipated;
 }
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void drag_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
+                        kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple v = end[0].velocity;
     const kt_real square = kt_triple_dot(v, v), c = effect->linear + effect->quadratic * kt_sqrt(square);
     kt_real dissipated = c * square;
     wrench[0] = (kt_effect_wrench){.moment = kt_triple_zero(), .force = kt_triple_scale(-c, v)};
     if (acts_along(effect, 0))
-        dissipated = dissipated + add_along(effect, 0, end[0].axes, v, &wrench[0].force);
+        dissipated = dissipated + add_axis_drag(effect, 0, end[0].axes, v, &wrench[0].force);
     if (acts_along(effect, 3))
-        dissipated = dissipated + add_along(effect, 3, end[0].axes, end[0].omega, &wrench[0].moment);
+        dissipated = dissipated + add_axis_drag(effect, 3, end[0].axes, end[0].omega, &wrench[0].moment);
     if (balance)
         *balance = (kt_effect_power){.dissipated = dissipated};
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics drag_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->linear > 0.0 || effect->quadratic > 0.0 || acts_along(effect, 0) ||
                             acts_along(effect, 3));
 }
@@ -54,7 +54,7 @@ static void add_jacobian(const kt_effect_record *effect, int part, kt_mat3 axes,
                          kt_mat3 *by_rotation, kt_mat3 *by_velocity) {
     const kt_vec3 along[3] = {axes.x, axes.y, axes.z};
     kt_vec3 sum = {0.0, 0.0, 0.0};
-    (void)add_along(effect, part, axes, v, &sum);
+    (void)add_axis_drag(effect, part, axes, v, &sum);
     *force = kt_vec3_add(*force, sum);
     *by_rotation = kt_mat3_scale(-1.0, kt_mat3_skew(sum));
     for (int i = 0; i < 3; i++) {
@@ -67,8 +67,8 @@ static void add_jacobian(const kt_effect_record *effect, int part, kt_mat3 axes,
 }
 
 /* df/dv = -(c1 + c2 |v|) 1 - c2 v v' / |v|, and the derivatives of the parts along axes. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void drag_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                          kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 v = end[0].velocity;
     const double speed = kt_vec3_norm(v), c = effect->linear + effect->quadratic * speed;
@@ -85,9 +85,9 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.energetics = energetics,
-                                                  .wrench = evaluate_wrench,
-                                                  .jacobian = KT_IF_JACOBIAN(write_jacobian),
+const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.energetics = drag_energetics,
+                                                  .wrench = drag_wrench,
+                                                  .jacobian = KT_IF_JACOBIAN(drag_jacobian),
                                                   .stores_none = true};
 
 #if KT_DESCRIBES

@@ -73,7 +73,7 @@ static void check_path(kt_checker *checker, const kt_effect *effect) {
                          (int)KT_PATH_LINK_MAX);
 }
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void expression_check(kt_checker *checker, const kt_effect *effect) {
     kt_formula_names names = kt_formula_names_of(checker->description, effect);
     const bool on_body = effect->end_count == 1;
     bool any = false;
@@ -112,7 +112,7 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics expression_energetics(const kt_effect_record *effect) {
     (void)effect;
     return KT_ENERGY_SUPPLIED;
 }
@@ -123,8 +123,8 @@ static kt_vec3 in_world(const kt_effect_record *effect, const kt_effect_end *end
     return effect->in_body ? kt_mat3_apply(end->axes, value) : value;
 }
 
-static void evaluate_wrench(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
-                            kt_wrench *wrench, kt_effect_balance *balance) {
+static void expression_wrench(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
+                              kt_wrench *wrench, kt_effect_balance *balance) {
     double supplied;
     if (effect->ends == 1) {
         wrench[0] = (kt_wrench){.moment = in_world(effect, end, values + 3), .force = in_world(effect, end, values)};
@@ -145,8 +145,8 @@ static void evaluate_wrench(const kt_effect_record *effect, const double values[
 /* numbers: the values of the formulas, and the partial derivatives of the first by length and speed. With P = 1 - n n':
  *     d(f n)/dd = f_l n n' + n (f_s P d')' / |d| + f P / |d|,   d(f n)/dd' = f_s n n'
  * Vectors that are fixed in the body turn with it. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void expression_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                double t, kt_effect_jacobian *jacobian) {
     (void)t;
     *jacobian = (kt_effect_jacobian){.at_point = effect->ends == 2};
     if (effect->ends == 1) {
@@ -172,10 +172,10 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = check,
-                                                        .energetics = energetics,
-                                                        .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                        .formula_wrench = KT_IF_JACOBIAN(evaluate_wrench),
+const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = expression_check,
+                                                        .energetics = expression_energetics,
+                                                        .jacobian = KT_IF_JACOBIAN(expression_jacobian),
+                                                        .formula_wrench = KT_IF_JACOBIAN(expression_wrench),
                                                         .stores_none = true};
 
 #if KT_DESCRIBES

@@ -1,8 +1,8 @@
 /* Force: a vector f(t) on a point of a body, its components in world axes or in the end's; supplied = f . v. */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void force_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
+                         kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple f = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
     wrench[0] = (kt_effect_wrench){.moment = kt_triple_zero(), .force = f};
     if (balance)
@@ -11,7 +11,7 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* A force fixed in the body turns with it: df = theta x f. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+static void force_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);
     *jacobian = (kt_effect_jacobian){.force = value};
@@ -19,16 +19,16 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
         jacobian->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
 }
 
-static void write_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+static void force_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
                                   double t, kt_wrench *wrench) {
     wrench[0] = (kt_wrench){.force = kt_effect_value_time_derivative(effect, numbers, end, t)};
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energetics_of_curves,
-                                                   .wrench = evaluate_wrench,
-                                                   .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                   .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
+                                                   .wrench = force_wrench,
+                                                   .jacobian = KT_IF_JACOBIAN(force_jacobian),
+                                                   .time_derivative = KT_IF_JACOBIAN(force_time_derivative),
                                                    .stores_none = true};
 
 #if KT_DESCRIBES

@@ -1,28 +1,30 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real joint_damper_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,
+                                  kt_plain t, kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     if (balance)
         *balance = (kt_effect_power){.dissipated = effect->damping * v * v};
     return -effect->damping * v;
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+static kt_energetics joint_damper_energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->damping > 0.0);
+}
 
 #if KT_HAS_EFFECT_JACOBIAN
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                           double derivative[2]) {
+static void joint_damper_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                                  double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
     derivative[0] = 0.0;
     derivative[1] = -effect->damping;
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = energetics,
-                                                          .joint_force = evaluate_force,
-                                                          .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
+const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = joint_damper_energetics,
+                                                          .joint_force = joint_damper_force,
+                                                          .joint_derivatives = KT_IF_JACOBIAN(joint_damper_jacobian),
                                                           .stores_none = true};
 
 #if KT_DESCRIBES

@@ -11,7 +11,7 @@
  */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void joint_friction_check(kt_checker *checker, const kt_effect *effect) {
     if (KT_HAS_SWITCHES && effect->stick)
         kt_effect_check_stick(checker, effect);
     else if (KT_HAS_SWITCHES && effect->stribeck == 0.0)
@@ -32,8 +32,8 @@ static void check(kt_checker *checker, const kt_effect *effect) {
 #define STRIBECK_RANGE KT_RANGE_POSITIVE
 #endif
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real joint_friction_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,
+                                    kt_plain t, kt_effect_power *balance) {
     (void)numbers, (void)q, (void)t;
     kt_real dry = kt_real_of(effect->coulomb);
     if (effect->breakaway > effect->coulomb && HAS_CURVE(effect)) {
@@ -54,14 +54,14 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
     return force;
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics joint_friction_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                           double derivative[2]) {
+static void joint_friction_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                                    double derivative[2]) {
     (void)numbers, (void)q, (void)t;
     double sign = tanh(v / effect->smoothing);
 #if KT_HAS_SWITCHES
@@ -78,11 +78,12 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {.check = check,
-                                                            .energetics = energetics,
-                                                            .joint_force = evaluate_force,
-                                                            .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-                                                            .stores_none = true};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
+    .check = joint_friction_check,
+    .energetics = joint_friction_energetics,
+    .joint_force = joint_friction_force,
+    .joint_derivatives = KT_IF_JACOBIAN(joint_friction_jacobian),
+    .stores_none = true};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -12,7 +12,7 @@
  */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void joint_limit_check(kt_checker *checker, const kt_effect *effect) {
     const double none = (double)INFINITY;
     if (KT_HAS_SWITCHES)
         kt_effect_check_hard(checker, effect, "stop");
@@ -22,8 +22,8 @@ static void check(kt_checker *checker, const kt_effect *effect) {
         kt_effect_check_bounds(checker, effect);
 }
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real joint_limit_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,
+                                 kt_plain t, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_real above = q - effect->upper, below = effect->lower - q;
     const kt_condition is_upper = kt_value(above) >= kt_value(below);
@@ -42,14 +42,16 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
     return KT_CHOOSE(is_beyond, -side * (elastic + damped), kt_real_of(0.0));
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+static kt_energetics joint_limit_energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->damping > 0.0);
+}
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* With e = k x, d = c w and s = e + |d|, the two derivatives of d e / s are
  *
  *     k d |d| / s^2 and c (e / s)^2 */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                           double derivative[2]) {
+static void joint_limit_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                                 double derivative[2]) {
     (void)numbers, (void)t;
     const double above = q - effect->upper, below = effect->lower - q, side = above >= below ? 1.0 : -1.0;
     const double x = side > 0.0 ? above : below;
@@ -65,17 +67,17 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 
 #if KT_HAS_GAP
 /* The gap of the nearer stop. */
-static kt_gap find_gap(const kt_effect_record *effect, double q, double v) {
+static kt_gap joint_limit_gap(const kt_effect_record *effect, double q, double v) {
     const double rate = effect->upper - q <= q - effect->lower ? -v : v;
     return (kt_gap){.distance = kt_stop_distance(effect, q), .rate = rate, .velocity = {0.0, 0.0, rate}};
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = check,
-                                                         .energetics = energetics,
-                                                         .joint_force = evaluate_force,
-                                                         .joint_gap = KT_GAP(find_gap),
-                                                         .joint_derivatives = KT_IF_JACOBIAN(write_jacobian)};
+const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = joint_limit_check,
+                                                         .energetics = joint_limit_energetics,
+                                                         .joint_force = joint_limit_force,
+                                                         .joint_gap = KT_GAP(joint_limit_gap),
+                                                         .joint_derivatives = KT_IF_JACOBIAN(joint_limit_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -3,8 +3,8 @@
  *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r' */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real joint_spring_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,
+                                  kt_plain t, kt_effect_power *balance) {
     kt_plain r[3] = {kt_plain_of(effect->curve[0].a), kt_plain_of(0.0), kt_plain_of(0.0)};
     if (!kt_curve_rests(&effect->curve[0]))
         kt_effect_curve_evaluate(&effect->curve[0], numbers, t, r);
@@ -16,20 +16,20 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
     return -effect->stiffness * stretch - effect->damping * v;
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics joint_spring_energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
-                           double derivative[2]) {
+static void joint_spring_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+                                  double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
     derivative[0] = -effect->stiffness;
     derivative[1] = -effect->damping;
 }
 
-static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
-                                   double t) {
+static double joint_spring_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                           double t) {
     double r[3];
     (void)q, (void)v;
     kt_effect_curve_derivatives(&effect->curve[0], numbers, t, r);
@@ -38,10 +38,10 @@ static double find_time_derivative(const kt_effect_record *effect, const double 
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
-    .energetics = energetics,
-    .joint_force = evaluate_force,
-    .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-    .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative)};
+    .energetics = joint_spring_energetics,
+    .joint_force = joint_spring_force,
+    .joint_derivatives = KT_IF_JACOBIAN(joint_spring_jacobian),
+    .joint_time_derivative = KT_IF_JACOBIAN(joint_spring_time_derivative)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

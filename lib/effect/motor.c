@@ -1,8 +1,8 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
 #include "effect/effect.h"
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real motor_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
+                           kt_effect_power *balance) {
     kt_plain f[3];
     (void)q;
     kt_effect_curve_evaluate(&effect->curve[0], numbers, t, f);
@@ -12,14 +12,14 @@ static kt_real evaluate_force(const kt_effect_record *effect, const double *numb
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+static void motor_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                            double derivative[2]) {
     (void)effect, (void)numbers, (void)q, (void)v, (void)t;
     derivative[0] = derivative[1] = 0.0;
 }
 
-static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
-                                   double t) {
+static double motor_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                    double t) {
     double f[3];
     (void)q, (void)v;
     kt_effect_curve_derivatives(&effect->curve[0], numbers, t, f);
@@ -28,9 +28,9 @@ static double find_time_derivative(const kt_effect_record *effect, const double 
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energetics_of_curves,
-                                                   .joint_force = evaluate_force,
-                                                   .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative),
+                                                   .joint_force = motor_force,
+                                                   .joint_derivatives = KT_IF_JACOBIAN(motor_jacobian),
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(motor_time_derivative),
                                                    .stores_none = true};
 
 #if KT_DESCRIBES

@@ -66,7 +66,7 @@ static void contact_point(const double p[2], double r, double sense, double to[2
 }
 
 /* Whether the line from p to q passes the circle on this side, and does not touch it. */
-static bool is_clear(const double p[2], const double q[2], const double side[2], double r) {
+static bool line_is_clear(const double p[2], const double q[2], const double side[2], double r) {
     const double d[2] = {q[0] - p[0], q[1] - p[1]}, square = d[0] * d[0] + d[1] * d[1];
     const double at = square > 0.0 ? fmin(fmax(-(d[0] * p[0] + d[1] * p[1]) / square, 0.0), 1.0) : 0.0;
     const double near[2] = {p[0] + at * d[0], p[1] + at * d[1]};
@@ -93,7 +93,7 @@ static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple sid
     const double norm = kt_hypot(s[0], s[1]);
     s[0] = norm > 0.0 ? s[0] / norm : 1.0;
     s[1] = norm > 0.0 ? s[1] / norm : 0.0;
-    if (is_clear(from, to, s, r))
+    if (line_is_clear(from, to, s, r))
         return 0.0;
     const double left = nearness(from, to, s, r, 1.0), right = nearness(from, to, s, r, -1.0);
     return left == -2.0 && right == -2.0 ? 0.0 : right > left ? -1.0 : 1.0;
@@ -191,7 +191,7 @@ static bool wrap_in_plane(const kt_path_point_record *surface, kt_triple p, kt_t
 }
 
 /* The normal of the plane of p and q; if they are parallel, any normal to p. */
-static kt_triple normal_of(kt_triple p, kt_triple q) {
+static kt_triple plane_normal_of(kt_triple p, kt_triple q) {
     const kt_triple n = kt_triple_cross(p, q);
     const kt_real square = kt_triple_dot(n, n);
     const double scale = kt_value(kt_triple_dot(p, p)) * kt_value(kt_triple_dot(q, q));
@@ -206,16 +206,18 @@ static kt_triple fixed_in(const kt_effect_frame *frame, kt_vec3 at) {
     return kt_columns_apply(frame->axes, kt_triple_constant(at.x, at.y, at.z));
 }
 
-static kt_triple across(kt_triple a, kt_triple u) { return kt_triple_sub(u, kt_triple_scale(kt_triple_dot(a, u), a)); }
+static kt_triple part_across(kt_triple a, kt_triple u) {
+    return kt_triple_sub(u, kt_triple_scale(kt_triple_dot(a, u), a));
+}
 
 /* The path from p to q, relative to the centre, around a surface on a frame. */
 static bool wrap_around(const kt_path_point_record *surface, const kt_effect_frame *frame, kt_triple p, kt_triple q,
                         kt_path_part *to) {
     const kt_triple side = fixed_in(frame, surface->side);
     if (surface->type == KT_PATH_SPHERE)
-        return wrap_in_plane(surface, p, q, normal_of(p, q), &side, to);
+        return wrap_in_plane(surface, p, q, plane_normal_of(p, q), &side, to);
     const kt_triple a = fixed_in(frame, surface->axis);
-    if (!wrap_in_plane(surface, across(a, p), across(a, q), a, &side, to))
+    if (!wrap_in_plane(surface, part_across(a, p), part_across(a, q), a, &side, to))
         return false;
     const kt_real h = kt_triple_dot(a, kt_triple_sub(q, p)), flat = to->length;
     to->length = kt_sqrt(flat * flat + h * h);
@@ -236,7 +238,7 @@ static void lead_straight(kt_triple p, kt_triple q, kt_path_part *to) {
 /* ---- the path ---------------------------------------------------------------------------------------------------- */
 
 /* Adds a force on a link at a point to the wrench about its frame's point. */
-static void add_force(const kt_effect_frame *frame, kt_triple point, kt_triple force, kt_effect_wrench *wrench) {
+static void add_force_at(const kt_effect_frame *frame, kt_triple point, kt_triple force, kt_effect_wrench *wrench) {
     const kt_triple arm = kt_triple_sub(point, frame->point);
     wrench->moment = kt_triple_add(wrench->moment, kt_triple_cross(arm, force));
     wrench->force = kt_triple_add(wrench->force, force);
@@ -262,10 +264,10 @@ static void add_part(const kt_path_point_record *from, const kt_path_point_recor
     value->length += b.length / divisor;
     for (int k = 0; k < 2; k++) {
         force[k] = kt_triple_scale(kt_real_of(1.0 / divisor), b.away[k]);
-        add_force(&frame[ends[k]->link], point[k], force[k], &value->unit[ends[k]->link]);
+        add_force_at(&frame[ends[k]->link], point[k], force[k], &value->unit[ends[k]->link]);
         if (wraps)
-            add_force(&frame[around->link], point[k], kt_triple_scale(kt_real_of(-1.0), force[k]),
-                      &value->unit[around->link]);
+            add_force_at(&frame[around->link], point[k], kt_triple_scale(kt_real_of(-1.0), force[k]),
+                         &value->unit[around->link]);
     }
 }
 
@@ -316,7 +318,7 @@ static kt_vec3 between(kt_vec3 a, kt_vec3 b, double share) {
  * axis. */
 static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, kt_vec3 p, kt_vec3 away) {
     const bool is_sphere = surface->type == KT_PATH_SPHERE;
-    const kt_vec3 flat = is_sphere ? p : across(axis, p), u = is_sphere ? away : across(axis, away);
+    const kt_vec3 flat = is_sphere ? p : part_across(axis, p), u = is_sphere ? away : part_across(axis, away);
     const double norm = kt_vec3_norm(u), along = kt_vec3_dot(flat, u) / norm;
     const double square = along * along - kt_vec3_dot(flat, flat) + surface->radius * surface->radius;
     return kt_vec3_sub(p, kt_vec3_scale((along - sqrt(fmax(square, 0.0))) / norm, away));
@@ -325,7 +327,7 @@ static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, k
 /* Writes the points of an arc between two points of contact, relative to the centre, on the shorter way or, if the path
  * leaves the first one in the other sense, on the longer. */
 static void trace_arc(kt_vec3 n, kt_vec3 axis, kt_vec3 from, kt_vec3 to, kt_vec3 away, bool is_ring, kt_vec3 *points) {
-    const kt_vec3 a = across(axis, from), b = across(axis, to), forward = kt_vec3_cross(n, a);
+    const kt_vec3 a = part_across(axis, from), b = part_across(axis, to), forward = kt_vec3_cross(n, a);
     double turn = is_ring ? 0.0 : atan2(kt_vec3_dot(n, kt_vec3_cross(a, b)), kt_vec3_dot(a, b));
     if (turn * kt_vec3_dot(forward, away) > 0.0)
         turn -= copysign(2.0 * 3.14159265358979323846, turn);
@@ -348,7 +350,7 @@ static void trace_around(const kt_path_point_record *surface, const kt_effect_fr
         points[i] = between(p, q, (double)i / (ARC + 2));
     if (!wrap_around(surface, frame, p, q, &part))
         return;
-    const kt_vec3 n = surface->type == KT_PATH_CYLINDER ? axis : normal_of(p, q);
+    const kt_vec3 n = surface->type == KT_PATH_CYLINDER ? axis : plane_normal_of(p, q);
     trace_arc(n, axis, reached_from(surface, axis, p, part.away[0]), reached_from(surface, axis, q, part.away[1]),
               part.away[0], surface->inside, points + 1);
 }

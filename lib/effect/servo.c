@@ -12,7 +12,7 @@
  */
 #include "effect/effect.h"
 
-static void check(kt_checker *checker, const kt_effect *effect) {
+static void servo_check(kt_checker *checker, const kt_effect *effect) {
     if (!checker->set && effect->stiffness == 0.0 && effect->damping == 0.0)
         kt_effect_report_neither(checker, "stiffness", "damping");
     kt_effect_check_bounds(checker, effect);
@@ -21,7 +21,7 @@ static void check(kt_checker *checker, const kt_effect *effect) {
 /* Half of the width of the parabola, as a share of the limit. */
 static const double blend = 0.1;
 
-static kt_real limited(kt_real u, double limit) {
+static kt_real limit_magnitude(kt_real u, double limit) {
     const kt_real size = kt_abs(u);
     const kt_condition is_beyond = kt_not(kt_value(size) <= (1.0 - blend) * limit);
     if (!kt_is_anywhere(is_beyond))
@@ -33,23 +33,23 @@ static kt_real limited(kt_real u, double limit) {
 }
 
 /* Restricts u to the hard bounds. A NaN stays NaN. */
-static kt_real bounded(kt_real u, const kt_effect_record *effect) {
+static kt_real bound_force(kt_real u, const kt_effect_record *effect) {
     const kt_real least = KT_CHOOSE(kt_value(u) < effect->lower, kt_real_of(effect->lower), u);
     return KT_CHOOSE(kt_value(u) > effect->upper, kt_real_of(effect->upper), least);
 }
 
-static kt_real evaluate_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
-                              kt_effect_power *balance) {
+static kt_real servo_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,
+                           kt_effect_power *balance) {
     kt_plain r[3];
     kt_effect_curve_evaluate(&effect->curve[0], numbers, t, r);
     const kt_real u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
-    const kt_real force = limited(bounded(u, effect), effect->limit);
+    const kt_real force = limit_magnitude(bound_force(u, effect), effect->limit);
     if (balance)
         *balance = (kt_effect_power){.supplied = force * v};
     return force;
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics servo_energetics(const kt_effect_record *effect) {
     (void)effect;
     return KT_ENERGY_SUPPLIED;
 }
@@ -67,7 +67,7 @@ static double derivative_of_limit(const kt_effect_record *effect, double q, doub
     return missing > 0.0 ? missing / (2.0 * blend * effect->limit) : 0.0;
 }
 
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
+static void servo_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                            double derivative[2]) {
     double r[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, r);
@@ -76,8 +76,8 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
     derivative[1] = -derivative_of_force * effect->damping;
 }
 
-static double find_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
-                                   double t) {
+static double servo_time_derivative(const kt_effect_record *effect, const double *numbers, double q, double v,
+                                    double t) {
     double r[3];
     kt_effect_curve_derivatives(&effect->curve[0], numbers, t, r);
     return derivative_of_limit(effect, q, v, r) * (effect->stiffness * r[1] + effect->damping * r[2]);
@@ -85,11 +85,11 @@ static double find_time_derivative(const kt_effect_record *effect, const double 
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
-                                                   .check = check,
-                                                   .energetics = energetics,
-                                                   .joint_force = evaluate_force,
-                                                   .joint_derivatives = KT_IF_JACOBIAN(write_jacobian),
-                                                   .joint_time_derivative = KT_IF_JACOBIAN(find_time_derivative),
+                                                   .check = servo_check,
+                                                   .energetics = servo_energetics,
+                                                   .joint_force = servo_force,
+                                                   .joint_derivatives = KT_IF_JACOBIAN(servo_jacobian),
+                                                   .joint_time_derivative = KT_IF_JACOBIAN(servo_time_derivative),
                                                    .stores_none = true};
 
 #if KT_DESCRIBES

@@ -10,8 +10,8 @@
 
 #include <float.h>
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void spring_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
+                          kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point),
                     moving = kt_triple_sub(end[1].velocity, end[0].velocity);
@@ -31,14 +31,16 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
                                      .dissipated = effect->damping * rate * rate};
 }
 
-static kt_energetics energetics(const kt_effect_record *effect) { return kt_energetics_of(effect->damping > 0.0); }
+static kt_energetics spring_energetics(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->damping > 0.0);
+}
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' /
  * |d|:
  *     -d(T n)/dd = -k n n' - n (c P d')' / |d| - T P / |d|,   -d(T n)/dd' = -c n n' */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void spring_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                            kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;
     const kt_vec3 d = kt_vec3_sub(end[1].point, end[0].point), moving = kt_vec3_sub(end[1].velocity, end[0].velocity);
     const double square = kt_vec3_dot(d, d), c = effect->damping;
@@ -64,7 +66,7 @@ static void write_jacobian(const kt_effect_record *effect, const double *numbers
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_spring) = {
-    .energetics = energetics, .wrench = evaluate_wrench, .jacobian = KT_IF_JACOBIAN(write_jacobian)};
+    .energetics = spring_energetics, .wrench = spring_wrench, .jacobian = KT_IF_JACOBIAN(spring_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -5,16 +5,17 @@
  */
 #include "effect/effect.h"
 
-static kt_triple force_of(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t) {
+static kt_triple thrust_force_of(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                                 double t) {
     double mass[3];
     kt_curve_evaluate(&effect->curve[0], numbers, t, mass);
     const kt_triple force = {mass[1] * effect->exhaust.x, mass[1] * effect->exhaust.y, mass[1] * effect->exhaust.z};
     return kt_columns_apply(end->axes, force);
 }
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
-                            kt_effect_wrench *wrench, kt_effect_power *balance) {
-    const kt_triple f = force_of(effect, numbers, end, t);
+static void thrust_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
+                          kt_effect_wrench *wrench, kt_effect_power *balance) {
+    const kt_triple f = thrust_force_of(effect, numbers, end, t);
     wrench[0] = (kt_effect_wrench){.moment = {0.0, 0.0, 0.0}, .force = f};
     if (balance)
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
@@ -22,15 +23,15 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* The thrust turns with the body: df = theta x f. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
-    const kt_vec3 force = force_of(effect, numbers, end, t);
+static void thrust_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                            kt_effect_jacobian *jacobian) {
+    const kt_vec3 force = thrust_force_of(effect, numbers, end, t);
     *jacobian = (kt_effect_jacobian){.force = force};
     jacobian->stiffness[1][0] = kt_mat3_scale(-1.0, kt_mat3_skew(force));
 }
 
-static void write_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
-                                  double t, kt_wrench *wrench) {
+static void thrust_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                   double t, kt_wrench *wrench) {
     double mass[3];
     kt_effect_curve_derivatives(&effect->curve[0], numbers, t, mass);
     wrench[0] = (kt_wrench){.force = kt_mat3_apply(end->axes, kt_vec3_scale(mass[2], effect->exhaust))};
@@ -38,14 +39,14 @@ static void write_time_derivative(const kt_effect_record *effect, const double *
 #endif
 
 /* A constant mass thrusts nothing. */
-static kt_energetics energetics(const kt_effect_record *effect) {
+static kt_energetics thrust_energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? KT_ENERGY_CONSERVED : KT_ENERGY_SUPPLIED;
 }
 
-const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = energetics,
-                                                    .wrench = evaluate_wrench,
-                                                    .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                    .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
+const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = thrust_energetics,
+                                                    .wrench = thrust_wrench,
+                                                    .jacobian = KT_IF_JACOBIAN(thrust_jacobian),
+                                                    .time_derivative = KT_IF_JACOBIAN(thrust_time_derivative),
                                                     .derivatives = 1,
                                                     .stores_none = true};
 

@@ -1,8 +1,8 @@
 /* Torque: a vector m(t) on a body, its components in world axes or in the end's; supplied = m . omega. */
 #include "effect/effect.h"
 
-static void evaluate_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+static void torque_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,
+                          kt_effect_wrench *wrench, kt_effect_power *balance) {
     const kt_triple m = KT_EFFECT(kt_effect_value)(effect, numbers, end, t);
     wrench[0] = (kt_effect_wrench){.moment = m, .force = kt_triple_zero()};
     if (balance)
@@ -11,24 +11,24 @@ static void evaluate_wrench(const kt_effect_record *effect, const double *number
 
 #if KT_HAS_EFFECT_JACOBIAN
 /* A moment fixed in the body turns with it: dm = theta x m. */
-static void write_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
-                           kt_effect_jacobian *jacobian) {
+static void torque_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
+                            kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);
     *jacobian = (kt_effect_jacobian){.moment = value};
     if (effect->in_body)
         jacobian->stiffness[0][0] = kt_mat3_scale(-1.0, kt_mat3_skew(value));
 }
 
-static void write_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
-                                  double t, kt_wrench *wrench) {
+static void torque_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
+                                   double t, kt_wrench *wrench) {
     wrench[0] = (kt_wrench){.moment = kt_effect_value_time_derivative(effect, numbers, end, t)};
 }
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_energetics_of_curves,
-                                                    .wrench = evaluate_wrench,
-                                                    .jacobian = KT_IF_JACOBIAN(write_jacobian),
-                                                    .time_derivative = KT_IF_JACOBIAN(write_time_derivative),
+                                                    .wrench = torque_wrench,
+                                                    .jacobian = KT_IF_JACOBIAN(torque_jacobian),
+                                                    .time_derivative = KT_IF_JACOBIAN(torque_time_derivative),
                                                     .stores_none = true};
 
 #if KT_DESCRIBES
