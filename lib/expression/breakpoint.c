@@ -35,7 +35,7 @@ static kt_jet bound(search *s, double from, double to, kt_jet_meet *meet, void *
     return kt_expression_bound(s->expression, from, to, meet, user);
 }
 
-static bool is_cut(const search *s) { return s->effort <= 0; }
+static bool search_is_cut(const search *s) { return s->effort <= 0; }
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
 
@@ -44,19 +44,19 @@ typedef enum finding { NOTHING, HIDDEN, ONCE, UNKNOWN } finding;
 
 static bool holds_zero(kt_between x) { return !(x.lo > 0.0 || x.hi < 0.0); }
 
-static bool is_within(kt_between x, double bound) { return x.lo >= -bound && x.hi <= bound; }
+static bool is_within_bound(kt_between x, double bound) { return x.lo >= -bound && x.hi <= bound; }
 
 /* The finding for g with the derivative `slope`. A function that is 0 to within `nothing` throughout has no change of
  * sign. */
-static finding find(kt_between g, kt_between slope, double nothing) {
-    if (!holds_zero(g) || is_within(g, nothing))
+static finding classify_change(kt_between g, kt_between slope, double nothing) {
+    if (!holds_zero(g) || is_within_bound(g, nothing))
         return NOTHING;
     return holds_zero(slope) ? UNKNOWN : ONCE;
 }
 
-static void meet(void *user, const kt_jet *decision) {
+static void meet_decision(void *user, const kt_jet *decision) {
     finding *worst = user;
-    const finding here = decision->defined == KT_DEFINED           ? find(decision->c[0], decision->c[1], 0.0)
+    const finding here = decision->defined == KT_DEFINED ? classify_change(decision->c[0], decision->c[1], 0.0)
                          : decision->defined == KT_DEFINED_NOWHERE ? NOTHING
                                                                    : UNKNOWN;
     if (here > *worst)
@@ -70,15 +70,15 @@ static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
     s->effort--;
-    const kt_jet jet = bound(s, from, to, s->breakpoints ? meet : NULL, &worst);
+    const kt_jet jet = bound(s, from, to, s->breakpoints ? meet_decision : NULL, &worst);
     double nothing = rounding * jet.size + nothing_at_all, whole = nothing;
     if (s->breakpoints || jet.defined == KT_DEFINED_NOWHERE)
         return worst;
     for (int k = 1; k < KT_JET_ORDER; k++) {
         nothing /= to - from;
         whole /= s->length;
-        finding here = find(jet.c[k], jet.c[k + 1], nothing);
-        if (here == NOTHING && holds_zero(jet.c[k]) && !is_within(jet.c[k], whole))
+        finding here = classify_change(jet.c[k], jet.c[k + 1], nothing);
+        if (here == NOTHING && holds_zero(jet.c[k]) && !is_within_bound(jet.c[k], whole))
             here = HIDDEN;
         worst = here > worst ? here : worst;
     }
@@ -147,11 +147,11 @@ static double first_change(search *s, double from, double to, double *clear) {
         const double last = end[depth], middle = begin + 0.5 * (last - begin);
         const finding found = bound_on(s, begin, last);
         const bool divisible = depth < DEPTH && middle > begin && middle < last;
-        if (found == UNKNOWN && divisible && !is_cut(s)) {
+        if (found == UNKNOWN && divisible && !search_is_cut(s)) {
             end[++depth] = middle;
             continue;
         }
-        if (found == UNKNOWN && is_cut(s))
+        if (found == UNKNOWN && search_is_cut(s))
             return HUGE_VAL;
         const double first = begin > s->after ? begin : fmin(nextafter(begin, HUGE_VAL), last);
         const bool sought = found == HIDDEN ? changes_sign(s, first, last) : found != NOTHING;
@@ -165,7 +165,7 @@ static double first_change(search *s, double from, double to, double *clear) {
 
 /* The first change after t and up to `limit`, in intervals that grow while there is none. If the effort does not
  * suffice, *known is false, and the search is cut at the time returned. */
-static double seek(search *s, double t, double limit, bool *known) {
+static double seek_change(search *s, double t, double limit, bool *known) {
     static const double first_length = 1.0 / 1024.0;
     double from = t, length = fmax(first_length, 1e-9 * fabs(t)), clear = t;
     s->after = t;
@@ -173,10 +173,10 @@ static double seek(search *s, double t, double limit, bool *known) {
     *known = true;
     while (from < limit) {
         const double to = fmin(from + length, limit);
-        const double change = is_cut(s) ? HUGE_VAL : first_change(s, from, to, &clear);
+        const double change = search_is_cut(s) ? HUGE_VAL : first_change(s, from, to, &clear);
         if (change < HUGE_VAL)
             return change;
-        if (is_cut(s)) {
+        if (search_is_cut(s)) {
             *known = false;
             return fmax(clear, t + fmax(length, fabs(t) / CUTS_PER_TIME));
         }
@@ -209,11 +209,11 @@ static double first_breakpoint_after(const kt_expression *expression, double t, 
     bool known;
     s.left = left;
     const int jump = jump_of(expression);
-    double next = jump < 3 ? seek(&s, t, until, &known) : HUGE_VAL;
+    double next = jump < 3 ? seek_change(&s, t, until, &known) : HUGE_VAL;
     if (next < HUGE_VAL)
         *order = known ? jump : KT_BREAKPOINT_CUT;
     s.breakpoints = false;
-    const double feature = seek(&s, t, fmin(next, until), &known);
+    const double feature = seek_change(&s, t, fmin(next, until), &known);
     if (feature < next) {
         next = feature;
         *order = known ? 4 : KT_BREAKPOINT_CUT;

@@ -215,16 +215,16 @@ typedef struct kt_taylor {
     double v, d, dd;
 } kt_taylor;
 
-static double product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
+static double partial_product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
 
-static kt_taylor apply(kt_operator code, kt_taylor x, kt_taylor y) {
+static kt_taylor apply_operator(kt_operator code, kt_taylor x, kt_taylor y) {
     const double value = kt_operator_value(code, x.v, y.v);
     const kt_partials f = partials_of(code, x.v, y.v, value);
     return (kt_taylor){
         .v = value,
-        .d = product(f.x, x.d) + product(f.y, y.d),
-        .dd = product(f.x, x.dd) + product(f.y, y.dd) + product(f.xx, x.d * x.d) + 2.0 * product(f.xy, x.d * y.d) +
-              product(f.yy, y.d * y.d),
+        .d = partial_product(f.x, x.d) + partial_product(f.y, y.d),
+        .dd = partial_product(f.x, x.dd) + partial_product(f.y, y.dd) + partial_product(f.xx, x.d * x.d) +
+              2.0 * partial_product(f.xy, x.d * y.d) + partial_product(f.yy, y.d * y.d),
     };
 }
 
@@ -263,9 +263,9 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
             stack[++top] = taylor_of_leaf(term, values, rates, second);
         } else if (kt_operator_is_binary(code)) {
             top--;
-            stack[top] = apply(code, stack[top], stack[top + 1]);
+            stack[top] = apply_operator(code, stack[top], stack[top + 1]);
         } else {
-            stack[top] = apply(code, stack[top], (kt_taylor){.v = 0.0});
+            stack[top] = apply_operator(code, stack[top], (kt_taylor){.v = 0.0});
         }
     }
     out[0] = stack[0].v;

@@ -174,7 +174,7 @@ static double size_of_power(const kt_jet *z, const kt_jet *x, const kt_jet *y) {
 /* The rounding errors of z = f(x, y) that follow from those of x and y, to a small factor and first order. A large
  * number within a formula does not hide the remaining digits: all digits of 1 / (1 + exp(500)) are valid. For an
  * interval these are the least errors. Nothing therefore counts as rounding before the interval is short. */
-static double size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const kt_jet *y) {
+static double rounding_size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const kt_jet *y) {
     const double value = interval_most(z->c[0]);
     switch (code) {
     case KT_OPERATOR_NEGATE:
@@ -267,7 +267,7 @@ static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt
         z = code == KT_OPERATOR_EXP ? jet_constant((kt_between){0.0, DBL_TRUE_MIN}) : jet_number(value);
     else if (jet_is_constant(x) && jet_is_constant(y))
         z = jet_constant(z.c[0]); /* also where f' is infinite, as that of sqrt(0) */
-    z.size = size_of(&z, code, x, y);
+    z.size = rounding_size_of(&z, code, x, y);
     z.size = isfinite(z.size) ? z.size : 0.0;
     z.defined = defined;
     return z;

@@ -30,9 +30,9 @@ typedef struct kt_parser {
     kt_error *error;
 } kt_parser;
 
-static bool reject(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
+static bool reject_formula(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
 
-static bool reject(kt_parser *p, const char *spot, const char *format, ...) {
+static bool reject_formula(kt_parser *p, const char *spot, const char *format, ...) {
     char text[KT_MESSAGE_SIZE];
     va_list arguments;
     va_start(arguments, format);
@@ -45,23 +45,26 @@ static bool reject(kt_parser *p, const char *spot, const char *format, ...) {
     return false;
 }
 
-static bool put(kt_parser *p, kt_expression_term term) {
+static bool put_term(kt_parser *p, kt_expression_term term) {
     p->height += term.code == KT_OPERATOR_NUMBER || term.code == KT_OPERATOR_SYMBOL ? 1
                  : kt_operator_is_binary((kt_operator)term.code)                    ? -1
                                                                                     : 0;
     if (p->height > KT_EXPRESSION_DEPTH_MAX)
-        return reject(p, p->at, "more than %d values wait for their operator; compute a part of it as a parameter",
-                      KT_EXPRESSION_DEPTH_MAX);
+        return reject_formula(p, p->at,
+                              "more than %d values wait for their operator; compute a part of it as a parameter",
+                              KT_EXPRESSION_DEPTH_MAX);
     p->to->term[p->to->count++] = term;
     return true;
 }
 
-static bool put_operator(kt_parser *p, kt_operator code) { return put(p, (kt_expression_term){.code = (int32_t)code}); }
+static bool put_operator(kt_parser *p, kt_operator code) {
+    return put_term(p, (kt_expression_term){.code = (int32_t)code});
+}
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
 
-static bool is_digit(char c) { return c >= '0' && c <= '9'; }
-static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static bool is_formula_digit(char c) { return c >= '0' && c <= '9'; }
+static bool is_formula_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
 static void skip_blanks(kt_parser *p) {
     while (*p->at == ' ' || *p->at == '\t' || *p->at == '\n' || *p->at == '\r')
@@ -69,7 +72,7 @@ static void skip_blanks(kt_parser *p) {
 }
 
 /* Takes a character, and the blanks after it, if it comes next. */
-static bool take(kt_parser *p, char c) {
+static bool take_character(kt_parser *p, char c) {
     if (*p->at != c)
         return false;
     p->at++;
@@ -83,7 +86,7 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
     size_t length = 0;
     if (*spot == '\0')
         return "the end";
-    while (length + 1 < sizeof word && (is_letter(spot[length]) || is_digit(spot[length])))
+    while (length + 1 < sizeof word && (is_formula_letter(spot[length]) || is_formula_digit(spot[length])))
         length++;
     while (length == 0 || ((unsigned char)spot[length] & 0xC0U) == 0x80U) /* a character of UTF-8 is not cut */
         length++;
@@ -98,29 +101,30 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
 static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
     const char *spot = p->at;
     char text[KT_NAME_TEXT_SIZE];
-    if (!is_letter(*spot))
+    if (!is_formula_letter(*spot))
         return true;
     const bool degrees = strncmp(spot, "deg", 3) == 0;
-    if ((degrees || strncmp(spot, "rad", 3) == 0) && !is_letter(spot[3]) && !is_digit(spot[3])) {
+    if ((degrees || strncmp(spot, "rad", 3) == 0) && !is_formula_letter(spot[3]) && !is_formula_digit(spot[3])) {
         *value = degrees ? kt_radians(*value) : *value;
         *is_angle = true;
         p->at += 3;
         skip_blanks(p);
         return true;
     }
-    return reject(p, spot, "an operator is missing before %s; write * for a product, and numbers in SI units",
-                  found_at(spot, text));
+    return reject_formula(p, spot, "an operator is missing before %s; write * for a product, and numbers in SI units",
+                          found_at(spot, text));
 }
 
 static bool parse_number(kt_parser *p, bool *is_angle) {
     const char *const spot = p->at;
     double value = 0.0;
     if (!kt_decimal_read(spot, &value, &p->at))
-        return reject(p, spot,
-                      kt_decimal_end(spot) > spot ? "this number is too large; the largest is about 1.8e308"
-                                                  : "a digit is missing before or after this point");
+        return reject_formula(p, spot,
+                              kt_decimal_end(spot) > spot ? "this number is too large; the largest is about 1.8e308"
+                                                          : "a digit is missing before or after this point");
     skip_blanks(p);
-    return parse_unit(p, &value, is_angle) && put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = value});
+    return parse_unit(p, &value, is_angle) &&
+           put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = value});
 }
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
@@ -128,11 +132,12 @@ static bool parse_number(kt_parser *p, bool *is_angle) {
 /* The end of letters, digits, _, inner dots and [k]. */
 static const char *skip_name(const char *at) {
     for (;;) {
-        if (is_letter(*at) || is_digit(*at) || (*at == '.' && (is_letter(at[1]) || is_digit(at[1])))) {
+        if (is_formula_letter(*at) || is_formula_digit(*at) ||
+            (*at == '.' && (is_formula_letter(at[1]) || is_formula_digit(at[1])))) {
             at++;
-        } else if (*at == '[' && is_digit(at[1])) {
+        } else if (*at == '[' && is_formula_digit(at[1])) {
             const char *end = at + 1;
-            while (is_digit(*end))
+            while (is_formula_digit(*end))
                 end++;
             if (*end != ']')
                 return at;
@@ -143,8 +148,8 @@ static const char *skip_name(const char *at) {
     }
 }
 
-static bool find(const kt_parser *p, const char *from, const char *to, char name[KT_EXPRESSION_NAME_MAX + 1],
-                 kt_symbol *symbol) {
+static bool find_formula_name(const kt_parser *p, const char *from, const char *to,
+                              char name[KT_EXPRESSION_NAME_MAX + 1], kt_symbol *symbol) {
     const size_t length = (size_t)(to - from);
     *name = '\0';
     if (length > KT_EXPRESSION_NAME_MAX)
@@ -165,7 +170,7 @@ static bool reject_with_list(kt_parser *p, const char *spot, const char *name) {
             used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", k > 0 ? ", " : "",
                                      k < SHOWN ? known : "...");
     }
-    return reject(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
+    return reject_formula(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }
 
 /* The nearest symbol. The list may write each name to the same memory, so that the number identifies the symbol. */
@@ -183,10 +188,10 @@ static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
 }
 
 /* Reports an undefined name, with the nearest defined one. */
-static bool reject_name(kt_parser *p, const char *spot, const char *name, bool is_function) {
+static bool reject_undefined(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
-        return reject(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
+        return reject_formula(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
     if (!is_function && p->symbols != NULL && p->symbols->list != NULL)
         nearest.best = nearest_symbol(p, nearest);
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
@@ -194,9 +199,9 @@ static bool reject_name(kt_parser *p, const char *spot, const char *name, bool i
     if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&
         p->symbols->list(p->symbols->user, 0) != NULL)
         return reject_with_list(p, spot, name);
-    return reject(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name", kt_name_quote(name).text,
-                  nearest.best != NULL ? "; did you mean '" : "", nearest.best != NULL ? nearest.best : "",
-                  nearest.best != NULL ? "'?" : "");
+    return reject_formula(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name",
+                          kt_name_quote(name).text, nearest.best != NULL ? "; did you mean '" : "",
+                          nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
 }
 
 static bool parse_call(kt_parser *p, const char *spot, const char *name);
@@ -206,12 +211,12 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
     const char *spot = p->at, *end = skip_name(spot);
     char name[KT_EXPRESSION_NAME_MAX + 1], longer[KT_EXPRESSION_NAME_MAX + 1];
     kt_symbol symbol = {.index = 0}, other;
-    bool known = find(p, spot, end, name, &symbol);
+    bool known = find_formula_name(p, spot, end, name, &symbol);
     for (const char *next = end; *next == '-' && skip_name(next + 1) > next + 1;) {
         next = skip_name(next + 1);
         if (next - spot > KT_EXPRESSION_NAME_MAX)
             break;
-        if (find(p, spot, next, longer, &other)) {
+        if (find_formula_name(p, spot, next, longer, &other)) {
             known = true;
             symbol = other;
             end = next;
@@ -223,14 +228,14 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
         return parse_call(p, spot, name);
     *is_angle = known && symbol.is_angle;
     if (known && symbol.is_fixed)
-        return put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER,
-                                           .number = symbol.number,
-                                           .symbol = (int32_t)(spot - p->text) + 1});
+        return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER,
+                                                .number = symbol.number,
+                                                .symbol = (int32_t)(spot - p->text) + 1});
     if (known)
-        return put(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
+        return put_term(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
     if (strcmp(name, "pi") == 0)
-        return put(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
-    return reject_name(p, spot, name, false);
+        return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
+    return reject_undefined(p, spot, name, false);
 }
 
 /* ---- the grammar ------------------------------------------------------------------------------------------------- */
@@ -238,10 +243,10 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
 static bool parse_comparison(kt_parser *p, bool *is_angle);
 
 /* Bounds the recursion: leave() closes each level that this function opens. */
-static bool enter(kt_parser *p) {
+static bool enter_recursion(kt_parser *p) {
     if (++p->depth > KT_EXPRESSION_DEPTH_MAX)
-        return reject(p, p->at, "more than %d parentheses, signs or powers within one another",
-                      KT_EXPRESSION_DEPTH_MAX);
+        return reject_formula(p, p->at, "more than %d parentheses, signs or powers within one another",
+                              KT_EXPRESSION_DEPTH_MAX);
     return true;
 }
 
@@ -249,11 +254,11 @@ static void leave(kt_parser *p) { p->depth--; }
 
 static bool parse_closing(kt_parser *p) {
     char text[KT_NAME_TEXT_SIZE];
-    return take(p, ')') || reject(p, p->at, "a ')' is missing before %s", found_at(p->at, text));
+    return take_character(p, ')') || reject_formula(p, p->at, "a ')' is missing before %s", found_at(p->at, text));
 }
 
 /* After the k-th argument: functions of many arguments are made of operators of two. */
-static bool put_function(kt_parser *p, kt_operator code, int k, int last) {
+static bool put_function_term(kt_parser *p, kt_operator code, int k, int last) {
     if (code == KT_OPERATOR_CLAMP)
         return k == 0 || put_operator(p, k == 1 ? KT_OPERATOR_MAX : KT_OPERATOR_MIN);
     if (code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX)
@@ -267,23 +272,23 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     while (which < FUNCTION_COUNT && strcmp(functions[which].name, name) != 0)
         which++;
     if (which == FUNCTION_COUNT)
-        return reject_name(p, spot, name, true);
-    if (!enter(p))
+        return reject_undefined(p, spot, name, true);
+    if (!enter_recursion(p))
         return false;
-    (void)take(p, '(');
+    (void)take_character(p, '(');
     do {
         if (count == functions[which].most)
-            return reject(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
-                          functions[which].most > 1 ? "s" : "");
+            return reject_formula(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
+                                  functions[which].most > 1 ? "s" : "");
         if (!parse_comparison(p, &is_angle) ||
-            !put_function(p, functions[which].code, count, functions[which].least - 1))
+            !put_function_term(p, functions[which].code, count, functions[which].least - 1))
             return false;
         count++;
-    } while (take(p, ','));
+    } while (take_character(p, ','));
     if (count < functions[which].least)
-        return reject(p, p->at, "%s takes %s%d arguments; %d %s missing", name,
-                      functions[which].most > functions[which].least ? "at least " : "", functions[which].least,
-                      functions[which].least - count, functions[which].least - count > 1 ? "are" : "is");
+        return reject_formula(p, p->at, "%s takes %s%d arguments; %d %s missing", name,
+                              functions[which].most > functions[which].least ? "at least " : "", functions[which].least,
+                              functions[which].least - count, functions[which].least - count > 1 ? "are" : "is");
     leave(p);
     return parse_closing(p);
 }
@@ -292,13 +297,13 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
     char text[KT_NAME_TEXT_SIZE];
     const char *spot = p->at;
     *is_angle = false;
-    if (is_digit(*spot) || *spot == '.')
+    if (is_formula_digit(*spot) || *spot == '.')
         return parse_number(p, is_angle);
-    if (is_letter(*spot))
+    if (is_formula_letter(*spot))
         return parse_name(p, is_angle);
-    if (!take(p, '('))
-        return reject(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
-    if (!enter(p) || !parse_comparison(p, is_angle))
+    if (!take_character(p, '('))
+        return reject_formula(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
+    if (!enter_recursion(p) || !parse_comparison(p, is_angle))
         return false;
     leave(p);
     return parse_closing(p);
@@ -307,8 +312,8 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
 static bool parse_factor(kt_parser *p, bool *is_angle) {
     bool exponent;
     const bool negative = *p->at == '-';
-    if (take(p, '-') || take(p, '+')) {
-        if (!enter(p) || !parse_factor(p, is_angle))
+    if (take_character(p, '-') || take_character(p, '+')) {
+        if (!enter_recursion(p) || !parse_factor(p, is_angle))
             return false;
         leave(p);
         return !negative || put_operator(p, KT_OPERATOR_NEGATE);
@@ -316,11 +321,11 @@ static bool parse_factor(kt_parser *p, bool *is_angle) {
     if (!parse_primary(p, is_angle))
         return false;
     if (p->at[0] == '*' && p->at[1] == '*')
-        return reject(p, p->at, "write ^ for a power");
-    if (!take(p, '^'))
+        return reject_formula(p, p->at, "write ^ for a power");
+    if (!take_character(p, '^'))
         return true;
     *is_angle = false;
-    if (!enter(p) || !parse_factor(p, &exponent))
+    if (!enter_recursion(p) || !parse_factor(p, &exponent))
         return false;
     leave(p);
     return put_operator(p, KT_OPERATOR_POWER);
@@ -332,7 +337,7 @@ static bool parse_product(kt_parser *p, bool *is_angle) {
         return false;
     for (;;) {
         const bool divides = *p->at == '/';
-        if (!take(p, '*') && !take(p, '/'))
+        if (!take_character(p, '*') && !take_character(p, '/'))
             return true;
         if (!parse_factor(p, &other) || !put_operator(p, divides ? KT_OPERATOR_DIVIDE : KT_OPERATOR_MULTIPLY))
             return false;
@@ -346,7 +351,7 @@ static bool parse_sum(kt_parser *p, bool *is_angle) {
         return false;
     for (;;) {
         const bool subtracts = *p->at == '-';
-        if (!take(p, '+') && !take(p, '-'))
+        if (!take_character(p, '+') && !take_character(p, '-'))
             return true;
         if (!parse_product(p, &other) || !put_operator(p, subtracts ? KT_OPERATOR_SUBTRACT : KT_OPERATOR_ADD))
             return false;
@@ -383,17 +388,17 @@ static bool parse_whole(kt_parser *p) {
     bool is_angle;
     skip_blanks(p);
     if (*p->at == '\0')
-        return reject(p, p->at, "the formula is empty");
+        return reject_formula(p, p->at, "the formula is empty");
     if (!parse_comparison(p, &is_angle))
         return false;
     p->to->is_angle = is_angle;
     if (*p->at == '\0')
         return true;
     if (*p->at == ')')
-        return reject(p, p->at, "this ')' closes no '('; remove it");
+        return reject_formula(p, p->at, "this ')' closes no '('; remove it");
     if (*p->at == '=')
-        return reject(p, p->at, "write == to compare; a formula has no other =");
-    return reject(p, p->at, "an operator is missing before %s", found_at(p->at, text));
+        return reject_formula(p, p->at, "write == to compare; a formula has no other =");
+    return reject_formula(p, p->at, "an operator is missing before %s", found_at(p->at, text));
 }
 
 /* One more term than the text has bytes: none is needed, but the size of an empty text is not 0. */
@@ -416,10 +421,10 @@ kt_status kt_expression_parse(const char *text, const kt_symbols *symbols, void 
     kt_parser p = {.text = text, .at = text, .symbols = symbols, .to = memory, .spot = text, .error = error};
     *p.to = (kt_expression){.count = 0};
     const bool is_long = strlen(text) > KT_EXPRESSION_LENGTH_MAX;
-    const bool done = is_long
-                          ? reject(&p, text, "a formula has at most %d characters; compute a part of it as a parameter",
-                                   KT_EXPRESSION_LENGTH_MAX)
-                          : parse_whole(&p);
+    const bool done =
+        is_long ? reject_formula(&p, text, "a formula has at most %d characters; compute a part of it as a parameter",
+                                 KT_EXPRESSION_LENGTH_MAX)
+                : parse_whole(&p);
     if (!done) {
         if (column != NULL)
             *column = (int)(p.spot - text) + 1;

@@ -18,7 +18,7 @@ typedef struct kt_search {
     void *user;
 } kt_search;
 
-static void hand_over(const kt_search *s, const kt_value *value) {
+static void hand_over_part(const kt_search *s, const kt_value *value) {
     const size_t count = value->end - value->begin;
     if (value->source == OF_SYMBOL && count > 1)
         s->found(s->user, s->expression->term + value->begin, count);
@@ -26,12 +26,12 @@ static void hand_over(const kt_search *s, const kt_value *value) {
 
 /* The value of an operator. If it depends on other symbols, its arguments that depend on the symbol alone are complete,
  * and are handed over as parts. */
-static kt_value join(const kt_search *s, const kt_value *x, const kt_value *y, size_t end) {
+static kt_value join_arguments(const kt_search *s, const kt_value *x, const kt_value *y, size_t end) {
     const kt_source source = x->source > y->source ? x->source : y->source;
     if (source == OF_OTHERS) {
-        hand_over(s, x);
+        hand_over_part(s, x);
         if (y != x)
-            hand_over(s, y);
+            hand_over_part(s, y);
     }
     return (kt_value){x->begin, end, source};
 }
@@ -51,9 +51,9 @@ void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_par
             continue;
         }
         top -= kt_operator_is_binary(code);
-        stack[top] = join(&s, &stack[top], &stack[top + kt_operator_is_binary(code)], i + 1);
+        stack[top] = join_arguments(&s, &stack[top], &stack[top + kt_operator_is_binary(code)], i + 1);
     }
-    hand_over(&s, &stack[0]);
+    hand_over_part(&s, &stack[0]);
 }
 
 size_t kt_expression_part_size(size_t count) { return sizeof(kt_expression) + count * sizeof(kt_expression_term); }
