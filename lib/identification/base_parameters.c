@@ -43,7 +43,7 @@ size_t kt_base_parameters_work_size(const kt_model *model) {
 /* ---- the triangle ------------------------------------------------------------------------------------------------ */
 
 /* Inertias, first moments, masses, each from the ground to the tips; then armatures and frictions. */
-static void prefer(const kt_model *model, int32_t *order) {
+static void prefer_parameters(const kt_model *model, int32_t *order) {
     static const kt_dynamic_kind first[] = {KT_DYNAMIC_INERTIA_XX, KT_DYNAMIC_MOMENT_X, KT_DYNAMIC_MASS},
                                  last[] = {KT_DYNAMIC_INERTIA_YZ, KT_DYNAMIC_MOMENT_Z, KT_DYNAMIC_MASS};
     const int32_t bodies = 10 * ((int32_t)model->n.body - 1), columns = kt_regressor_columns(model);
@@ -57,7 +57,7 @@ static void prefer(const kt_model *model, int32_t *order) {
 }
 
 /* Uniform in (-1, 1), the same on every machine: Steele, Lea & Flood's SplitMix64. */
-static double draw(uint64_t *state) {
+static double draw_uniform(uint64_t *state) {
     uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
     z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
     z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
@@ -77,16 +77,16 @@ static void draw_state(const kt_model *model, double size, uint64_t *seed, base_
         const kt_link *link = &model->link[i];
         for (int k = 0; k < kt_link_dofs(link); k++) {
             const double unit = k < kt_link_lengths(link) ? size : 1.0;
-            w->step[link->v + k] = 3.0 * unit * draw(seed);
-            w->v[link->v + k] = 3.0 * unit * draw(seed);
-            w->a[link->v + k] = 9.0 * unit * draw(seed);
+            w->step[link->v + k] = 3.0 * unit * draw_uniform(seed);
+            w->v[link->v + k] = 3.0 * unit * draw_uniform(seed);
+            w->a[link->v + k] = 9.0 * unit * draw_uniform(seed);
         }
     }
     kt_position_add(model, w->q0, w->step, w->q);
 }
 
 /* Rotates two rows so that entry j of the second becomes zero. */
-static void rotate(double *pivot, double *row, size_t columns, size_t j) {
+static void rotate_rows(double *pivot, double *row, size_t columns, size_t j) {
     const double length = kt_hypot(pivot[j], row[j]);
     if (row[j] == 0.0)
         return;
@@ -98,7 +98,8 @@ static void rotate(double *pivot, double *row, size_t columns, size_t j) {
     }
 }
 
-static kt_status collect(const kt_model *model, kt_data *data, size_t columns, base_work *w, kt_error *error) {
+static kt_status collect_regressors(const kt_model *model, kt_data *data, size_t columns, base_work *w,
+                                    kt_error *error) {
     const size_t nv = model->n.v, states = nv > 0 ? 2 * columns / nv + 4 : 0;
     const double size = largest_link(model);
     uint64_t seed = 1;
@@ -113,7 +114,7 @@ static kt_status collect(const kt_model *model, kt_data *data, size_t columns, b
             for (size_t c = 0; c < columns; c++)
                 w->row[c] = w->regressor[(size_t)w->order[c] * nv + i];
             for (size_t c = 0; c < columns; c++)
-                rotate(w->triangle + c * columns, w->row, columns, c);
+                rotate_rows(w->triangle + c * columns, w->row, columns, c);
         }
     }
     return KT_OK;
@@ -129,7 +130,7 @@ static double column_length(const double *triangle, size_t columns, size_t from,
 }
 
 /* 0 to 5: masses, first moments, inertias, armatures, viscous and Coulomb frictions. */
-static int group_of(const kt_model *model, int32_t column) {
+static int column_group_of(const kt_model *model, int32_t column) {
     const kt_dynamic_kind kind = kt_regressor_parameter(model, column).kind;
     return kind >= KT_DYNAMIC_ARMATURE     ? 3 + (int)kind - (int)KT_DYNAMIC_ARMATURE
            : kind >= KT_DYNAMIC_INERTIA_XX ? 2
@@ -142,17 +143,17 @@ static int group_of(const kt_model *model, int32_t column) {
 static void measure_columns(const kt_model *model, base_work *w, size_t columns) {
     double longest[6] = {0.0};
     for (size_t j = 0; j < columns; j++) {
-        const int group = group_of(model, w->order[j]);
+        const int group = column_group_of(model, w->order[j]);
         w->length[j] = column_length(w->triangle, columns, 0, j);
         longest[group] = fmax(longest[group], w->length[j]);
     }
     for (size_t j = 0; j < columns; j++)
-        if (w->length[j] <= KT_NOTHING * longest[group_of(model, w->order[j])])
+        if (w->length[j] <= KT_NOTHING * longest[column_group_of(model, w->order[j])])
             w->length[j] = 0.0;
 }
 
 /* Fills `before`. Returns the rank. */
-static size_t pass_over(const kt_model *model, base_work *w, size_t columns) {
+static size_t pass_over_columns(const kt_model *model, base_work *w, size_t columns) {
     size_t rank = 0;
     measure_columns(model, w, columns);
     for (size_t j = 0; j < columns; j++) {
@@ -160,7 +161,7 @@ static size_t pass_over(const kt_model *model, base_work *w, size_t columns) {
             w->length[j] > 0.0 && column_length(w->triangle, columns, rank, j) > KT_DEPENDENT * w->length[j];
         w->before[j] = is_base ? -1 : (int32_t)(w->length[j] > 0.0 ? rank : 0);
         for (size_t i = rank + 1; i <= j && is_base; i++)
-            rotate(w->triangle + rank * columns, w->triangle + i * columns, columns, j);
+            rotate_rows(w->triangle + rank * columns, w->triangle + i * columns, columns, j);
         rank += is_base;
     }
     return rank;
@@ -168,7 +169,7 @@ static size_t pass_over(const kt_model *model, base_work *w, size_t columns) {
 
 /* x (rank numbers) of a dependent column: by back substitution over the base columns before it, which are at[0], at[1],
  * ... */
-static void relate(const base_work *w, size_t columns, const int *at, size_t j, size_t rank, double *x) {
+static void relate_column(const base_work *w, size_t columns, const int *at, size_t j, size_t rank, double *x) {
     memset(x, 0, rank * sizeof *x);
     for (size_t i = (size_t)w->before[j]; i-- > 0;) {
         const double *row = w->triangle + i * columns;
@@ -190,16 +191,16 @@ kt_status kt_base_parameters_find(const kt_model *model, kt_data *data, void *wo
     if (status != KT_OK)
         return status;
     (void)place_arrays(&w, work, &model->n, columns);
-    prefer(model, w.order);
-    status = collect(model, data, columns, &w, error);
+    prefer_parameters(model, w.order);
+    status = collect_regressors(model, data, columns, &w, error);
     if (status != KT_OK)
         return status;
-    const size_t found = pass_over(model, &w, columns);
+    const size_t found = pass_over_columns(model, &w, columns);
     size_t base = 0, rest = found;
     for (size_t j = 0; j < columns; j++) /* places in R first, which relate needs */
         column[w.before[j] < 0 ? base++ : rest++] = (int)j;
     for (size_t k = found; k < columns; k++)
-        relate(&w, columns, column, (size_t)column[k], found, relation + (k - found) * found);
+        relate_column(&w, columns, column, (size_t)column[k], found, relation + (k - found) * found);
     for (size_t k = 0; k < columns; k++)
         column[k] = w.order[column[k]];
     *rank = (int)found;
@@ -215,7 +216,7 @@ typedef struct words {
     int length;
 } words;
 
-static void add_term(words *to, const kt_model *model, int column, double coefficient) {
+static void add_combination_term(words *to, const kt_model *model, int column, double coefficient) {
     static const char *const symbols[] = {"m",   "mcx", "mcy", "mcz",      "Ixx",     "Iyy",    "Izz",
                                           "Ixy", "Ixz", "Iyz", "armature", "viscous", "Coulomb"};
     const kt_dynamic_parameter p = kt_regressor_parameter(model, column);
@@ -240,11 +241,11 @@ int kt_base_parameter_name(const kt_model *model, int rank, const int *column, c
         return 0;
     const int rest = kt_regressor_columns(model) - rank;
     words to = {.text = text, .size = size};
-    add_term(&to, model, column[index], 1.0);
+    add_combination_term(&to, model, column[index], 1.0);
     for (int k = 0; k < rest; k++) {
         const double coefficient = relation[(size_t)index + (size_t)k * (size_t)rank];
         if (fabs(coefficient) > 1e-9)
-            add_term(&to, model, column[rank + k], coefficient);
+            add_combination_term(&to, model, column[rank + k], coefficient);
     }
     return to.length;
 }
