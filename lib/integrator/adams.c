@@ -24,23 +24,23 @@ enum { HISTORY_COUNT, HISTORY_STEP, HISTORY_SLOPES };
 /* The slot of f(t1, y) of the prediction. */
 enum { SLOT_START, SLOT_PREDICTED };
 
-static int past_of(const kt_method *m) { return m->steps - 1; }
+static int past_count_of(const kt_method *m) { return m->steps - 1; }
 
 static void measure_adams(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_explicit_measure(method, sizes);
-    sizes->history = HISTORY_SLOPES + (size_t)past_of(method) * sizes->n;
+    sizes->history = HISTORY_SLOPES + (size_t)past_count_of(method) * sizes->n;
 }
 
-static void forget(kt_integrator *it) { memset(it->history, 0, it->sizes.history * sizeof(double)); }
+static void forget_past(kt_integrator *it) { memset(it->history, 0, it->sizes.history * sizeof(double)); }
 
 /* Past slopes with the inputs of their own time are those of the motion under smooth ones. */
-static void change(kt_integrator *it, bool smooth) {
+static void adams_change(kt_integrator *it, bool smooth) {
     if (!smooth)
-        forget(it);
+        forget_past(it);
 }
 
 /* The state with these weights of f (0: none), f_0 and the past slopes. */
-static void advance(kt_integrator *it, const kt_interval *in, const double *weights) {
+static void advance_weighted(kt_integrator *it, const kt_interval *in, const double *weights) {
     double *k[KT_METHOD_STEPS_MAX + 1] = {it->k[SLOT_PREDICTED], it->k[SLOT_START]};
     kt_stage_term terms[KT_METHOD_STEPS_MAX + 1];
     for (int j = 2; j <= it->method->steps; j++)
@@ -49,22 +49,22 @@ static void advance(kt_integrator *it, const kt_interval *in, const double *weig
     kt_combine(it->trial, in->y, in->h, terms, count, k, it->sizes.n);
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result adams_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const double *history = it->history;
-    if ((int)history[HISTORY_COUNT] < past_of(it->method) || !kt_is_same_step(in->h, history[HISTORY_STEP]))
+    if ((int)history[HISTORY_COUNT] < past_count_of(it->method) || !kt_is_same_step(in->h, history[HISTORY_STEP]))
         return kt_explicit_step(it, in, result);
     const kt_multistep w = kt_multistep_of(it->method);
-    advance(it, in, w.predictor);
+    advance_weighted(it, in, w.predictor);
     if (kt_evaluate(it, in->end, it->trial, SLOT_PREDICTED, result) != KT_TRY_PASSED)
         return result->result;
-    advance(it, in, w.slopes);
+    advance_weighted(it, in, w.slopes);
     return KT_TRY_PASSED;
 }
 
-static void accept(kt_integrator *it) {
+static void adams_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = it->history, *slopes = history + HISTORY_SLOPES;
-    const size_t room = (size_t)past_of(it->method);
+    const size_t room = (size_t)past_count_of(it->method);
     const size_t count =
         kt_is_same_step(it->memory.last_step, history[HISTORY_STEP]) ? (size_t)history[HISTORY_COUNT] : 0;
     if (count == 0)
@@ -80,12 +80,12 @@ const kt_method_family kt_family_adams = {
     .check_order = kt_multistep_check_order,
     .measure = measure_adams,
     .init = kt_explicit_init,
-    .start = forget,
-    .change = change,
-    .try_step = try_step,
+    .start = forget_past,
+    .change = adams_change,
+    .try_step = adams_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,
-    .accept = accept,
+    .accept = adams_accept,
     .interpolate = kt_table_interpolate,
     .stability = kt_multistep_stability,
     .value = kt_multistep_value,

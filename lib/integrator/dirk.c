@@ -28,8 +28,8 @@
 #include <math.h>
 #include <string.h>
 
-static double entry(const kt_method *m, int i, int j) { return m->a[i * m->stages + j]; }
-static double gamma_of(const kt_method *m) { return entry(m, m->stages - 1, m->stages - 1); }
+static double dirk_entry(const kt_method *m, int i, int j) { return m->a[i * m->stages + j]; }
+static double dirk_gamma_of(const kt_method *m) { return dirk_entry(m, m->stages - 1, m->stages - 1); }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -54,7 +54,7 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     double *base = kt_newton_row(it, KT_DIRK_BASE);
     memcpy(base, in->y, n * sizeof *base);
     for (int j = 0; j < i; j++) {
-        const double weight = in->h * entry(it->method, i, j);
+        const double weight = in->h * dirk_entry(it->method, i, j);
         for (size_t l = 0; l < n && weight != 0.0; l++)
             base[l] += weight * it->k[j][l];
     }
@@ -71,18 +71,19 @@ static kt_try_result find_correction(kt_integrator *it, double part, size_t slot
 }
 
 /* The weighted norm of a correction of the stage. */
-static double size_of(const kt_integrator *it, const double *correction) {
+static double correction_size_of(const kt_integrator *it, const double *correction) {
     const double square = kt_newton_square_of(it, correction, kt_newton_row(it, KT_DIRK_STAGE));
     return sqrt(square / (double)it->counted);
 }
 
 /* One iteration; *size is the weighted norm of the correction. */
-static kt_try_result correct(kt_integrator *it, double t, double part, size_t slot, double *size, kt_try *result) {
+static kt_try_result correct_dirk_stage(kt_integrator *it, double t, double part, size_t slot, double *size,
+                                        kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
         find_correction(it, part, slot, result) != KT_TRY_PASSED)
         return result->result;
-    *size = size_of(it, it->k[slot]);
+    *size = correction_size_of(it, it->k[slot]);
     for (size_t l = 0; l < it->sizes.n; l++)
         stage[l] += it->k[slot][l];
     return kt_newton_check(it, stage, t, *size, result);
@@ -93,7 +94,7 @@ static kt_try_result correct(kt_integrator *it, double t, double part, size_t sl
 /* The largest number of halvings of a correction. */
 enum { HALVINGS = 20 };
 
-static kt_try_result diverged(const kt_integrator *it, kt_try *result) {
+static kt_try_result dirk_diverged(const kt_integrator *it, kt_try *result) {
     result->t = it->memory.t;
     result->factor = 0.5;
     return result->result = KT_TRY_DIVERGED;
@@ -133,7 +134,7 @@ static kt_try_result correct_damped(kt_integrator *it, double t, double part, si
         return result->result;
     memcpy(from, stage, n * sizeof *from);
     memcpy(correction, it->k[slot], n * sizeof *correction);
-    const double size = w->last_size = size_of(it, correction);
+    const double size = w->last_size = correction_size_of(it, correction);
     if (size > 1.0 && damp(it, t, part, slot, &found, result) != KT_TRY_PASSED)
         return result->result;
     if (++w->iterations < KT_NEWTON_ITERATIONS_FIXED && found)
@@ -142,7 +143,7 @@ static kt_try_result correct_damped(kt_integrator *it, double t, double part, si
         stage[l] = from[l] + correction[l];
     it->memory.counts.capped += size > 1e4 && size <= 1e8;
     *done = size <= 1e8;
-    return *done ? KT_TRY_PASSED : diverged(it, result);
+    return *done ? KT_TRY_PASSED : dirk_diverged(it, result);
 }
 
 kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
@@ -169,7 +170,7 @@ kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slo
     for (bool done = false; !done;) {
         double size = 0.0;
         if (w->damped ? correct_damped(it, t, part, slot, &done, result) != KT_TRY_PASSED
-                      : correct(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
+                      : correct_dirk_stage(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
                             kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
@@ -179,7 +180,7 @@ kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slo
 }
 
 /* base + h gamma f, with the slope at the end of the last step. */
-static void predict(kt_integrator *it, double part) {
+static void predict_dirk_stage(kt_integrator *it, double part) {
     const double *base = kt_newton_row(it, KT_DIRK_BASE), *slope = kt_dirk_slope(it);
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     for (size_t l = 0; l < it->sizes.n; l++)
@@ -189,20 +190,20 @@ static void predict(kt_integrator *it, double part) {
 kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const kt_complex none = {0.0, 0.0};
     const kt_method *m = it->method;
-    const double gamma = gamma_of(m);
+    const double gamma = dirk_gamma_of(m);
     if (!kt_newton_of(it)->damped && kt_newton_factor(it, in->h, 1.0 / gamma, none, result) != KT_TRY_PASSED)
         return result->result;
     for (int i = 1; i < m->stages; i++) {
         const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
         form_base(it, in, i);
-        predict(it, in->h * gamma);
+        predict_dirk_stage(it, in->h * gamma);
         if (kt_dirk_solve(it, t, in->h * gamma, (size_t)i, result) != KT_TRY_PASSED)
             return result->result;
     }
     return KT_TRY_PASSED;
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result dirk_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     while (kt_dirk_stages(it, in, result) != KT_TRY_PASSED)
         if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
@@ -238,31 +239,31 @@ typedef struct polynomial {
 } polynomial;
 
 /* p (1 - gamma z)^power */
-static polynomial raise(polynomial p, double gamma, int power) {
+static polynomial multiply_power(polynomial p, double gamma, int power) {
     for (int k = 0; k < power; k++)
         for (int i = KT_METHOD_STAGES_MAX; i > 0; i--)
             p.c[i] -= gamma * p.c[i - 1];
     return p;
 }
 
-static kt_status make_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+static kt_status dirk_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
     polynomial n[KT_METHOD_STAGES_MAX] = {{{1.0}}};
     const polynomial one = {{1.0}};
-    const double gamma = gamma_of(m);
+    const double gamma = dirk_gamma_of(m);
     const int s = m->stages;
     (void)stages;
     (void)error;
     for (int i = 1; i < s; i++) {
-        n[i] = raise(one, gamma, i - 1);
+        n[i] = multiply_power(one, gamma, i - 1);
         for (int j = 0; j < i; j++) {
-            const polynomial term = raise(n[j], gamma, j > 0 ? i - 1 - j : i - 1);
+            const polynomial term = multiply_power(n[j], gamma, j > 0 ? i - 1 - j : i - 1);
             for (int k = 0; k < KT_METHOD_STAGES_MAX; k++)
-                n[i].c[k + 1] += entry(m, i, j) * term.c[k];
+                n[i].c[k + 1] += dirk_entry(m, i, j) * term.c[k];
         }
     }
     out->poles = s - 1;
     memcpy(out->coefficient, n[s - 1].c, sizeof out->coefficient);
-    memcpy(out->denominator, raise(one, gamma, s - 1).c, sizeof out->denominator);
+    memcpy(out->denominator, multiply_power(one, gamma, s - 1).c, sizeof out->denominator);
     for (out->degree = s; out->degree > 0 && out->coefficient[out->degree] == 0.0;)
         out->degree--;
     return KT_OK;
@@ -278,13 +279,13 @@ const kt_method_family kt_family_dirk = {
     .init = kt_dirk_init,
     .start = kt_newton_forget,
     .prepare = kt_dirk_prepare,
-    .try_step = try_step,
+    .try_step = dirk_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,
     .accept = kt_dirk_accept,
     .report = kt_newton_report,
     .interpolate = kt_dirk_interpolate,
-    .stability = make_function,
+    .stability = dirk_function,
     .value = kt_rational_value,
     .real_limit = kt_rational_limit,
     .imaginary_limit = kt_rational_limit,

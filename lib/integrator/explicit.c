@@ -168,12 +168,12 @@ static double mean_square(const kt_integrator *it, const kt_stage_term *terms, s
     return total / (double)n;
 }
 
-static double error_at(const kt_integrator *it, double h, size_t i) {
+static double explicit_error_at(const kt_integrator *it, double h, size_t i) {
     const size_t *row = it->row + it->table->stages;
     return h * sum_one(it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E], it->k, i);
 }
 
-static double error_norm(const kt_integrator *it, double h) {
+static double explicit_error_norm(const kt_integrator *it, double h) {
     const size_t *row = it->row + it->table->stages;
     const bool has_low = it->table->e_low != NULL;
     const double high = mean_square(it, it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E]);
@@ -256,7 +256,7 @@ kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, k
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-static kt_status make_polynomial(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+static kt_status explicit_polynomial(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
     (void)stages; /* an explicit method has a fixed number of stages */
     (void)error;
     const int s = m->stages;
@@ -282,7 +282,7 @@ static kt_status make_polynomial(const kt_method *m, int stages, kt_stability *o
     return KT_OK;
 }
 
-static kt_complex value(const kt_stability *s, kt_complex z) {
+static kt_complex explicit_value(const kt_stability *s, kt_complex z) {
     kt_complex sum = {s->coefficient[s->degree], 0.0};
     for (int k = s->degree - 1; k >= 0; k--) {
         const kt_complex times = {sum.re * z.re - sum.im * z.im, sum.re * z.im + sum.im * z.re};
@@ -293,7 +293,7 @@ static kt_complex value(const kt_stability *s, kt_complex z) {
 }
 
 /* (1 - R(-x)) / x = c_1 - c_2 x + c_3 x^2 - ... */
-static bool inside_real(const void *problem, double x) {
+static bool explicit_inside_real(const void *problem, double x) {
     const kt_stability *s = problem;
     double quotient = 0.0;
     for (int k = s->degree; k >= 1; k--)
@@ -301,7 +301,9 @@ static bool inside_real(const void *problem, double x) {
     return quotient >= 0.0 && x * quotient <= 2.0;
 }
 
-static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
+static double explicit_real_limit(const kt_stability *s) {
+    return kt_first_exit(explicit_inside_real, s, kt_farthest_stable(s));
+}
 
 /* sum_k e_k x^k / x^first, x = y^2, where e_first is the first nonzero term. */
 typedef struct excess {
@@ -309,7 +311,7 @@ typedef struct excess {
     int first, degree;
 } excess;
 
-static bool inside_imaginary(const void *problem, double y) {
+static bool explicit_inside_imaginary(const void *problem, double y) {
     const excess *p = problem;
     double sum = 0.0;
     for (int k = p->degree; k >= p->first; k--)
@@ -337,11 +339,11 @@ static excess make_excess(const kt_stability *s) {
     return p;
 }
 
-static double imaginary_limit(const kt_stability *s) {
+static double explicit_imaginary_limit(const kt_stability *s) {
     const excess p = make_excess(s);
     if (p.first < 0 || p.e[p.first] > 0.0)
         return 0.0;
-    return kt_first_exit(inside_imaginary, &p, kt_farthest_stable(s));
+    return kt_first_exit(explicit_inside_imaginary, &p, kt_farthest_stable(s));
 }
 
 /* ------------------------------------------------------------------------------------------------------------------ */
@@ -353,11 +355,11 @@ const kt_method_family kt_family_explicit = {
     .measure = kt_explicit_measure,
     .init = kt_explicit_init,
     .try_step = kt_explicit_step,
-    .error = error_norm,
-    .error_at = error_at,
+    .error = explicit_error_norm,
+    .error_at = explicit_error_at,
     .interpolate = kt_table_interpolate,
-    .stability = make_polynomial,
-    .value = value,
-    .real_limit = real_limit,
-    .imaginary_limit = imaginary_limit,
+    .stability = explicit_polynomial,
+    .value = explicit_value,
+    .real_limit = explicit_real_limit,
+    .imaginary_limit = explicit_imaginary_limit,
 };

@@ -11,7 +11,7 @@ KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrato
 
 /* The slopes are padded by one cache line beyond whole lines. If n is a power of two, the same component of all slopes
  * then does not fall into one set of the cache. */
-static kt_integrator_sizes measure(const kt_method *method, size_t n, bool owns_matrices) {
+static kt_integrator_sizes measure_integrator(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
     kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line, .owns_matrices = owns_matrices};
     kt_method_family_of(method)->measure(method, &sizes);
@@ -26,7 +26,7 @@ static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
         return 0;
     if (kt_method_needs_newton(method) && owns_matrices && n > most / n)
         return 0;
-    const kt_integrator_sizes sizes = measure(method, n, owns_matrices);
+    const kt_integrator_sizes sizes = measure_integrator(method, n, owns_matrices);
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
 }
 
@@ -48,14 +48,14 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
 
 /* ---- options ----------------------------------------------------------------------------------------------------- */
 
-static kt_status reject(kt_error *error, const char *where, const char *message) {
+static kt_status reject_argument(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
-static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_error *error) {
+static kt_status check_component_tolerances(const kt_integrator_options *o, size_t n, kt_error *error) {
     if (!kt_is_not_negative(o->relative_tolerance) || !kt_is_not_negative(o->absolute_tolerance))
-        return reject(error, "options",
-                      "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
+        return reject_argument(error, "options",
+                               "relative_tolerance, absolute_tolerance: tolerances must be finite and not negative");
     if (o->relative_tolerance > 0.0 && o->relative_tolerance < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
                             "the relative tolerance %g is below the rounding of numbers; give %.2g or more, or 0 to "
@@ -69,7 +69,7 @@ static kt_status check_tolerances(const kt_integrator_options *o, size_t n, kt_e
                                 "not negative, and above 0 where the relative tolerance is 0",
                                 i, o->absolute_tolerances[i]);
     if (o->absolute_tolerances == NULL && o->absolute_tolerance == 0.0 && o->relative_tolerance == 0.0)
-        return reject(error, "options", "one of the tolerances must be above 0");
+        return reject_argument(error, "options", "one of the tolerances must be above 0");
     return KT_OK;
 }
 
@@ -83,17 +83,18 @@ static kt_status check_adaptive(const kt_integrator_options *o, const kt_method 
             method->name == NULL ? "" : method->name, names);
     }
     if (!kt_is_not_negative(o->initial_step) || !kt_is_not_negative(o->min_step) || !kt_is_not_negative(o->max_step))
-        return reject(error, "options",
-                      "initial_step, min_step and max_step must be finite and not negative; 0 leaves them open");
+        return reject_argument(
+            error, "options",
+            "initial_step, min_step and max_step must be finite and not negative; 0 leaves them open");
     if (o->max_step > 0.0 && o->max_step < o->min_step)
-        return reject(error, "options", "max_step must not be below min_step");
+        return reject_argument(error, "options", "max_step must not be below min_step");
     if (!(o->safety > 0.0 && o->safety < 1.0))
-        return reject(error, "options", "safety must be between 0 and 1, such as 0.9");
+        return reject_argument(error, "options", "safety must be between 0 and 1, such as 0.9");
     if (!(o->alpha > 0.0 && o->alpha <= 2.0) || !(o->beta >= 0.0 && o->beta <= o->alpha))
-        return reject(error, "options", "the control needs 0 < alpha <= 2 and 0 <= beta <= alpha");
+        return reject_argument(error, "options", "the control needs 0 < alpha <= 2 and 0 <= beta <= alpha");
     if (!(o->factor_min > 0.0 && o->factor_min < 1.0) || !(o->factor_max > 1.0 && isfinite(o->factor_max)))
-        return reject(error, "options", "the control needs 0 < factor_min < 1 < factor_max");
-    return check_tolerances(o, n, error);
+        return reject_argument(error, "options", "the control needs 0 < factor_min < 1 < factor_max");
+    return check_component_tolerances(o, n, error);
 }
 
 /* ---- initialise and start ---------------------------------------------------------------------------------------- */
@@ -129,12 +130,12 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
                             "there are %zu equations; give one or more, as many as fit into memory", n);
     if (!kt_is_not_negative(options->step))
-        return reject(error, "options", "step must be above 0, or 0 for adaptive steps");
+        return reject_argument(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n || options->positions > n)
-        return reject(error, "options", "quadratures must be fewer than the equations, positions no more");
+        return reject_argument(error, "options", "quadratures must be fewer than the equations, positions no more");
     if (options->newton != NULL &&
         (options->newton->jacobian == NULL || options->newton->factor == NULL || options->newton->solve == NULL))
-        return reject(error, "options", "newton needs all of jacobian, factor and solve");
+        return reject_argument(error, "options", "newton needs all of jacobian, factor and solve");
     if (options->step == 0.0 && (status = check_adaptive(options, method, n, error)) != KT_OK)
         return status;
     if (memory == NULL || size < needed)
@@ -149,7 +150,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     it->family = kt_method_family_of(method);
     it->table = method;
     it->options = *options;
-    it->sizes = measure(method, n, options->newton == NULL);
+    it->sizes = measure_integrator(method, n, options->newton == NULL);
     it->counted = n - options->quadratures;
     it->derivative_slot = -1;
     it->error_order = kt_method_error_order(method);
@@ -161,9 +162,9 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     return KT_OK;
 }
 
-static kt_status check_state(const kt_integrator *it, double t, const double *y, kt_error *error) {
+static kt_status check_given_state(const kt_integrator *it, double t, const double *y, kt_error *error) {
     if (y == NULL)
-        return reject(error, "state", "no state is given");
+        return reject_argument(error, "state", "no state is given");
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the time %g is not finite", t);
     const size_t bad = kt_first_not_finite(y, it->sizes.n);
@@ -172,7 +173,7 @@ static kt_status check_state(const kt_integrator *it, double t, const double *y,
     return KT_OK;
 }
 
-static void set_state(kt_integrator *it, const double *y) {
+static void set_integrator_state(kt_integrator *it, const double *y) {
     memmove(it->y, y, it->sizes.n * sizeof *y);
     it->stages_known = false;
     it->dense_known = false;
@@ -190,8 +191,8 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
     if (callbacks == NULL || callbacks->rhs == NULL)
-        return reject(error, "kt_integrator_start", "a right-hand side must be given");
-    kt_status status = check_state(it, t, y, error);
+        return reject_argument(error, "kt_integrator_start", "a right-hand side must be given");
+    kt_status status = check_given_state(it, t, y, error);
     if (status != KT_OK)
         return status;
     it->callbacks = *callbacks;
@@ -206,7 +207,7 @@ kt_status kt_integrator_start(kt_integrator *it, double t, const double *y, cons
     };
     it->memory = fresh;
     forget_history(it);
-    set_state(it, y);
+    set_integrator_state(it, y);
     it->started = true;
     return KT_OK;
 }
@@ -224,13 +225,13 @@ kt_status kt_integrator_jump(kt_integrator *it, const double *y, kt_error *error
     if (KT_IS_MISSING(error, it))
         return KT_ERROR_ARGUMENT;
     if (!it->started)
-        return reject(error, "kt_integrator_jump", "call kt_integrator_start first");
-    kt_status status = check_state(it, it->memory.t, y, error);
+        return reject_argument(error, "kt_integrator_jump", "call kt_integrator_start first");
+    kt_status status = check_given_state(it, it->memory.t, y, error);
     if (status != KT_OK)
         return status;
     forget_step(it);
     forget_history(it);
-    set_state(it, y);
+    set_integrator_state(it, y);
     return KT_OK;
 }
 
@@ -240,7 +241,7 @@ void kt_integrator_change(kt_integrator *it, bool smooth) {
         it->family->change(it, smooth);
     else
         forget_history(it);
-    set_state(it, it->y);
+    set_integrator_state(it, it->y);
 }
 
 /* Finds the position of the present time in the grid of fixed steps. */
@@ -273,7 +274,7 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
     if (it->options.step > 0.0)
         find_grid(it);
     forget_history(it);
-    set_state(it, it->previous_y);
+    set_integrator_state(it, it->previous_y);
 }
 
 /* ---- within the last step ---------------------------------------------------------------------------------------- */
@@ -342,8 +343,8 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     if (KT_IS_MISSING(error, it, history || !it->sizes.history))
         return KT_ERROR_ARGUMENT;
     if (memory == NULL || callbacks == NULL || callbacks->rhs == NULL)
-        return reject(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
-    kt_status status = check_state(it, memory->t, y, error);
+        return reject_argument(error, "kt_integrator_restore", "the memory and a right-hand side must be given");
+    kt_status status = check_given_state(it, memory->t, y, error);
     if (status != KT_OK)
         return status;
     const size_t n = it->sizes.n;
@@ -353,15 +354,15 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
         !kt_is_not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
         !kt_is_not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
         kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
-        return reject(error, "kt_integrator_restore",
-                      "the memory is damaged: a time, step or error in it is out of range");
+        return reject_argument(error, "kt_integrator_restore",
+                               "the memory is damaged: a time, step or error in it is out of range");
     it->callbacks = *callbacks;
     it->memory = *memory;
     for (size_t i = 0; i < it->sizes.history; i++)
         it->history[i] = history[i];
     if (it->family->restore != NULL)
         it->family->restore(it);
-    set_state(it, y);
+    set_integrator_state(it, y);
     it->memory.has_previous = memory->has_previous && previous_y != NULL;
     if (it->memory.has_previous)
         memmove(it->previous_y, previous_y, n * sizeof *y);

@@ -24,7 +24,7 @@ int kt_method_count(void) { return COUNT; }
 const kt_method *kt_method_at(int index) { return index >= 0 && index < COUNT ? methods[index] : NULL; }
 
 /* Whether two names are equal, with `_` equal to `-`. */
-static bool is_named(const char *a, const char *b) {
+static bool names_are_equal(const char *a, const char *b) {
     while (*a != '\0' && (*a == *b || (*a == '-' && *b == '_'))) {
         a++;
         b++;
@@ -34,7 +34,7 @@ static bool is_named(const char *a, const char *b) {
 
 const kt_method *kt_method_find(const char *name) {
     for (int i = 0; name != NULL && i < COUNT; i++)
-        if (is_named(methods[i]->name, name))
+        if (names_are_equal(methods[i]->name, name))
             return methods[i];
     return NULL;
 }

@@ -129,14 +129,14 @@ typedef struct roots {
 } roots;
 
 /* a / b, without overflow of |b|^2. */
-static kt_complex divide(kt_complex a, kt_complex b) {
+static kt_complex divide_complex(kt_complex a, kt_complex b) {
     const double size = kt_hypot(b.re, b.im);
     const kt_complex unit = {b.re / size, -b.im / size};
     const kt_complex product = kt_complex_multiply(a, unit);
     return (kt_complex){product.re / size, product.im / size};
 }
 
-static double size_of(kt_complex a) { return kt_hypot(a.re, a.im); }
+static double modulus_of(kt_complex a) { return kt_hypot(a.re, a.im); }
 
 /* p(xi); *slope = p'(xi). */
 static kt_complex evaluate_polynomial_at_root(const roots *r, kt_complex xi, kt_complex *slope) {
@@ -154,10 +154,10 @@ static kt_complex evaluate_polynomial_at_root(const roots *r, kt_complex xi, kt_
 }
 
 /* xi_i -= p(xi_i) / prod_{j != i} (xi_i - xi_j), all roots at once, from points of a spiral. */
-static void iterate(roots *r) {
+static void iterate_roots(roots *r) {
     double largest = 0.0;
     for (int i = 1; i <= r->count; i++)
-        largest = fmax(largest, size_of(r->c[i]));
+        largest = fmax(largest, modulus_of(r->c[i]));
     kt_complex start = {1.0, 0.0};
     for (int i = 0; i < r->count; i++) {
         start = kt_complex_multiply(start, (kt_complex){0.4, 0.9});
@@ -170,20 +170,21 @@ static void iterate(roots *r) {
             kt_complex unused, step = evaluate_polynomial_at_root(r, r->xi[i], &unused);
             for (int j = 0; j < r->count; j++)
                 if (j != i)
-                    step = divide(step, kt_complex_subtract(r->xi[i], r->xi[j]));
+                    step = divide_complex(step, kt_complex_subtract(r->xi[i], r->xi[j]));
             r->xi[i] = kt_complex_subtract(r->xi[i], step);
-            moved = fmax(moved, size_of(step) / (1e-300 + size_of(r->xi[i])));
+            moved = fmax(moved, modulus_of(step) / (1e-300 + modulus_of(r->xi[i])));
         }
     }
 }
 
 /* Applies Newton's correction if it is small. At a multiple root it does not improve the root. */
-static void correct(roots *r) {
+static void correct_roots(roots *r) {
     for (int i = 0; i < r->count; i++)
         for (int k = 0; k < 2; k++) {
             kt_complex slope;
-            const kt_complex value = evaluate_polynomial_at_root(r, r->xi[i], &slope), step = divide(value, slope);
-            if (size_of(step) <= 1e-6 * size_of(r->xi[i]))
+            const kt_complex value = evaluate_polynomial_at_root(r, r->xi[i], &slope),
+                             step = divide_complex(value, slope);
+            if (modulus_of(step) <= 1e-6 * modulus_of(r->xi[i]))
                 r->xi[i] = kt_complex_subtract(r->xi[i], step);
         }
 }
@@ -195,40 +196,40 @@ static kt_complex coefficient(const kt_stability *s, int i, kt_complex z) {
 }
 
 /* Returns false if a root is infinite: at the pole of an implicit method. */
-static bool find(const kt_stability *s, kt_complex z, roots *r) {
+static bool find_characteristic_roots(const kt_stability *s, kt_complex z, roots *r) {
     const kt_complex first = coefficient(s, 0, z);
     r->count = s->steps;
     r->c[0] = (kt_complex){1.0, 0.0};
     for (int i = 1; i <= s->steps; i++)
-        r->c[i] = divide(coefficient(s, i, z), first);
+        r->c[i] = divide_complex(coefficient(s, i, z), first);
     for (int i = 1; i <= s->steps; i++)
         if (!isfinite(r->c[i].re) || !isfinite(r->c[i].im))
             return false;
-    iterate(r);
-    correct(r);
+    iterate_roots(r);
+    correct_roots(r);
     return true;
 }
 
 kt_complex kt_multistep_value(const kt_stability *s, kt_complex z) {
     roots r;
-    if (!find(s, z, &r))
+    if (!find_characteristic_roots(s, z, &r))
         return (kt_complex){HUGE_VAL, 0.0};
     const double size = exp(z.re);
     const kt_complex truth = {size * cos(z.im), size * sin(z.im)};
     kt_complex nearest = r.xi[0];
     for (int i = 1; i < r.count; i++)
-        if (size_of(kt_complex_subtract(r.xi[i], truth)) < size_of(kt_complex_subtract(nearest, truth)))
+        if (modulus_of(kt_complex_subtract(r.xi[i], truth)) < modulus_of(kt_complex_subtract(nearest, truth)))
             nearest = r.xi[i];
     return nearest;
 }
 
 double kt_multistep_gain(const kt_stability *s, kt_complex z) {
     roots r;
-    if (!find(s, z, &r))
+    if (!find_characteristic_roots(s, z, &r))
         return HUGE_VAL;
     double most = 0.0;
     for (int i = 0; i < r.count; i++)
-        most = fmax(most, size_of(r.xi[i]));
+        most = fmax(most, modulus_of(r.xi[i]));
     return most;
 }
 
@@ -239,17 +240,19 @@ double kt_multistep_gain(const kt_stability *s, kt_complex z) {
 #define SEEN 0.0625
 #define ROUNDING 1e-13
 
-static bool inside_real(const void *problem, double x) {
+static bool multistep_inside_real(const void *problem, double x) {
     return kt_multistep_gain(problem, (kt_complex){-x, 0.0}) <= 1.0 + ROUNDING;
 }
 
-static bool inside_imaginary(const void *problem, double y) {
+static bool multistep_inside_imaginary(const void *problem, double y) {
     return kt_multistep_gain(problem, (kt_complex){0.0, fmax(y, SEEN)}) <= 1.0 + ROUNDING;
 }
 
-double kt_multistep_real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
+double kt_multistep_real_limit(const kt_stability *s) {
+    return kt_first_exit(multistep_inside_real, s, kt_farthest_stable(s));
+}
 
 double kt_multistep_imaginary_limit(const kt_stability *s) {
-    const double limit = kt_first_exit(inside_imaginary, s, kt_farthest_stable(s));
+    const double limit = kt_first_exit(multistep_inside_imaginary, s, kt_farthest_stable(s));
     return limit > 0.0 ? limit : 0.0;
 }

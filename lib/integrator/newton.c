@@ -63,14 +63,14 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
 
-static size_t lay_out(kt_newton_work *work, void *memory, const kt_integrator_sizes *s, size_t rows) {
+static size_t lay_out_newton(kt_newton_work *work, void *memory, const kt_integrator_sizes *s, size_t rows) {
     const size_t n = s->n;
     return place_arrays(work, memory, n, s->owns_matrices ? n * n : 0, s->owns_matrices ? n : 0, rows);
 }
 
 void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history) {
     sizes->history = KT_NEWTON_NUMBERS + sizes->n + history;
-    sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out(NULL, NULL, sizes, rows);
+    sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out_newton(NULL, NULL, sizes, rows);
 }
 
 static const kt_newton_memory *memory_of(const kt_integrator *it) {
@@ -84,7 +84,7 @@ static double *jacobian_point(const kt_integrator *it) { return it->history + KT
 /* Computes column j of J as (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch. An exact
  * Jacobian, to about 1e-10, is (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta. It also uses slot
  * 1 as scratch. */
-static kt_try_result difference(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+static kt_try_result difference_jacobian(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
     kt_newton_work *w = kt_newton_of(it);
     const bool exact = it->family->exact;
@@ -112,7 +112,7 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
     it->memory.counts.jacobians++;
     result->result = KT_TRY_PASSED;
     if (newton == NULL)
-        return difference(it, t, y, slot, result);
+        return difference_jacobian(it, t, y, slot, result);
     const int code = newton->jacobian(t, y, it->k[slot], it->callbacks.user);
     if (code == 0)
         return KT_TRY_PASSED;
@@ -190,7 +190,7 @@ kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, k
         return kt_newton_refresh(it, result);
     }
     *w = (kt_newton_work){.now = *memory_of(it)};
-    (void)lay_out(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes, rows);
+    (void)lay_out_newton(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes, rows);
     w->is_in_memory = it->matrices_known;
     w->factored = it->matrices_known ? w->now.step : 0.0;
     set_scales(it);
@@ -218,7 +218,7 @@ static bool factor_dense(kt_integrator *it, kt_complex sigma) {
     return kt_lu_factor_complex(re, w->im, n, w->pivot_complex);
 }
 
-static kt_try_result diverged(kt_try *result, double t, double factor) {
+static kt_try_result newton_diverged(kt_try *result, double t, double factor) {
     result->t = t;
     result->factor = factor;
     return result->result = KT_TRY_DIVERGED;
@@ -231,7 +231,7 @@ static kt_try_result factor_one(kt_integrator *it, kt_complex sigma, kt_try *res
     if (code == 0)
         return KT_TRY_PASSED;
     if (code > 0)
-        return diverged(result, it->memory.t, 0.5);
+        return newton_diverged(result, it->memory.t, 0.5);
     result->what = "the factorization of Newton's matrix";
     result->t = it->memory.t;
     result->code = code;
@@ -256,7 +256,7 @@ kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_comp
 }
 
 /* r_i / sigma, for components first .. n - 1. */
-static void divide(kt_complex sigma, double *re, double *im, size_t first, size_t n) {
+static void divide_components(kt_complex sigma, double *re, double *im, size_t first, size_t n) {
     const double square = sigma.re * sigma.re + sigma.im * sigma.im, a = sigma.re / square, b = -sigma.im / square;
     for (size_t i = first; i < n; i++) {
         const double x = re[i], y = im != NULL ? im[i] : 0.0;
@@ -270,7 +270,7 @@ kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, d
     kt_newton_work *w = kt_newton_of(it);
     const kt_newton *newton = it->options.newton;
     const bool zero = kt_newton_is_zero(w);
-    divide(sigma, re, im, zero ? 0 : it->counted, it->sizes.n);
+    divide_components(sigma, re, im, zero ? 0 : it->counted, it->sizes.n);
     if (zero)
         return KT_TRY_PASSED;
     if (newton == NULL) {
@@ -345,7 +345,7 @@ void kt_newton_begin(kt_integrator *it) {
         w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
 }
 
-static double noise_within(const kt_integrator *it, double h) {
+static double newton_noise_within(const kt_integrator *it, double h) {
     return it->noise == NULL ? 0.0 : it->noise->within(fabs(h), it->callbacks.user);
 }
 
@@ -363,10 +363,10 @@ static double iteration_tolerance(const kt_integrator *it) {
 }
 
 /* Whether a correction is made of errors of the slopes, which no further iteration lowers, nor a shorter step. */
-static bool is_noise(const kt_integrator *it, double size) {
+static bool correction_is_noise(const kt_integrator *it, double size) {
     const kt_newton_work *w = kt_newton_of(it);
     const double most = fmax(it->options.relative_tolerance, it->options.absolute_tolerance);
-    return w->iterations >= KT_NEWTON_LEAST && size * w->slack * most <= noise_within(it, w->now.step);
+    return w->iterations >= KT_NEWTON_LEAST && size * w->slack * most <= newton_noise_within(it, w->now.step);
 }
 
 /* Whether corrections that do not shrink are small. With J = 0 they are the residual of the equations, which no
@@ -401,13 +401,13 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, 
         return KT_TRY_PASSED;
     if (!(w->rate < KT_STALLED_RATE)) {
         *done = size <= 10.0 * rounding_of(it);
-        return *done ? KT_TRY_PASSED : diverged(result, it->memory.t, 0.5);
+        return *done ? KT_TRY_PASSED : newton_diverged(result, it->memory.t, 0.5);
     }
     w->now.ratio = w->rate / (1.0 - w->rate);
     const double missing = predicted_error(w, size, iteration_tolerance(it), left);
     if (missing < 1.0)
         return KT_TRY_PASSED;
-    return diverged(
+    return newton_diverged(
         result, it->memory.t,
         0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)));
 }
@@ -425,7 +425,7 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     if (*done)
         return KT_TRY_PASSED;
     if (w->rate >= 1.0 && w->iterations > 4) /* the first corrections may grow */
-        return diverged(result, it->memory.t, 0.5);
+        return newton_diverged(result, it->memory.t, 0.5);
     return KT_TRY_PASSED;
 }
 
@@ -488,9 +488,9 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     const int most = fixed ? KT_NEWTON_ITERATIONS_FIXED : KT_NEWTON_ITERATIONS;
     *done = false;
     if (!isfinite(size))
-        return diverged(result, it->memory.t, 0.5);
+        return newton_diverged(result, it->memory.t, 0.5);
     const double left = count_iteration(it, size);
-    *done = !fixed && (is_noise(it, size) || is_small(it, size));
+    *done = !fixed && (correction_is_noise(it, size) || is_small(it, size));
     if (*done)
         return KT_TRY_PASSED;
     const kt_try_result judged = fixed ? judge_fixed(it, left, done, result) : judge_adaptive(it, left, done, result);
@@ -499,7 +499,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * left <= iteration_tolerance(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
-    return diverged(result, it->memory.t, 0.5);
+    return newton_diverged(result, it->memory.t, 0.5);
 }
 
 /* Leaves J out. If no Jacobian can be computed, as next to a singular position of loops, an old J may cause divergence
@@ -521,7 +521,7 @@ static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
         if (recompute(it, result) != KT_TRY_PASSED)
             return result->result;
     }
-    return diverged(result, it->memory.t, 0.5);
+    return newton_diverged(result, it->memory.t, 0.5);
 }
 
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {

@@ -65,7 +65,7 @@ static bool all_finite(const double *values, int count) {
 static bool is_implicit(const kt_method *m) { return kt_method_family_of(m)->implicit; }
 
 /* The index of a_ij in the method's array. */
-static int index_of(const kt_method *m, int i, int j) {
+static int entry_index_of(const kt_method *m, int i, int j) {
     return is_implicit(m) ? i * m->stages + j : i * (i - 1) / 2 + j;
 }
 
@@ -88,7 +88,7 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
         return KT_OK;
     bool same = m->c[s - 1] == 1.0 && (is_implicit(m) || m->b[s - 1] == 0.0);
     for (int j = 0; j < (is_implicit(m) ? s : s - 1); j++)
-        same = same && m->a[index_of(m, s - 1, j)] == m->b[j];
+        same = same && m->a[entry_index_of(m, s - 1, j)] == m->b[j];
     return same ? KT_OK : kt_table_reject(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
 }
 
@@ -126,7 +126,7 @@ static void set_dense_weights(extended *x, long double theta, weights *w) {
     }
 }
 
-static void extend(const kt_method *m, extended *x) {
+static void extend_table(const kt_method *m, extended *x) {
     const int s = m->stages, fresh = kt_method_fresh(m);
     x->method = m;
     x->implicit = is_implicit(m);
@@ -136,7 +136,7 @@ static void extend(const kt_method *m, extended *x) {
             x->a[i][j] = 0.0L;
     for (int i = 0; i < s; i++)
         for (int j = 0; j < (x->implicit ? s : i); j++)
-            x->a[i][j] = (long double)m->a[index_of(m, i, j)];
+            x->a[i][j] = (long double)m->a[entry_index_of(m, i, j)];
     for (int j = 0; j < fresh; j++)
         x->a[fresh][j] = (long double)m->b[j];
     const double *row = m->dense_a;
@@ -190,7 +190,7 @@ static bool next_tree(tree *t) {
     return true;
 }
 
-static int parent_of(const tree *t, int v) {
+static int tree_parent_of(const tree *t, int v) {
     int parent = v - 1;
     while (t->level[parent] != t->level[v] - 1)
         parent--;
@@ -203,7 +203,7 @@ static void find_tree_weight(const extended *x, tree *t) {
     long double phi[NODES][SLOTS], size[NODES][SLOTS];
     int count[NODES], children[NODES] = {0};
     for (int v = 1; v < t->nodes; v++)
-        children[parent_of(t, v)]++;
+        children[tree_parent_of(t, v)]++;
     for (int v = 0; v < t->nodes; v++) {
         count[v] = 1;
         for (int i = 0; i < x->slots; i++)
@@ -211,7 +211,7 @@ static void find_tree_weight(const extended *x, tree *t) {
     }
     t->gamma = 1.0L;
     for (int v = t->nodes - 1; v > 0; v--) {
-        const int parent = parent_of(t, v);
+        const int parent = tree_parent_of(t, v);
         for (int i = 0; i < x->slots; i++) {
             const long double *weight = children[parent] == 1 ? x->beta[i] : x->a[i];
             long double value = 0.0L, absolute = 0.0L;
@@ -233,7 +233,7 @@ static void find_tree_weight(const extended *x, tree *t) {
 }
 
 /* Writes a tree as text: a leaf is ".", any other node is its children in brackets. */
-static void write_tree(const tree *t, char *text) {
+static void write_rooted_tree(const tree *t, char *text) {
     for (int v = 0; v < t->nodes; v++) {
         const int next = v + 1 < t->nodes ? t->level[v + 1] : 0;
         *text++ = next > t->level[v] ? '[' : '.';
@@ -255,7 +255,7 @@ static kt_status check_condition(const extended *x, const tree *t, const weights
     if (fabsl(sum - target) <= (long double)t->nodes * ((long double)DBL_EPSILON + sums) * size)
         return KT_OK;
     char shape[2 * NODES + 1], message[320];
-    write_tree(t, shape);
+    write_rooted_tree(t, shape);
     snprintf(
         message, sizeof message,
         "%s: the condition of order %d of the tree %s fails: the sum is %.17g, not %.17g (off by %.3g). Correct the "
@@ -298,7 +298,7 @@ int kt_tree_count(int nodes) {
     return count;
 }
 
-static int largest(int a, int b) { return a > b ? a : b; }
+static int larger_index(int a, int b) { return a > b ? a : b; }
 
 kt_status kt_method_check(const kt_method *method, kt_error *error) {
     if (KT_IS_MISSING(error, method))
@@ -310,14 +310,14 @@ kt_status kt_method_check(const kt_method *method, kt_error *error) {
         return status;
 
     extended x;
-    extend(method, &x);
+    extend_table(method, &x);
     status = check_row_sums(&x, error);
     const kt_method_family *family = kt_method_family_of(method);
     if (status == KT_OK && family->check_order != NULL)
         status = family->check_order(method, error);
 
-    const int last = largest(largest(method->order, kt_method_dense_order(method)),
-                             largest(method->embedded_order, method->embedded_order_low));
+    const int last = larger_index(larger_index(method->order, kt_method_dense_order(method)),
+                                  larger_index(method->embedded_order, method->embedded_order_low));
     for (int nodes = 1; status == KT_OK && nodes <= last; nodes++) {
         tree t = first_tree(nodes);
         do {

@@ -70,8 +70,8 @@ static const double gamma_e[STAGES] = {-10.048809399827415562460330, 1.382142733
                                        -0.3333333333333333333333333};
 
 /* out_i = sum_j m_ij x_j / divisor, for component c of the three vectors. */
-static inline void transform(const double m[STAGES][STAGES], const double x[STAGES], double divisor,
-                             double out[STAGES]) {
+static inline void transform_stages(const double m[STAGES][STAGES], const double x[STAGES], double divisor,
+                                    double out[STAGES]) {
     for (int i = 0; i < STAGES; i++)
         out[i] = (m[i][0] * x[0] + m[i][1] * x[1] + m[i][2] * x[2]) / divisor;
 }
@@ -84,12 +84,12 @@ static void measure_radau(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + (1 + STAGES) * sizes->n);
 }
 
-static void init(kt_integrator *it) {
+static void radau_init(kt_integrator *it) {
     it->fresh = SLOTS - 1;
     it->gives_end_derivative = false; /* that of the polynomial is not f(t1, y1) to rounding */
 }
 
-static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+static kt_try_result radau_prepare(kt_integrator *it, bool rejected, kt_try *result) {
     return kt_newton_prepare(it, ROWS, rejected, result);
 }
 
@@ -102,7 +102,7 @@ static double integral_of_basis(const double *c, int j, double s) {
 }
 
 /* z_i = u(1 + c_i r) - u(1), with u the polynomial of the last step and r = h / h_last. */
-static void predict(kt_integrator *it, double h) {
+static void predict_radau_stages(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const double *c = it->table->c + 1, *history = kt_newton_history(it), last = it->memory.last_step;
     double *z = kt_newton_row(it, ROW_Z);
@@ -125,7 +125,7 @@ static void convert(kt_integrator *it, const double m[STAGES][STAGES], int from,
     for (size_t l = 0; l < n; l++) {
         const double in[STAGES] = {x[l], x[n + l], x[2 * n + l]};
         double out[STAGES];
-        transform(m, in, 1.0, out);
+        transform_stages(m, in, 1.0, out);
         for (size_t i = 0; i < STAGES; i++)
             y[i * n + l] = out[i];
     }
@@ -156,7 +156,7 @@ static void note_residuals(kt_integrator *it, double h) {
     for (size_t l = 0; l < it->counted; l++) {
         const double in[STAGES] = {z[l], z[n + l], z[2 * n + l]}, weight = part / w->scale[l];
         double slope[STAGES];
-        transform(a_inverse, in, h, slope);
+        transform_stages(a_inverse, in, h, slope);
         for (size_t i = 0; i < STAGES; i++) {
             const double u = weight * (it->k[SLOT_FIRST + i][l] - slope[i]);
             square[i] += u * u;
@@ -174,7 +174,7 @@ static void form_residuals(kt_integrator *it, double h) {
     for (size_t l = 0; l < n; l++) {
         const double f[STAGES] = {k[0][l], k[1][l], k[2][l]}, w2 = w[n + l], w3 = w[2 * n + l];
         double r[STAGES];
-        transform(t_inverse, f, 1.0, r);
+        transform_stages(t_inverse, f, 1.0, r);
         k[0][l] = r[0] - gamma_real * w[l] / h;
         k[1][l] = r[1] - (gamma_pair.re * w2 - gamma_pair.im * w3) / h;
         k[2][l] = r[2] - (gamma_pair.im * w2 + gamma_pair.re * w3) / h;
@@ -182,7 +182,7 @@ static void form_residuals(kt_integrator *it, double h) {
 }
 
 /* One iteration: w and z are corrected. *size: the weighted norm of the correction. */
-static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *size, kt_try *result) {
+static kt_try_result correct_radau_stages(kt_integrator *it, const kt_interval *in, double *size, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_complex real = {gamma_real / in->h, 0.0}, pair = {gamma_pair.re / in->h, gamma_pair.im / in->h};
     double *w = kt_newton_row(it, ROW_W), *const *k = it->k + SLOT_FIRST;
@@ -207,13 +207,13 @@ static kt_try_result correct(kt_integrator *it, const kt_interval *in, double *s
     return KT_TRY_PASSED;
 }
 
-static kt_try_result iterate(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    predict(it, in->h);
+static kt_try_result iterate_radau_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    predict_radau_stages(it, in->h);
     convert(it, t_inverse, ROW_Z, ROW_W);
     kt_newton_begin(it);
     for (bool done = false; !done;) {
         double size = 0.0;
-        if (correct(it, in, &size, result) != KT_TRY_PASSED ||
+        if (correct_radau_stages(it, in, &size, result) != KT_TRY_PASSED ||
             kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
@@ -229,7 +229,7 @@ static void set_slopes(kt_integrator *it, double h) {
     for (size_t l = 0; l < n; l++) {
         const double in[STAGES] = {z[l], z[n + l], z[2 * n + l]};
         double out[STAGES];
-        transform(a_inverse, in, h, out);
+        transform_stages(a_inverse, in, h, out);
         for (size_t i = 0; i < STAGES; i++)
             it->k[SLOT_FIRST + i][l] = out[i];
     }
@@ -245,7 +245,7 @@ static kt_try_result filter(kt_integrator *it, const double *f0, double h, kt_tr
     return kt_newton_solve(it, (kt_complex){gamma_real / h, 0.0}, error, NULL, result);
 }
 
-static double error_norm(const kt_integrator *it, double h) {
+static double radau_error_norm(const kt_integrator *it, double h) {
     const double *error = kt_newton_row(it, ROW_ERROR);
     double sum = 0.0;
     (void)h;
@@ -257,13 +257,13 @@ static double error_norm(const kt_integrator *it, double h) {
 }
 
 /* f(t0, y0 + err) goes to the slot of the first stage, before its slope is put there. */
-static kt_try_result estimate(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result estimate_radau_error(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     double *error = kt_newton_row(it, ROW_ERROR);
     const bool early = kt_newton_history(it)[HISTORY_FLAG] == 0.0 || kt_newton_of(it)->rejected;
     if (filter(it, it->k[SLOT_START], in->h, result) != KT_TRY_PASSED)
         return result->result;
-    if (!early || error_norm(it, in->h) <= 1.0)
+    if (!early || radau_error_norm(it, in->h) <= 1.0)
         return KT_TRY_PASSED;
     for (size_t l = 0; l < n; l++)
         error[l] += in->y[l];
@@ -272,11 +272,11 @@ static kt_try_result estimate(kt_integrator *it, const kt_interval *in, kt_try *
     return filter(it, it->k[SLOT_FIRST], in->h, result);
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result radau_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     do {
         if (kt_newton_factor(it, in->h, gamma_real, gamma_pair, result) == KT_TRY_PASSED &&
-            iterate(it, in, result) == KT_TRY_PASSED)
+            iterate_radau_stages(it, in, result) == KT_TRY_PASSED)
             break;
     } while (kt_newton_retry(it, result) == KT_TRY_PASSED);
     if (result->result != KT_TRY_PASSED)
@@ -284,20 +284,21 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     const double *z = kt_newton_row(it, ROW_Z + STAGES - 1);
     for (size_t l = 0; l < n; l++)
         it->trial[l] = in->y[l] + z[l];
-    if (it->options.step == 0.0 && kt_first_not_finite(it->trial, n) == n && estimate(it, in, result) != KT_TRY_PASSED)
+    if (it->options.step == 0.0 && kt_first_not_finite(it->trial, n) == n &&
+        estimate_radau_error(it, in, result) != KT_TRY_PASSED)
         return result->result;
     set_slopes(it, in->h);
     return KT_TRY_PASSED;
 }
 
-static double error_at(const kt_integrator *it, double h, size_t i) {
+static double radau_error_at(const kt_integrator *it, double h, size_t i) {
     (void)h;
     return kt_newton_row(it, ROW_ERROR)[i] / kt_newton_of(it)->slack;
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-static void accept(kt_integrator *it) {
+static void radau_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES;
     const double *last = history[HISTORY_FLAG] > 0.0 ? start + STAGES * n : it->k[SLOT_START];
@@ -309,7 +310,7 @@ static void accept(kt_integrator *it) {
 }
 
 /* y0 + h sum_j w_j k_j, and the part of a projection of y1: the form in the public header. */
-static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+static kt_try_result radau_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     const size_t n = it->sizes.n;
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
     const double rest = 1.0 - theta, cubic = theta * theta * (3.0 - 2.0 * theta),
@@ -331,7 +332,7 @@ static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-static kt_status make_function(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
+static kt_status radau_function(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
     static const double p[] = {1.0, 2.0 / 5.0, 1.0 / 20.0}, q[] = {1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0};
     (void)method;
     (void)stages;
@@ -350,17 +351,17 @@ const kt_method_family kt_family_radau = {
     .implicit = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_radau,
-    .init = init,
+    .init = radau_init,
     .start = kt_newton_forget,
-    .prepare = prepare,
-    .try_step = try_step,
-    .error = error_norm,
-    .error_at = error_at,
-    .accept = accept,
+    .prepare = radau_prepare,
+    .try_step = radau_try,
+    .error = radau_error_norm,
+    .error_at = radau_error_at,
+    .accept = radau_accept,
     .control = kt_newton_control,
     .report = kt_newton_report,
-    .interpolate = interpolate,
-    .stability = make_function,
+    .interpolate = radau_interpolate,
+    .stability = radau_function,
     .value = kt_rational_value,
     .real_limit = kt_rational_limit,
     .imaginary_limit = kt_rational_limit,

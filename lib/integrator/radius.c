@@ -78,7 +78,8 @@ static void first_direction(double *v, size_t n, uint64_t step) {
 }
 
 /* Computes column j of H and v_{j+1}; *left: the length of the remainder of f_y v_j over that of f_y v_j. */
-static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double delta, double *left, kt_try *result) {
+static kt_try_result extend_krylov_space(kt_integrator *it, hessenberg *matrix, int j, double delta, double *left,
+                                         kt_try *result) {
     const size_t n = it->counted;
     double *v = kt_stabilised_scratch_of(it)->krylov + (size_t)j * n, *w = v + n;
     for (size_t i = 0; i < n; i++)
@@ -105,16 +106,16 @@ static kt_try_result extend(kt_integrator *it, hessenberg *matrix, int j, double
 
 /* The size of y. A small part of it is the step delta of the differences. Near y = 0, their rounding error eps |f| /
  * delta would exceed the differences. The size is therefore at least 1e-6, and 1 at y = 0. */
-static double size_of(const double *y, size_t n) {
+static double state_size_of(const double *y, size_t n) {
     const double size = sqrt(kt_dense_dot(y, y, (int)n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;
 }
 
 /* Estimates the radius at (t, y), without margin. Requires f(t, y) in slot 0; slot 1 and `trial` are scratch. A
  * remainder below 1e-5 counts as zero, since differencing leaves 1e-6 or so of a zero one. */
-static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result) {
+static kt_try_result estimate_radius(kt_integrator *it, double *radius, kt_try *result) {
     const size_t n = it->counted; /* the columns of f_y of quadratures are zero */
-    const double delta = sqrt(DBL_EPSILON) * size_of(it->y, n);
+    const double delta = sqrt(DBL_EPSILON) * state_size_of(it->y, n);
     hessenberg matrix = {{{0.0}}};
     double last = HUGE_VAL, left = 1.0;
     bool settled = false;
@@ -124,7 +125,7 @@ static kt_try_result estimate(kt_integrator *it, double *radius, kt_try *result)
     *radius = 0.0;
     int j = 0;
     for (; j < N && (size_t)j < n && left > 1e-5 && !settled; j++) {
-        if (extend(it, &matrix, j, delta, &left, result) != KT_TRY_PASSED)
+        if (extend_krylov_space(it, &matrix, j, delta, &left, result) != KT_TRY_PASSED)
             return result->result;
         *radius = j < 3 && left > 1e-5 && (size_t)j + 1 < n ? HUGE_VAL : radius_of(&matrix, j + 1);
         settled = fabs(*radius - last) <= 0.01 * *radius;
@@ -152,7 +153,7 @@ kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result) {
     if (!scratch->radius_is_of_now)
         return KT_TRY_PASSED;
     double radius;
-    if (estimate(it, &radius, result) == KT_TRY_PASSED)
+    if (estimate_radius(it, &radius, result) == KT_TRY_PASSED)
         scratch->radius = fmax(KT_RADIUS_MARGIN * radius, 0.86 * known);
     return result->result;
 }

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-static kt_complex divide(kt_complex a, kt_complex b) { return kt_complex_multiply(a, kt_complex_invert(b)); }
+static kt_complex divide_robustly(kt_complex a, kt_complex b) { return kt_complex_multiply(a, kt_complex_invert(b)); }
 
 /* Returns sum_k c_k z^k. If `large` is set, `z` is the reciprocal of the argument, and the result is the sum divided by
  * the argument's power `most`. */
@@ -21,9 +21,9 @@ static kt_complex polynomial(const double *c, int degree, int most, kt_complex z
 kt_complex kt_rational_value(const kt_stability *s, kt_complex z) {
     const int most = s->poles > s->degree ? s->poles : s->degree;
     const bool large = fabs(z.re) + fabs(z.im) > 1.0;
-    const kt_complex one = {1.0, 0.0}, x = large ? divide(one, z) : z;
-    return divide(polynomial(s->coefficient, s->degree, most, x, large),
-                  polynomial(s->denominator, s->poles, most, x, large));
+    const kt_complex one = {1.0, 0.0}, x = large ? divide_robustly(one, z) : z;
+    return divide_robustly(polynomial(s->coefficient, s->degree, most, x, large),
+                           polynomial(s->denominator, s->poles, most, x, large));
 }
 
 double kt_rational_limit(const kt_stability *s) {

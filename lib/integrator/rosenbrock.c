@@ -80,9 +80,9 @@ enum { FIRST_AT_END = 5 };
 /* The history besides Newton's: whether there was a step; the slopes at both ends, and the middle. */
 enum { HISTORY_FLAG, HISTORY_SLOPES };
 
-static const kt_rosenbrock *table_of(const kt_integrator *it) { return it->method->transformed; }
+static const kt_rosenbrock *rosenbrock_table_of(const kt_integrator *it) { return it->method->transformed; }
 
-static double gamma_of(const kt_method *m) { return m->gamma[0]; }
+static double rosenbrock_gamma_of(const kt_method *m) { return m->gamma[0]; }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -92,12 +92,12 @@ static void measure_rosenbrock(const kt_method *method, kt_integrator_sizes *siz
     kt_newton_measure(sizes, ROWS, HISTORY_SLOPES + 3 * sizes->n);
 }
 
-static void init(kt_integrator *it) {
+static void rosenbrock_init(kt_integrator *it) {
     it->fresh = SLOT_OTHER;
     it->gives_end_derivative = false;
 }
 
-static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+static kt_try_result rosenbrock_prepare(kt_integrator *it, bool rejected, kt_try *result) {
     return kt_newton_prepare(it, ROWS, rejected, result);
 }
 
@@ -119,7 +119,7 @@ static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
 }
 
 /* h f_t into its row. */
-static kt_try_result find_time_derivative(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result find_slope_time_derivative(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_newton *newton = it->options.newton;
     double *slope = kt_newton_row(it, ROW_TIME);
@@ -148,7 +148,7 @@ static kt_try_result find_time_derivative(kt_integrator *it, const kt_interval *
 /* ---- the stages -------------------------------------------------------------------------------------------------- */
 
 /* out = y + sum_{j < count} weights_j U_j */
-static void combine(const kt_integrator *it, const double *y, const double *weights, int count, double *out) {
+static void combine_stages(const kt_integrator *it, const double *y, const double *weights, int count, double *out) {
     const size_t n = it->sizes.n;
     memcpy(out, y, n * sizeof *out);
     for (int j = 0; j < count; j++) {
@@ -161,7 +161,7 @@ static void combine(const kt_integrator *it, const double *y, const double *weig
 /* Whether J predicts f at the stage after i. Fixed steps have no error estimate, and need no prediction. */
 static bool predicts_stage(const kt_integrator *it, int i) { return i >= FIRST_AT_END && !(it->options.step > 0.0); }
 
-static double size_of(const kt_integrator *it, const double *x) {
+static double increment_size_of(const kt_integrator *it, const double *x) {
     return kt_newton_of(it)->slack * sqrt(kt_newton_square(it, x) / (double)it->counted);
 }
 
@@ -182,7 +182,7 @@ static void predict_stage(kt_integrator *it, int i, double sigma) {
         foretold[l] += sigma * u[l];
         change[l] = (foretold[l] - f[l]) / sigma; /* J U / sigma */
     }
-    kt_newton_of(it)->bare[0] = size_of(it, change);
+    kt_newton_of(it)->bare[0] = increment_size_of(it, change);
 }
 
 /* Compares f at stage i with its prediction. */
@@ -195,26 +195,26 @@ static kt_try_result check_foretold(kt_integrator *it, int i, kt_complex sigma, 
         off[l] = it->k[SLOT_STAGE][l] - off[l];
         bare[l] = off[l] / sigma.re;
     }
-    const double size = size_of(it, bare);
+    const double size = increment_size_of(it, bare);
     if (!(size > fmax(1.0, FORETOLD_PART * w->bare[0])))
         return KT_TRY_PASSED;
     if (kt_newton_solve(it, sigma, off, NULL, result) != KT_TRY_PASSED)
         return result->result;
-    const double seen = size_of(it, off);
-    if (seen < HIDDEN_PART * size && seen > HIDDEN_ROUNDINGS * DBL_EPSILON * size_of(it, it->y))
+    const double seen = increment_size_of(it, off);
+    if (seen < HIDDEN_PART * size && seen > HIDDEN_ROUNDINGS * DBL_EPSILON * increment_size_of(it, it->y))
         w->hidden = fmax(w->hidden, size);
     return KT_TRY_PASSED;
 }
 
-static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
+static kt_try_result solve_rosenbrock_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
     const size_t n = it->sizes.n;
-    const kt_rosenbrock *table = table_of(it);
-    const kt_complex sigma = {1.0 / (in->h * gamma_of(it->method)), 0.0};
+    const kt_rosenbrock *table = rosenbrock_table_of(it);
+    const kt_complex sigma = {1.0 / (in->h * rosenbrock_gamma_of(it->method)), 0.0};
     const double *f = it->k[SLOT_START], *slope = kt_newton_row(it, ROW_TIME);
     double *u = kt_newton_row(it, ROW_U + i);
     if (i > 0) {
         const double t = it->method->c[i] == 1.0 ? in->end : in->t + it->method->c[i] * in->h;
-        combine(it, in->y, table->a[i], i, it->trial);
+        combine_stages(it, in->y, table->a[i], i, it->trial);
         if (kt_evaluate(it, t, it->trial, SLOT_STAGE, result) != KT_TRY_PASSED)
             return result->result;
         if (check_foretold(it, i, sigma, result) != KT_TRY_PASSED)
@@ -237,7 +237,7 @@ static kt_try_result solve_stage(kt_integrator *it, const kt_interval *in, int i
 /* The slope at the end and the middle, for the dense output. */
 static void set_dense(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
-    const kt_rosenbrock *table = table_of(it);
+    const kt_rosenbrock *table = rosenbrock_table_of(it);
     double *end = kt_newton_row(it, ROW_END), *middle = kt_newton_row(it, ROW_MIDDLE);
     memset(end, 0, n * sizeof *end);
     memset(middle, 0, n * sizeof *middle);
@@ -278,9 +278,9 @@ static kt_try_result integrate_quadratures(kt_integrator *it, const kt_interval 
  *     J U_1 = U_1 / (h gamma) - f(t0, y0) - gamma_1 h f_t */
 static bool misleads(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
-    const kt_rosenbrock *table = table_of(it);
+    const kt_rosenbrock *table = rosenbrock_table_of(it);
     const double *u = kt_newton_row(it, ROW_U), *slope = kt_newton_row(it, ROW_TIME), *f = it->k[SLOT_START];
-    const double *next = it->k[SLOT_STAGE], sigma = 1.0 / (h * gamma_of(it->method));
+    const double *next = it->k[SLOT_STAGE], sigma = 1.0 / (h * rosenbrock_gamma_of(it->method));
     double *change = kt_newton_row(it, ROW_MIDDLE), *foreseen = kt_newton_row(it, ROW_END);
     for (size_t l = 0; l < n; l++) {
         change[l] = next[l] - f[l] - it->method->c[1] * slope[l];
@@ -293,7 +293,7 @@ static bool misleads(kt_integrator *it, double h) {
 static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     for (int i = 0, next = 0; i < STAGES; i = next) {
-        if (solve_stage(it, in, i, result) != KT_TRY_PASSED)
+        if (solve_rosenbrock_stage(it, in, i, result) != KT_TRY_PASSED)
             return result->result;
         const bool is_old = !w->is_of_now && (int)w->now.state == KT_JACOBIAN_KNOWN;
         const bool again = i == 1 && is_old && misleads(it, in->h);
@@ -304,18 +304,19 @@ static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_t
     return KT_TRY_PASSED;
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result rosenbrock_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     w->hidden = 0.0;
     w->factored = w->now.step = 0.0;               /* those of another step, however near, are not exact */
     if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) /* of another try, too */
         w->now.state = KT_JACOBIAN_KNOWN;
-    if (kt_newton_factor(it, in->h, 1.0 / gamma_of(it->method), (kt_complex){0.0, 0.0}, result) != KT_TRY_PASSED ||
-        find_time_derivative(it, in, result) != KT_TRY_PASSED)
+    if (kt_newton_factor(it, in->h, 1.0 / rosenbrock_gamma_of(it->method), (kt_complex){0.0, 0.0}, result) !=
+            KT_TRY_PASSED ||
+        find_slope_time_derivative(it, in, result) != KT_TRY_PASSED)
         return result->result;
     if (solve_stages(it, in, result) != KT_TRY_PASSED)
         return result->result;
-    combine(it, in->y, table_of(it)->m, STAGES, it->trial);
+    combine_stages(it, in->y, rosenbrock_table_of(it)->m, STAGES, it->trial);
     set_dense(it, in->h);
     if (it->counted < it->sizes.n && kt_first_not_finite(it->trial, it->counted) == it->counted)
         return integrate_quadratures(it, in, result);
@@ -324,16 +325,16 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 
 /* ---- the error --------------------------------------------------------------------------------------------------- */
 
-static double error_norm(const kt_integrator *it, double h) {
+static double rosenbrock_error_norm(const kt_integrator *it, double h) {
     return fmax(kt_error_norm(it, h), kt_newton_of(it)->hidden);
 }
 
-static double error_at(const kt_integrator *it, double h, size_t i) {
+static double rosenbrock_error_at(const kt_integrator *it, double h, size_t i) {
     (void)h;
     return kt_newton_row(it, ROW_U + STAGES - 1)[i];
 }
 
-static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
+static kt_status rosenbrock_report(const kt_integrator *it, const char *where, kt_error *error) {
     (void)it;
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "the matrix of a linearly implicit step is singular; take a smaller step");
@@ -341,7 +342,7 @@ static kt_status report(const kt_integrator *it, const char *where, kt_error *er
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
-static void accept(kt_integrator *it) {
+static void rosenbrock_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n, *middle = end + n;
     memcpy(start, history[HISTORY_FLAG] > 0.0 ? end : it->k[SLOT_START], n * sizeof *start);
@@ -356,7 +357,7 @@ static void accept(kt_integrator *it) {
 /* Beyond the cubic of the ends, the term theta^2 theta'^2 Q meets the middle, with
  *
  *     Q = 16 (middle - h (s0 - s1) / 8) */
-static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+static kt_try_result rosenbrock_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     const size_t n = it->sizes.n;
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
     const double rest = 1.0 - theta, cubic = theta * theta * (3.0 - 2.0 * theta);
@@ -377,31 +378,31 @@ typedef struct polynomial {
 } polynomial;
 
 /* p (1 - gamma z)^power */
-static polynomial raise(polynomial p, long double gamma, int power) {
+static polynomial multiply_long_power(polynomial p, long double gamma, int power) {
     for (int k = 0; k < power; k++)
         for (int i = STAGES; i > 0; i--)
             p.c[i] -= gamma * p.c[i - 1];
     return p;
 }
 
-static kt_status make_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
+static kt_status rosenbrock_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
     const polynomial one = {{1.0L}};
-    const long double gamma = (long double)gamma_of(m);
+    const long double gamma = (long double)rosenbrock_gamma_of(m);
     polynomial n[STAGES];
     (void)stages;
     (void)error;
     for (int i = 0; i < STAGES; i++) {
-        n[i] = raise(one, gamma, i);
+        n[i] = multiply_long_power(one, gamma, i);
         for (int j = 0; j < i; j++) {
             const long double b = (long double)m->a[i * STAGES + j] + (long double)m->gamma[i * STAGES + j];
-            const polynomial term = raise(n[j], gamma, i - 1 - j);
+            const polynomial term = multiply_long_power(n[j], gamma, i - 1 - j);
             for (int k = 0; k < STAGES; k++)
                 n[i].c[k + 1] += b * term.c[k];
         }
     }
     out->poles = STAGES;
     out->degree = STAGES - 1;
-    const polynomial q = raise(one, gamma, STAGES);
+    const polynomial q = multiply_long_power(one, gamma, STAGES);
     for (int k = 0; k <= STAGES; k++) {
         out->coefficient[k] = k < STAGES ? (double)n[STAGES - 1].c[k] : 0.0;
         out->denominator[k] = (double)q.c[k];
@@ -417,16 +418,16 @@ const kt_method_family kt_family_rosenbrock = {
     .exact = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_rosenbrock,
-    .init = init,
+    .init = rosenbrock_init,
     .start = kt_newton_forget,
-    .prepare = prepare,
-    .try_step = try_step,
-    .error = error_norm,
-    .error_at = error_at,
-    .accept = accept,
-    .report = report,
-    .interpolate = interpolate,
-    .stability = make_function,
+    .prepare = rosenbrock_prepare,
+    .try_step = rosenbrock_try,
+    .error = rosenbrock_error_norm,
+    .error_at = rosenbrock_error_at,
+    .accept = rosenbrock_accept,
+    .report = rosenbrock_report,
+    .interpolate = rosenbrock_interpolate,
+    .stability = rosenbrock_function,
     .value = kt_rational_value,
     .real_limit = kt_rational_limit,
     .imaginary_limit = kt_rational_limit,

@@ -90,7 +90,7 @@ static void measure_stabilised(const kt_method *method, kt_integrator_sizes *siz
     sizes->scratch = kt_stabilised_scratch_size(sizes->n);
 }
 
-static void init(kt_integrator *it) {
+static void stabilised_init(kt_integrator *it) {
     it->fresh = SLOT_END;
     it->gives_end_derivative = it->method->fsal && it->options.step == 0.0; /* a fixed step does not need f1 */
 }
@@ -106,7 +106,7 @@ typedef struct recurrence {
     double mu, nu, mut, gat;
 } recurrence;
 
-static recurrence begin(const kt_chebyshev *family) {
+static recurrence begin_recurrence(const kt_chebyshev *family) {
     recurrence r = {.values = kt_chebyshev_first(family->w0)};
     r.b = r.b1 = r.b2 = 1.0 / (4.0 * family->w0 * family->w0); /* T_2 = 2 x^2 - 1 */
     r.mut = r.b * family->w1;
@@ -114,7 +114,7 @@ static recurrence begin(const kt_chebyshev *family) {
     return r;
 }
 
-static void advance(recurrence *r, const kt_chebyshev *family) {
+static void advance_recurrence(recurrence *r, const kt_chebyshev *family) {
     r->a1 = 1.0 - r->b * r->values.t;
     r->b2 = r->b1;
     r->b1 = r->b;
@@ -145,7 +145,7 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
                                  const double *f, double **d_s, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
-    recurrence r = begin(family);
+    recurrence r = begin_recurrence(family);
     double *d1 = scratch->moved, *d2 = scratch->moved + n;
     for (size_t i = 0; i < n; i++) {
         d2[i] = 0.0;
@@ -155,7 +155,7 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
     for (int j = 2; j <= family->stages; j++) {
         if (kt_evaluate(it, t + r.c * h, it->trial, SLOT_STAGE, result) != KT_TRY_PASSED)
             return result->result;
-        advance(&r, family);
+        advance_recurrence(&r, family);
         form_stage(it, &r, h, z, f, d1, d2);
         double *d = d1;
         d1 = d2;
@@ -171,7 +171,8 @@ static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, 
  *     error = sum - (9 D_3 / 5 - 4 D_2 / 5)
  *
  * The error estimate is stored in `krylov` until error_at reads it. */
-static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in, kt_try *result) {
+static kt_try_result extrapolate_increments(kt_integrator *it, const kt_chebyshev *family, const kt_interval *in,
+                                            kt_try *result) {
     static const double weight[] = {1.0 / 12.0, -4.0 / 3.0, 9.0 / 4.0}, e[] = {1.0 / 12.0, -8.0 / 15.0, 9.0 / 20.0};
     const size_t n = it->sizes.n;
     const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
@@ -210,7 +211,7 @@ static kt_try_result extrapolate(kt_integrator *it, const kt_chebyshev *family, 
 }
 
 /* Computes the slopes that are kept, and y1 in `trial`. */
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+static kt_try_result stabilised_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const double damping = kt_chebyshev_damping(it->method);
     const int stages = kt_chebyshev_stages(fabs(in->h) * kt_stabilised_radius(it), damping);
     if (stages > KT_STABILISED_STAGES_MAX) {
@@ -219,7 +220,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
     }
     const kt_chebyshev family = kt_chebyshev_make(stages, damping);
     if (kt_chebyshev_copies(it->method) > 1)
-        return extrapolate(it, &family, in, result);
+        return extrapolate_increments(it, &family, in, result);
     double *unused;
     if (member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result) != KT_TRY_PASSED)
         return result->result;
@@ -231,7 +232,7 @@ static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *
 /* The error estimate of rkc2, with y3 the third derivative of y:
  *
  *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4) */
-static double error_at(const kt_integrator *it, double h, size_t i) {
+static double stabilised_error_at(const kt_integrator *it, double h, size_t i) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
     return kt_chebyshev_copies(it->method) > 1 ? kt_stabilised_scratch_of(it)->krylov[i]
                                                : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
@@ -252,7 +253,7 @@ double kt_stabilised_reach(const kt_integrator *it) {
     return (1.0 - 1e-12) * farthest_reach(it->method) / radius; /* the factor keeps rounding from leading beyond */
 }
 
-static kt_status report(const kt_integrator *it, const char *where, kt_error *error) {
+static kt_status stabilised_report(const kt_integrator *it, const char *where, kt_error *error) {
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "the right-hand side decays at %.3g /s, for which this step needs more than the %d stages that "
                         "there are: take steps below %.3g s",
@@ -261,7 +262,7 @@ static kt_status report(const kt_integrator *it, const char *where, kt_error *er
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-static kt_status make_polynomial(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
+static kt_status stabilised_polynomial(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
     if (stages < 2 || stages > KT_STABILISED_STAGES_MAX)
         return kt_error_set(error, KT_ERROR_ARGUMENT, method->name, "it has 2 to %d stages, not %d",
                             KT_STABILISED_STAGES_MAX, stages);
@@ -297,30 +298,32 @@ static kt_complex extrapolated_value(const kt_stability *s, kt_complex z) {
     return value;
 }
 
-static kt_complex value(const kt_stability *s, kt_complex z) {
+static kt_complex stabilised_value(const kt_stability *s, kt_complex z) {
     return s->copies > 1 ? extrapolated_value(s, z) : chebyshev_value(s, z);
 }
 
-static bool inside_real(const void *problem, double x) {
+static bool stabilised_inside_real(const void *problem, double x) {
     const kt_complex z = {-x, 0.0};
     return kt_stability_gain(problem, z) <= 1.0;
 }
 
-static double real_limit(const kt_stability *s) { return kt_first_exit(inside_real, s, kt_farthest_stable(s)); }
+static double stabilised_real_limit(const kt_stability *s) {
+    return kt_first_exit(stabilised_inside_real, s, kt_farthest_stable(s));
+}
 
 /* |R(iy)|^2 and 1 differ from the term in y^4 on. Growth becomes visible above rounding from y of about 1e-3 on. */
-static bool inside_imaginary(const void *problem, double y) {
+static bool stabilised_inside_imaginary(const void *problem, double y) {
     const kt_complex z = {0.0, y};
     return kt_stability_gain(problem, z) <= 1.0 + 64.0 * DBL_EPSILON;
 }
 
-static double imaginary_limit(const kt_stability *s) {
-    const double y = kt_first_exit(inside_imaginary, s, kt_farthest_stable(s));
+static double stabilised_imaginary_limit(const kt_stability *s) {
+    const double y = kt_first_exit(stabilised_inside_imaginary, s, kt_farthest_stable(s));
     return y > 2e-3 ? y : 0.0;
 }
 
 /* Inputs hardly change how fast the right-hand side decays; the radius is estimated again when it is due. */
-static void change(kt_integrator *it, bool smooth) { (void)it, (void)smooth; }
+static void stabilised_change(kt_integrator *it, bool smooth) { (void)it, (void)smooth; }
 
 static int stages_of_step(const kt_method *method, double z) {
     return kt_chebyshev_stages(KT_RADIUS_MARGIN * z, kt_chebyshev_damping(method));
@@ -335,21 +338,21 @@ const kt_method_family kt_family_stabilised = {
     .stages_max = KT_STABILISED_STAGES_MAX,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_stabilised,
-    .init = init,
+    .init = stabilised_init,
     .start = kt_radius_forget,
-    .change = change,
+    .change = stabilised_change,
     .prepare = kt_need_radius,
-    .try_step = try_step,
+    .try_step = stabilised_try,
     .error = kt_error_norm,
-    .error_at = error_at,
+    .error_at = stabilised_error_at,
     .accept = kt_radius_accept,
     .longest_step = kt_stabilised_reach,
-    .report = report,
+    .report = stabilised_report,
     .interpolate = kt_table_interpolate,
-    .stability = make_polynomial,
-    .value = value,
-    .real_limit = real_limit,
-    .imaginary_limit = imaginary_limit,
+    .stability = stabilised_polynomial,
+    .value = stabilised_value,
+    .real_limit = stabilised_real_limit,
+    .imaginary_limit = stabilised_imaginary_limit,
     .stages = stages_of_step,
     .reach = reach,
 };

@@ -1,7 +1,7 @@
 /* One accepted step.
  *
  * All decisions are made in local variables and in scratch. `memory` and the pointers to the states change only in
- * commit(), after which nothing can fail. Therefore a failed step needs no undoing.
+ * commit_try(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
 #include "algebra/finite.h"
 #include "base/small.h"
@@ -59,7 +59,7 @@ static void plan_adaptive(const kt_integrator *it, double t_limit, double propos
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
 /* Puts f(t, y) into slot 0 if it is not there (after a step it may be in `fresh`), and prepares the family. */
-static kt_try_result prepare(kt_integrator *it, kt_try *result) {
+static kt_try_result prepare_attempt(kt_integrator *it, kt_try *result) {
     result->result = KT_TRY_PASSED;
     it->stages_known = false;
     it->dense_known = false;
@@ -77,7 +77,7 @@ static kt_try_result prepare(kt_integrator *it, kt_try *result) {
 }
 
 /* Records the cause and the time of a failed try. */
-static kt_try_result fail(kt_try *result, kt_try_result found, const char *what, double t) {
+static kt_try_result fail_try(kt_try *result, kt_try_result found, const char *what, double t) {
     result->what = what;
     result->t = t;
     return result->result = found;
@@ -86,7 +86,7 @@ static kt_try_result fail(kt_try *result, kt_try_result found, const char *what,
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (!kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
-        return fail(result, KT_TRY_NOT_FINITE, "the new state", in->end);
+        return fail_try(result, KT_TRY_NOT_FINITE, "the new state", in->end);
     }
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
@@ -97,11 +97,11 @@ kt_try_result kt_try_judge(const kt_interval *in, double error, kt_try *result) 
     result->error = error;
     if (error <= 1.0) /* false for an estimate that overflowed */
         return KT_TRY_PASSED;
-    return fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
+    return fail_try(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
 /* Whether the error estimate of a try is made of errors of the slopes, which no shorter step lowers. */
-static bool is_noise(const kt_integrator *it, double h, const kt_try *r) {
+static bool estimate_is_noise(const kt_integrator *it, double h, const kt_try *r) {
     const kt_integrator_options *o = &it->options;
     return it->noise != NULL && r->result == KT_TRY_INACCURATE &&
            r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <=
@@ -109,23 +109,23 @@ static bool is_noise(const kt_integrator *it, double h, const kt_try *r) {
 }
 
 /* The caller's projection of the trial state, if there is one. */
-static kt_try_result project(kt_integrator *it, double t, bool *changed, kt_try *result) {
+static kt_try_result project_trial(kt_integrator *it, double t, bool *changed, kt_try *result) {
     *changed = true;
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
     if (code != 0) {
         result->code = code;
-        return fail(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
+        return fail_try(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
     }
     if (*changed && !kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
-        return fail(result, KT_TRY_NOT_FINITE, "the projected state", t);
+        return fail_try(result, KT_TRY_NOT_FINITE, "the projected state", t);
     }
     return KT_TRY_PASSED;
 }
 
 static const char advice_on_fixed[] = "the step is fixed: take a smaller one, or a method with error control";
 
-static void commit(kt_integrator *it, const kt_plan_of_try *p, bool changed, double next_step, double error) {
+static void commit_try(kt_integrator *it, const kt_plan_of_try *p, bool changed, double next_step, double error) {
     kt_integrator_memory *m = &it->memory;
     double *spare = it->previous_y;
     it->previous_y = it->y;
@@ -183,14 +183,14 @@ static const char *advice_on_motion(const kt_integrator *it) {
 }
 
 /* |error estimate| of a component over its tolerance, for the last try of the step h. */
-static double error_of(const kt_integrator *it, double h, size_t i) {
+static double component_error_of(const kt_integrator *it, double h, size_t i) {
     return fabs(it->family->error_at(it, h, i)) / kt_error_scale(it, i, it->y[i], it->trial[i]);
 }
 
 static double worst_quadrature(const kt_integrator *it, double h) {
     double worst = 0.0;
     for (size_t i = it->counted; i < it->sizes.n; i++)
-        worst = fmax(worst, error_of(it, h, i));
+        worst = fmax(worst, component_error_of(it, h, i));
     return worst;
 }
 
@@ -199,7 +199,7 @@ static size_t worst_component(const kt_integrator *it, double h) {
     size_t worst = it->sizes.n;
     double most = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
-        const double u = error_of(it, h, i);
+        const double u = component_error_of(it, h, i);
         if (u > most) {
             most = u;
             worst = i;
@@ -213,7 +213,7 @@ static bool is_of_error(const kt_try *r) {
 }
 
 /* Stores the component that caused a step to fail: the one that is not finite or has the largest error. */
-static void blame(kt_integrator *it, const kt_try *r, double h) {
+static void blame_component(kt_integrator *it, const kt_try *r, double h) {
     if (r->result == KT_TRY_NOT_FINITE)
         it->blamed = r->component;
     else if (is_of_error(r) && r->result != KT_TRY_DIVERGED)
@@ -293,7 +293,7 @@ static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error
 }
 
 /* The longest step that the family can take now. */
-static double longest_step(const kt_integrator *it) {
+static double longest_family_step(const kt_integrator *it) {
     return it->family->longest_step != NULL ? it->family->longest_step(it) : HUGE_VAL;
 }
 
@@ -301,7 +301,7 @@ static double longest_step(const kt_integrator *it) {
 static kt_status choose_first(kt_integrator *it, double t_limit, double *proposed, double *least, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     const double t = it->memory.t, left = fabs(t_limit - t);
-    const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, longest_step(it));
+    const double most = fmin(o->max_step > 0.0 ? o->max_step : HUGE_VAL, longest_family_step(it));
     double h = it->memory.next_step;
     if (o->max_step > 0.0 && o->max_step <= 16.0 * DBL_EPSILON * time_scale(it, t_limit))
         return report_lost(it, "max_step", o->max_step, error);
@@ -321,8 +321,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
  * leaves the proposal and the control's memory unchanged. */
-static double accept(const kt_integrator *it, const kt_plan_of_try *p, bool retried, const kt_try *r,
-                     double *control_error) {
+static double propose_after_step(const kt_integrator *it, const kt_plan_of_try *p, bool retried, const kt_try *r,
+                                 double *control_error) {
     const double h = fabs(p->interval.h), error = r->error;
     const double factor = r->growth > 0.0               ? r->growth
                           : it->family->control != NULL ? it->family->control(it, h, error)
@@ -345,7 +345,7 @@ static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
 
 static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {
     kt_try r;
-    if (prepare(it, &r) != KT_TRY_PASSED)
+    if (prepare_attempt(it, &r) != KT_TRY_PASSED)
         return kt_try_report(it, &r, "the motion cannot continue from this state: check the model here", error);
     const kt_status status = choose_first(it, a->t_limit, &a->proposed, &a->least, error);
     if (status != KT_OK)
@@ -356,7 +356,7 @@ static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *erro
 }
 
 /* Plans the next try after a failed one, with another length. */
-static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
+static kt_status shorten_try(kt_integrator *it, kt_attempt *a, const kt_try *failed, kt_error *error) {
     kt_try r;
     if (failed->result == KT_TRY_STOPPED || failed->result == KT_TRY_TOO_LONG)
         return kt_try_report(it, failed, "", error);
@@ -369,7 +369,7 @@ static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed,
                                                                         : it->options.factor_min);
     if (it->family->prepare != NULL && it->family->prepare(it, true, &r) != KT_TRY_PASSED)
         return kt_try_report(it, &r, "", error);
-    a->proposed = fmin(a->proposed, longest_step(it));
+    a->proposed = fmin(a->proposed, longest_family_step(it));
     a->retried = true;
     if (a->proposed < a->least)
         return report_too_small(it, a->least, failed, error);
@@ -381,21 +381,22 @@ static kt_status shorten(kt_integrator *it, kt_attempt *a, const kt_try *failed,
 static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
     const kt_plan_of_try *p = &a->plan;
     bool changed = false;
-    const bool passed = (r->result == KT_TRY_PASSED || is_noise(it, p->interval.h, r)) &&
-                        (it->callbacks.project == NULL || project(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
+    const bool passed =
+        (r->result == KT_TRY_PASSED || estimate_is_noise(it, p->interval.h, r)) &&
+        (it->callbacks.project == NULL || project_trial(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
     const bool stuck = r->result != KT_TRY_STOPPED && is_stuck(it, a->t_limit);
     if (stuck || !passed)
-        blame(it, r, p->interval.h);
+        blame_component(it, r, p->interval.h);
     if (stuck)
         return report_stuck(it, a->t_limit, p->interval.h, r, error);
     *again = !passed;
     if (!passed)
-        return shorten(it, a, r, error);
+        return shorten_try(it, a, r, error);
     double control_error = it->memory.control_error, next = fabs(p->interval.h);
     it->quadrature_error = worst_quadrature(it, p->interval.h);
     if (r->error <= 1.0) /* the noise of a try is no information about the next step */
-        next = accept(it, p, a->retried, r, &control_error);
-    commit(it, p, changed, next, r->error);
+        next = propose_after_step(it, p, a->retried, r, &control_error);
+    commit_try(it, p, changed, next, r->error);
     it->memory.control_error = control_error;
     return KT_OK;
 }
@@ -422,7 +423,7 @@ kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_
     status = plan_fixed(it, t_limit, &a->plan, error);
     if (status != KT_OK)
         return status;
-    return prepare(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);
+    return prepare_attempt(it, &r) == KT_TRY_PASSED ? KT_OK : kt_try_report(it, &r, advice_on_fixed, error);
 }
 
 kt_status kt_attempt_end(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
@@ -431,9 +432,9 @@ kt_status kt_attempt_end(kt_integrator *it, kt_attempt *a, kt_try *r, bool *agai
         return end_adaptive(it, a, r, again, error);
     bool changed = false;
     if (r->result != KT_TRY_PASSED ||
-        (it->callbacks.project != NULL && project(it, a->plan.interval.end, &changed, r) != KT_TRY_PASSED))
+        (it->callbacks.project != NULL && project_trial(it, a->plan.interval.end, &changed, r) != KT_TRY_PASSED))
         return kt_try_report(it, r, advice_on_fixed, error);
-    commit(it, &a->plan, changed, it->memory.next_step, (double)NAN);
+    commit_try(it, &a->plan, changed, it->memory.next_step, (double)NAN);
     return KT_OK;
 }
 

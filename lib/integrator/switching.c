@@ -128,7 +128,7 @@ static watch *watch_of(const kt_integrator *it) {
     return (watch *)(void *)(it->history + it->sizes.history - WATCH_NUMBERS);
 }
 
-static double *vector_of(const kt_integrator *it) {
+static double *switching_vector_of(const kt_integrator *it) {
     return it->history + it->sizes.history - WATCH_NUMBERS - it->sizes.n;
 }
 
@@ -164,13 +164,13 @@ static void measure_switching(const kt_method *method, kt_integrator_sizes *size
     sizes->scratch = implicit.scratch;
 }
 
-static void init(kt_integrator *it) {
+static void switching_init(kt_integrator *it) {
     kt_family_explicit.init(it);
     it->table = &kt_method_dopri5;
 }
 
 /* A jump leaves the motion as stiff as it was; a motion that begins, which has no steps yet, is not. */
-static void start(kt_integrator *it) {
+static void switching_start(kt_integrator *it) {
     watch w = {.wanted = KT_STIFF_SIGNS};
     if (it->memory.counts.steps > 0)
         w = *watch_of(it);
@@ -184,7 +184,7 @@ static void restore(kt_integrator *it) { switch_to(it, watch_of(it)->last_stiff 
 
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
-static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
+static kt_try_result switching_prepare(kt_integrator *it, bool rejected, kt_try *result) {
     if (!rejected)
         switch_to(it, watch_of(it)->next_stiff > 0.0);
     if (is_stiff(it))
@@ -192,18 +192,20 @@ static kt_try_result prepare(kt_integrator *it, bool rejected, kt_try *result) {
     return result->result = KT_TRY_PASSED;
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *interval, kt_try *result) {
+static kt_try_result switching_try(kt_integrator *it, const kt_interval *interval, kt_try *result) {
     return active_family(it)->try_step(it, interval, result);
 }
 
-static double error_norm(const kt_integrator *it, double h) { return active_family(it)->error(it, h); }
-static double error_at(const kt_integrator *it, double h, size_t i) { return active_family(it)->error_at(it, h, i); }
+static double switching_error_norm(const kt_integrator *it, double h) { return active_family(it)->error(it, h); }
+static double switching_error_at(const kt_integrator *it, double h, size_t i) {
+    return active_family(it)->error_at(it, h, i);
+}
 
-static double control(const kt_integrator *it, double h, double error) {
+static double switching_control(const kt_integrator *it, double h, double error) {
     return is_stiff(it) ? kt_newton_control(it, h, error) : kt_control_accepted(it, error);
 }
 
-static kt_try_result interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+static kt_try_result switching_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     switch_to(it, watch_of(it)->last_stiff > 0.0);
     return active_family(it)->interpolate(it, t, y_out, result);
 }
@@ -306,7 +308,7 @@ static void to_implicit(kt_integrator *it, bool rings) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);
     for (size_t i = 0; i < it->counted; i++)
-        vector_of(it)[i] = stage_difference(it, i);
+        switching_vector_of(it)[i] = stage_difference(it, i);
     *watch_of(it) = (watch){.next_stiff = 1.0,
                             .wanted = before.wanted,
                             .ringing = rings,
@@ -353,7 +355,7 @@ static void begin_vector(const kt_integrator *it, double *x) {
 }
 
 /* The norm of corrections, but that positions count sigma times. */
-static double norm_of(const kt_integrator *it, double sigma, const double *x) {
+static double scaled_norm_of(const kt_integrator *it, double sigma, const double *x) {
     const double *scale = kt_newton_of(it)->scale;
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
@@ -372,7 +374,7 @@ static double power_step(kt_integrator *it, double sigma, double *x) {
         return HUGE_VAL;
     for (size_t i = 0; i < it->counted; i++)
         x[i] = sigma * z[i] - x[i];
-    const double norm = norm_of(it, sigma, x);
+    const double norm = scaled_norm_of(it, sigma, x);
     for (size_t i = 0; i < it->counted; i++)
         x[i] = norm > 0.0 ? x[i] / norm : 0.0;
     return norm;
@@ -383,7 +385,7 @@ static double power_step(kt_integrator *it, double sigma, double *x) {
 static double jacobian_radius(kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const double sigma = gamma_real / fabs(w->factored);
-    double *x = vector_of(it), last = 0.0, norm = 0.0;
+    double *x = switching_vector_of(it), last = 0.0, norm = 0.0;
     if (!(kt_newton_square(it, x) > 0.0))
         begin_vector(it, x);
     for (int i = 0; i < KT_POWER_STEPS; i++) {
@@ -429,7 +431,7 @@ static void watch_implicit(kt_integrator *it) {
         to_explicit(it);
 }
 
-static void accept(kt_integrator *it) {
+static void switching_accept(kt_integrator *it) {
     if (is_stiff(it)) {
         kt_family_radau.accept(it);
         watch_implicit(it);
@@ -454,16 +456,16 @@ const kt_method_family kt_family_switching = {
     .switches = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_switching,
-    .init = init,
-    .start = start,
+    .init = switching_init,
+    .start = switching_start,
     .restore = restore,
-    .prepare = prepare,
-    .try_step = try_step,
-    .error = error_norm,
-    .error_at = error_at,
-    .accept = accept,
-    .control = control,
+    .prepare = switching_prepare,
+    .try_step = switching_try,
+    .error = switching_error_norm,
+    .error_at = switching_error_at,
+    .accept = switching_accept,
+    .control = switching_control,
     .report = kt_newton_report,
-    .interpolate = interpolate,
+    .interpolate = switching_interpolate,
     .stability = make_stability,
 };

@@ -22,7 +22,7 @@
  * in memory. The state before that step and its slope follow. */
 enum { HISTORY_STEP, HISTORY_GAMMA, HISTORY_STATE };
 
-static double *past_of(const kt_integrator *it) { return kt_newton_history(it) + kt_dirk_history(it->sizes.n); }
+static double *past_state_of(const kt_integrator *it) { return kt_newton_history(it) + kt_dirk_history(it->sizes.n); }
 
 static void measure_two_step(const kt_method *method, kt_integrator_sizes *sizes) {
     sizes->slots = (size_t)method->stages + 1; /* one more for the differences of a Jacobian */
@@ -35,7 +35,7 @@ static void measure_two_step(const kt_method *method, kt_integrator_sizes *sizes
  *
  * The Jacobian is not kept. The Jacobian of the history is computed again with the present inputs (newton.c), and would
  * have other bits after a checkpoint. */
-static void change(kt_integrator *it, bool smooth) {
+static void two_step_change(kt_integrator *it, bool smooth) {
     const kt_multistep w = kt_multistep_of(it->method);
     const double *b = w.slopes;
     if (smooth && 2.0 * b[0] <= b[0] + b[1] + b[2])
@@ -47,18 +47,20 @@ static void change(kt_integrator *it, bool smooth) {
 
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
-static bool is_regular(const kt_integrator *it, double h) { return kt_is_same_step(h, past_of(it)[HISTORY_STEP]); }
-
-/* The factor of h in the matrix of this step's method. */
-static double gamma_of(const kt_integrator *it, double h) {
-    const kt_method *m = it->method;
-    return is_regular(it, h) ? kt_multistep_of(m).slopes[0] : m->a[m->stages * m->stages - 1];
+static bool step_is_regular(const kt_integrator *it, double h) {
+    return kt_is_same_step(h, past_state_of(it)[HISTORY_STEP]);
 }
 
-static kt_try_result solve(kt_integrator *it, const kt_interval *in, kt_try *result) {
+/* The factor of h in the matrix of this step's method. */
+static double two_step_gamma_of(const kt_integrator *it, double h) {
+    const kt_method *m = it->method;
+    return step_is_regular(it, h) ? kt_multistep_of(m).slopes[0] : m->a[m->stages * m->stages - 1];
+}
+
+static kt_try_result solve_two_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_multistep w = kt_multistep_of(it->method);
-    const double *state = past_of(it) + HISTORY_STATE, *slope = state + n, h = in->h;
+    const double *state = past_state_of(it) + HISTORY_STATE, *slope = state + n, h = in->h;
     const double *last = kt_dirk_slope(it);
     double *base = kt_newton_row(it, KT_DIRK_BASE), *stage = kt_newton_row(it, KT_DIRK_STAGE);
     if (!kt_newton_of(it)->damped &&
@@ -72,21 +74,21 @@ static kt_try_result solve(kt_integrator *it, const kt_interval *in, kt_try *res
     return kt_dirk_solve(it, in->end, h * w.slopes[0], it->fresh, result);
 }
 
-static kt_try_result try_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    const bool regular = is_regular(it, in->h);
-    if (past_of(it)[HISTORY_GAMMA] != gamma_of(it, in->h))
+static kt_try_result two_step_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const bool regular = step_is_regular(it, in->h);
+    if (past_state_of(it)[HISTORY_GAMMA] != two_step_gamma_of(it, in->h))
         kt_newton_of(it)->factored = 0.0;
-    while ((regular ? solve(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
+    while ((regular ? solve_two_step(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
         if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
             return result->result;
     memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
     return KT_TRY_PASSED;
 }
 
-static void accept(kt_integrator *it) {
+static void two_step_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
-    double *past = past_of(it);
-    past[HISTORY_GAMMA] = gamma_of(it, it->memory.last_step);
+    double *past = past_state_of(it);
+    past[HISTORY_GAMMA] = two_step_gamma_of(it, it->memory.last_step);
     past[HISTORY_STEP] = it->memory.last_step;
     memcpy(past + HISTORY_STATE, it->previous_y, n * sizeof *past); /* commit has exchanged them */
     memcpy(past + HISTORY_STATE + n, it->k[0], n * sizeof *past);
@@ -104,12 +106,12 @@ const kt_method_family kt_family_two_step = {
     .measure = measure_two_step,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
-    .change = change,
+    .change = two_step_change,
     .prepare = kt_dirk_prepare,
-    .try_step = try_step,
+    .try_step = two_step_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,
-    .accept = accept,
+    .accept = two_step_accept,
     .report = kt_newton_report,
     .interpolate = kt_dirk_interpolate,
     .stability = kt_multistep_stability,
