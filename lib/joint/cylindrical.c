@@ -1,7 +1,7 @@
 /* Cylindrical: rotation about `axis`, then translation along it. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int cylindrical_elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
     out[1] = kt_element_about(KT_MOTION_PRISMATIC, joint->axis);
     return 2;
@@ -13,7 +13,7 @@ static void measure_cylindrical(const kt_joint_axes *axes, const kt_joint_motion
     kt_measure_prismatic(axes->triad.z, motion, q + 1, v + 1, a + 1);
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench cylindrical_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z), .force = kt_vec3_scale(tau[1], axes->triad.z)};
 }
@@ -41,7 +41,7 @@ const kt_joint_kind kt_joint_cylindrical = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_LENGTH},
-    .elements = elements,
+    .elements = cylindrical_elements,
     .loop = KT_LOOP_CYLINDRICAL,
     .measure = measure_cylindrical,
-    .wrench = wrench};
+    .wrench = cylindrical_wrench};

@@ -1,7 +1,7 @@
 /* Fixed: no degree of freedom; the body is on the link of its parent. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int fixed_elements(const kt_joint *joint, kt_element *out) {
     (void)joint;
     (void)out;
     return 0;
@@ -22,5 +22,5 @@ const kt_joint_kind kt_joint_fixed = {
                 "  - {name: tool, parent: arm, joint: {type: fixed, at: [0.5, 0, 0]}, mass: 0.2, shape: {type: sphere, "
                 "radius: 0.05}}\n"),
         },
-    .elements = elements,
+    .elements = fixed_elements,
     .loop = KT_LOOP_WELD};

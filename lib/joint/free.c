@@ -2,7 +2,7 @@
  * It is one element, not six: a free link transmits neither force nor inertia to its parent. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int free_elements(const kt_joint *joint, kt_element *out) {
     (void)joint;
     out[0] = (kt_element){.motion = KT_MOTION_FREE, .frame = kt_mat3_identity()};
     return 1;
@@ -20,7 +20,7 @@ static void measure_free(const kt_joint_axes *axes, const kt_joint_motion *motio
     kt_joint_store(a + 3, kt_mat3_apply_transposed(*r, motion->acceleration.angular));
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench free_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)axes;
     return (kt_wrench){.moment = kt_mat3_apply(pose->rotation, kt_joint_load(tau + 3)), .force = kt_joint_load(tau)};
 }
@@ -52,7 +52,7 @@ const kt_joint_kind kt_joint_free = {
         },
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION,
                    KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
-    .elements = elements,
+    .elements = free_elements,
     .loop = KT_LOOP_TYPE_COUNT,
     .measure = measure_free,
-    .wrench = wrench};
+    .wrench = free_wrench};

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static bool is_zero(const double *x, int count) {
+static bool all_are_zero(const double *x, int count) {
     static const double zero[KT_JOINT_NQ_MAX] = {0.0};
     return memcmp(x, zero, (size_t)count * sizeof *x) == 0; /* -0 is written as such, and so it is given */
 }
@@ -21,11 +21,11 @@ unsigned kt_joint_given(const kt_joint *joint) {
     const int plain = has_quaternion ? quaternion : size->nq, linear = has_both ? quaternion : size->nv;
     unsigned given = joint->given & (plain ? KT_GIVEN_POSITION : 0U);
     given |= joint->given & (KT_GIVEN_VELOCITY | (has_both ? KT_GIVEN_ANGULAR : 0U));
-    given |= is_zero(joint->position, plain) ? 0U : KT_GIVEN_POSITION;
-    given |= has_quaternion && !is_zero(joint->position + plain, 4) ? KT_GIVEN_ORIENTATION : 0U;
+    given |= all_are_zero(joint->position, plain) ? 0U : KT_GIVEN_POSITION;
+    given |= has_quaternion && !all_are_zero(joint->position + plain, 4) ? KT_GIVEN_ORIENTATION : 0U;
     if (joint->guess)
         given &= ~(unsigned)(KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION);
-    given |= is_zero(joint->velocity, linear) ? 0U : KT_GIVEN_VELOCITY;
-    given |= has_both && !is_zero(joint->velocity + linear, 3) ? KT_GIVEN_ANGULAR : 0U;
+    given |= all_are_zero(joint->velocity, linear) ? 0U : KT_GIVEN_VELOCITY;
+    given |= has_both && !all_are_zero(joint->velocity + linear, 3) ? KT_GIVEN_ANGULAR : 0U;
     return given;
 }

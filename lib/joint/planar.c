@@ -2,7 +2,7 @@
  * translations come first, so that x, y and their rates are components in the triad of the joint frame. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int planar_elements(const kt_joint *joint, kt_element *out) {
     const kt_mat3 triad = kt_triad_from_axis(kt_joint_unit(joint->axis), 2);
     for (int k = 0; k < 3; k++)
         out[k] = (kt_element){.motion = k < 2 ? KT_MOTION_PRISMATIC : KT_MOTION_REVOLUTE, .axis = k, .frame = triad};
@@ -16,7 +16,7 @@ static void measure_planar(const kt_joint_axes *axes, const kt_joint_motion *mot
     kt_measure_revolute(axes, motion, near[2], q + 2, v + 2, a + 2);
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench planar_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     const kt_mat3 *e = &axes->triad;
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[2], e->z),
@@ -48,7 +48,7 @@ const kt_joint_kind kt_joint_planar = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_ANGLE},
-    .elements = elements,
+    .elements = planar_elements,
     .loop = KT_LOOP_PLANAR,
     .measure = measure_planar,
-    .wrench = wrench};
+    .wrench = planar_wrench};

@@ -12,9 +12,9 @@
 
 #include <string.h>
 
-static kt_quat load(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
+static kt_quat load_quaternion(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
 
-static void store(double *p, kt_quat a) {
+static void store_quaternion(double *p, kt_quat a) {
     p[0] = a.w;
     p[1] = a.x;
     p[2] = a.y;
@@ -23,7 +23,8 @@ static void store(double *p, kt_quat a) {
 
 /* out = p (+) d, a quaternion; out may be p or d. */
 static void add_rotation(const double *p, const double *d, double *out) {
-    store(out, kt_quat_normalize(kt_quat_multiply(load(p), kt_quat_from_euler_vector(kt_joint_load(d)))));
+    store_quaternion(
+        out, kt_quat_normalize(kt_quat_multiply(load_quaternion(p), kt_quat_from_euler_vector(kt_joint_load(d)))));
 }
 
 /* The coordinates of a body's joint. */
@@ -32,7 +33,7 @@ typedef struct part {
     bool turns;      /* a quaternion follows the plain positions, three velocities the plain velocities */
 } part;
 
-static part part_of(const kt_body_record *body) {
+static part position_part_of(const kt_body_record *body) {
     const kt_joint_size *size = &kt_joint_sizes[body->type];
     const bool turns = size->nq > size->nv;
     return (part){.q = body->q, .v = body->v, .plain = turns ? size->nq - 4 : size->nq, .turns = turns};
@@ -42,10 +43,10 @@ void kt_position_rate(const kt_model *model, const double *q, const double *v, d
     if (!model || !q || !v || !qdot)
         return;
     for (size_t i = model->n.body - 1; i > 0; i--) {
-        const part p = part_of(&model->body[i]);
+        const part p = position_part_of(&model->body[i]);
         const double *turn = q + p.q + p.plain, *spin = v + p.v + p.plain;
         if (p.turns)
-            store(qdot + p.q + p.plain, kt_quat_rate_body(load(turn), kt_joint_load(spin)));
+            store_quaternion(qdot + p.q + p.plain, kt_quat_rate_body(load_quaternion(turn), kt_joint_load(spin)));
         for (int k = p.plain - 1; k >= 0; k--)
             qdot[p.q + k] = v[p.v + k];
     }
@@ -55,7 +56,7 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
     if (!model || !q || !dv || !out)
         return;
     for (size_t i = model->n.body - 1; i > 0; i--) {
-        const part p = part_of(&model->body[i]);
+        const part p = position_part_of(&model->body[i]);
         if (p.turns)
             add_rotation(q + p.q + p.plain, dv + p.v + p.plain, out + p.q + p.plain);
         for (int k = p.plain - 1; k >= 0; k--)
@@ -85,13 +86,13 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
     if (!model || !end || !q || !dv)
         return;
     for (size_t i = 1; i < model->n.body; i++) {
-        const part p = part_of(&model->body[i]);
+        const part p = position_part_of(&model->body[i]);
         for (int k = 0; k < p.plain; k++)
             dv[p.v + k] = end[p.q + k] - q[p.q + k];
         if (!p.turns)
             continue;
-        const kt_quat from = kt_quat_conjugate(load(q + p.q + p.plain));
-        const kt_quat to = load(end + p.q + p.plain);
+        const kt_quat from = kt_quat_conjugate(load_quaternion(q + p.q + p.plain));
+        const kt_quat to = load_quaternion(end + p.q + p.plain);
         kt_joint_store(dv + p.v + p.plain, kt_euler_vector_from_quat(kt_quat_multiply(from, to)));
     }
 }
@@ -105,11 +106,11 @@ bool kt_position_normalize(const kt_model *model, double *q) {
             if (!motion.quaternions)
                 continue;
             double *p = q + model->link[i].q + motion.plain;
-            const kt_quat unit = kt_quat_normalize(load(p));
+            const kt_quat unit = kt_quat_normalize(load_quaternion(p));
             if (!isfinite(unit.w + unit.x + unit.y + unit.z))
                 return false;
             if (pass)
-                store(p, unit);
+                store_quaternion(p, unit);
         }
     return true;
 }

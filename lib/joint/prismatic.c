@@ -1,7 +1,7 @@
 /* Prismatic: one degree of freedom, translation along `axis`. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int prismatic_elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_PRISMATIC, joint->axis);
     return 1;
 }
@@ -12,7 +12,7 @@ static void measure_prismatic(const kt_joint_axes *axes, const kt_joint_motion *
     kt_measure_prismatic(axes->triad.z, motion, q, v, a);
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench prismatic_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.force = kt_vec3_scale(tau[0], axes->triad.z)};
 }
@@ -39,7 +39,7 @@ const kt_joint_kind kt_joint_prismatic = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_LENGTH},
-    .elements = elements,
+    .elements = prismatic_elements,
     .loop = KT_LOOP_PRISMATIC,
     .measure = measure_prismatic,
-    .wrench = wrench};
+    .wrench = prismatic_wrench};

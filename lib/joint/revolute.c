@@ -1,7 +1,7 @@
 /* Revolute: one degree of freedom, rotation about `axis`. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int revolute_elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
     return 1;
 }
@@ -11,7 +11,7 @@ static void measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *m
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench revolute_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
 }
@@ -36,7 +36,7 @@ const kt_joint_kind kt_joint_revolute = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE},
-    .elements = elements,
+    .elements = revolute_elements,
     .loop = KT_LOOP_REVOLUTE,
     .measure = measure_revolute,
-    .wrench = wrench};
+    .wrench = revolute_wrench};

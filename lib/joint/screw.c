@@ -1,7 +1,7 @@
 /* Screw: one degree of freedom, rotation about `axis` with an advance of `pitch` metres a radian along it. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int screw_elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_SCREW, joint->axis);
     out[0].pitch = joint->pitch;
     return 1;
@@ -12,7 +12,7 @@ static void measure_screw(const kt_joint_axes *axes, const kt_joint_motion *moti
     kt_measure_revolute(axes, motion, near[0], q, v, a);
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench screw_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)pose;
     return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
 }
@@ -41,7 +41,7 @@ const kt_joint_kind kt_joint_screw = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_TURNS},
-    .elements = elements,
+    .elements = screw_elements,
     .loop = KT_LOOP_SCREW,
     .measure = measure_screw,
-    .wrench = wrench};
+    .wrench = screw_wrench};

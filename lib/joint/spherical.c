@@ -1,7 +1,7 @@
 /* Spherical: a quaternion; angular velocity in the body frame. */
 #include "joint/joint.h"
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int spherical_elements(const kt_joint *joint, kt_element *out) {
     (void)joint;
     out[0] = (kt_element){.motion = KT_MOTION_SPHERICAL, .frame = kt_mat3_identity()};
     return 1;
@@ -16,7 +16,7 @@ static void measure_spherical(const kt_joint_axes *axes, const kt_joint_motion *
     kt_joint_store(a, kt_mat3_apply_transposed(*r, motion->acceleration.angular));
 }
 
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench spherical_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     (void)axes;
     return (kt_wrench){.moment = kt_mat3_apply(pose->rotation, kt_joint_load(tau))};
 }
@@ -47,7 +47,7 @@ const kt_joint_kind kt_joint_spherical = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},
-    .elements = elements,
+    .elements = spherical_elements,
     .loop = KT_LOOP_SPHERICAL,
     .measure = measure_spherical,
-    .wrench = wrench};
+    .wrench = spherical_wrench};

@@ -9,14 +9,14 @@ static double sine_between(kt_vec3 a, kt_vec3 b) {
     return kt_vec3_norm(kt_vec3_cross(kt_vec3_normalize(a), kt_vec3_normalize(b)));
 }
 
-static void check(kt_checker *checker, const kt_joint *joint) {
+static void universal_check(kt_checker *checker, const kt_joint *joint) {
     if (kt_axis_is_fine(joint->axis) && kt_axis_is_fine(joint->axis2) &&
         !(sine_between(joint->axis, joint->axis2) >= least_sine))
         kt_checker_fault(checker, "joint.axis2", -1,
                          "joint.axis2 is parallel to joint.axis; turn it away (default: the axis after joint.axis)");
 }
 
-static int elements(const kt_joint *joint, kt_element *out) {
+static int universal_elements(const kt_joint *joint, kt_element *out) {
     out[0] = kt_element_about(KT_MOTION_REVOLUTE, joint->axis);
     out[1] = kt_element_about(KT_MOTION_REVOLUTE, kt_joint_second_axis(joint));
     return 2;
@@ -24,7 +24,7 @@ static int elements(const kt_joint *joint, kt_element *out) {
 
 /* Computes the numbers y with x = y1 e1 + y2 e2, for the axes e1 and e2 (carried along), with c = e1 . e2. The vector x
  * lies in the plane of the axes; a part of x normal to that plane does not count. */
-static void split(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
+static void split_along_axes(kt_vec3 e1, kt_vec3 e2, kt_vec3 x, double *y) {
     const double c = kt_vec3_dot(e1, e2), x1 = kt_vec3_dot(e1, x), x2 = kt_vec3_dot(e2, x);
     const kt_vec3 n = kt_vec3_cross(e1, e2);
     const double s2 = kt_vec3_dot(n, n);
@@ -49,12 +49,12 @@ static void measure_universal(const kt_joint_axes *axes, const kt_joint_motion *
     const kt_mat3 left = kt_mat3_multiply(kt_mat3_transpose(base), motion->pose.rotation);
     const kt_mat3 triad = kt_triad_from_axis(rest, 2);
     q[1] = kt_measured_angle(&triad, &left, near[1]);
-    split(e1, e2, motion->velocity.angular, v);
-    split(e1, e2, motion->acceleration.angular, a); /* e1 x e2 is normal to both */
+    split_along_axes(e1, e2, motion->velocity.angular, v);
+    split_along_axes(e1, e2, motion->acceleration.angular, a); /* e1 x e2 is normal to both */
 }
 
 /* m . e1 = tau1, m . e2 = tau2, m in the plane of both */
-static kt_wrench wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
+static kt_wrench universal_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
     const kt_vec3 e1 = axes->triad.z, e2 = kt_mat3_apply(pose->rotation, axes->second);
     const kt_vec3 n = kt_vec3_cross(e1, e2);
     const double c = kt_vec3_dot(e1, e2), s2 = kt_vec3_dot(n, n);
@@ -87,8 +87,8 @@ const kt_joint_kind kt_joint_universal = {
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_ANGLE},
-    .check = check,
-    .elements = elements,
+    .check = universal_check,
+    .elements = universal_elements,
     .loop = KT_LOOP_UNIVERSAL,
     .measure = measure_universal,
-    .wrench = wrench};
+    .wrench = universal_wrench};
