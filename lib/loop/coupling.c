@@ -5,19 +5,19 @@
 #include "model/formula.h"
 
 #ifndef KT_NO_LOOPS
-static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
+static kt_relation_row coupling_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double offset[3];
     kt_curve_evaluate(&loop->curve, numbers, t, offset);
     return (kt_relation_row){.residual = sum - offset[0], .closes = 1.0};
 }
 
 #if KT_HAS_FORMULAS
-static size_t number_count(const kt_loop *loop) {
+static size_t coupling_number_count(const kt_loop *loop) {
     return kt_loop_has_formula(loop) ? (kt_expression_size(loop->formula) + sizeof(double) - 1) / sizeof(double) : 0;
 }
 
 /* It has been read before, when it was checked. */
-static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void prepare_coupling(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     kt_coupling_names names = {.loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
     const kt_expression *formula;
@@ -28,9 +28,10 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
         record->form = 1;
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate, .number_count = number_count, .prepare = prepare};
+const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {
+    .relate = coupling_relation, .number_count = coupling_number_count, .prepare = prepare_coupling};
 #else
-const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = relate};
+const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = coupling_relation};
 #endif
 #endif
 

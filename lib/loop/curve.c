@@ -36,7 +36,7 @@
 enum { PIECE = 12 };
 
 static const double *lengths_of(const double *spline, int points) { return spline + points; }
-static const double *reference_of(const double *spline, int points) { return spline + 2 * (size_t)points; }
+static const double *spline_reference_of(const double *spline, int points) { return spline + 2 * (size_t)points; }
 static const double *piece_of(const double *spline, int points, int i) {
     return spline + 2 * (size_t)points + 3 + PIECE * (size_t)i;
 }
@@ -97,7 +97,7 @@ static int piece_at(const double *spline, int points, double s) {
     return low;
 }
 
-static kt_vector vector_of(const double *a) { return kt_vector_make(a[0], a[1], a[2]); }
+static kt_vector curve_vector_of(const double *a) { return kt_vector_make(a[0], a[1], a[2]); }
 
 /* Beyond its ends a spline is straight. */
 static place place_of_spline(const double *spline, int points, kt_real s) {
@@ -105,7 +105,8 @@ static place place_of_spline(const double *spline, int points, kt_real s) {
     const double *a = piece_of(spline, points, i), last = spline[points - 1];
     const bool after = kt_value(s) > last, straight = kt_value(s) < 0.0 || after;
     const kt_real x = after ? last - spline[i] + 0.0 * s : straight ? 0.0 * s : s - spline[i];
-    const kt_vector c0 = vector_of(a), b = vector_of(a + 3), c = vector_of(a + 6), d = vector_of(a + 9);
+    const kt_vector c0 = curve_vector_of(a), b = curve_vector_of(a + 3), c = curve_vector_of(a + 6),
+                    d = curve_vector_of(a + 9);
     place at = {.c = c0 + kt_scale(x, b + kt_scale(x, c + kt_scale(x, d))),
                 .c1 = b + kt_scale(x, kt_scale(2.0, c) + kt_scale(3.0 * x, d)),
                 .c2 = kt_scale(2.0, c) + kt_scale(6.0 * x, d),
@@ -173,7 +174,7 @@ static kt_real step_to_foot(const kt_loop_record *loop, const double *numbers, k
 static kt_real foot_of(const kt_loop_record *loop, const double *numbers, kt_vector p) {
     enum { STEPS = 40 };
     const double at[3] = {kt_value(kt_component(p, 0)), kt_value(kt_component(p, 1)), kt_value(kt_component(p, 2))};
-    const kt_vector fixed = vector_of(at);
+    const kt_vector fixed = curve_vector_of(at);
     double s = foot_near(loop, numbers, at), change = HUGE_VAL;
     for (int i = 0; i < STEPS && fabs(change) > 4.0 * DBL_EPSILON * (1.0 + fabs(s)); i++) {
         change = kt_value(step_to_foot(loop, numbers, s, fixed));
@@ -222,7 +223,7 @@ static foot foot_moving(const kt_loop_record *loop, const double *numbers, kt_ve
 /* The direction g, which is never along the curve. */
 static kt_vector reference(const kt_loop_record *loop, const double *numbers) {
     if (loop->form == KT_TRACK_SPLINE)
-        return vector_of(reference_of(numbers + loop->number, loop->count));
+        return curve_vector_of(spline_reference_of(numbers + loop->number, loop->count));
     return loop->form == KT_TRACK_LINE ? kt_vector_make(1.0, 0.0, 0.0) : kt_vector_make(0.0, 0.0, 1.0);
 }
 
@@ -285,21 +286,21 @@ static int evaluate_curve(const kt_loop_record *loop, const double *numbers, con
 }
 
 static double arc_length_at(const kt_loop_record *loop, const double *numbers, const double p[3]) {
-    const kt_real s = foot_of(loop, numbers, vector_of(p));
+    const kt_real s = foot_of(loop, numbers, curve_vector_of(p));
     const place x = place_at(loop, numbers, s);
     return kt_value(arc_length(loop, numbers, s, kt_sqrt(kt_dot(x.c1, x.c1))));
 }
 
-static int row_count(const kt_loop *loop) { return loop->function.type == KT_FUNCTION_NONE ? 2 : 3; }
+static int curve_row_count(const kt_loop *loop) { return loop->function.type == KT_FUNCTION_NONE ? 2 : 3; }
 
 /* ---- the spline -------------------------------------------------------------------------------------------------- */
 
-static size_t number_count(const kt_loop *loop) {
+static size_t curve_number_count(const kt_loop *loop) {
     const size_t points = loop->curve.type == KT_TRACK_SPLINE ? (size_t)loop->curve.point_count : 0;
     return points ? 2 * points + 3 + PIECE * (points - 1) : 0;
 }
 
-static void read_point(const kt_track *track, int i, double p[3]) {
+static void read_track_point(const kt_track *track, int i, double p[3]) {
     p[0] = track->points[i].x;
     p[1] = track->points[i].y;
     p[2] = track->points[i].z;
@@ -312,8 +313,8 @@ static void fit_component(const kt_track *track, int k, double *spline) {
     double *piece = spline + 2 * (size_t)n + 3, before[3], here[3], next[3];
     for (int i = 0; i + 1 < n; i++) {
         const double h = spline[i + 1] - spline[i];
-        read_point(track, i, here);
-        read_point(track, i + 1, next);
+        read_track_point(track, i, here);
+        read_track_point(track, i + 1, next);
         double *a = piece + PIECE * (size_t)i;
         a[k] = here[k];
         a[3 + k] = (next[k] - here[k]) / h;
@@ -321,7 +322,7 @@ static void fit_component(const kt_track *track, int k, double *spline) {
         a[9 + k] = 0.0;
         if (i == 0)
             continue;
-        read_point(track, i - 1, before);
+        read_track_point(track, i - 1, before);
         const double *up = a - PIECE, width = spline[i] - spline[i - 1];
         const double factor = i > 1 ? width / up[6 + k] : 0.0;
         a[6 + k] = 2.0 * (width + h) - factor * width;
@@ -371,7 +372,7 @@ static void choose_reference(double *spline, int points) {
     }
 }
 
-static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void prepare_curve(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     const kt_track *track = &loop->curve;
     const int n = track->point_count;
     record->form = (int32_t)track->type;
@@ -394,9 +395,9 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
 const kt_loop_kind KT_KERNEL(kt_loop_curve) = {.rows = 3,
                                                .evaluate = evaluate_curve,
                                                .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
-                                               .row_count = row_count,
-                                               .number_count = number_count,
-                                               .prepare = prepare,
+                                               .row_count = curve_row_count,
+                                               .number_count = curve_number_count,
+                                               .prepare = prepare_curve,
                                                .arc_length = arc_length_at};
 #endif
 

@@ -24,10 +24,10 @@
 
 typedef kt_loop_equation equations[KT_LOOP_ROW_MAX];
 
-static kt_vec3 plus(kt_vec3 a, double s, kt_vec3 b) { return kt_vec3_add(a, kt_vec3_scale(s, b)); }
+static kt_vec3 add_scaled(kt_vec3 a, double s, kt_vec3 b) { return kt_vec3_add(a, kt_vec3_scale(s, b)); }
 
 /* exp(angle) R */
-static kt_mat3 turned(kt_vec3 angle, kt_mat3 R) {
+static kt_mat3 turned_frame(kt_vec3 angle, kt_mat3 R) {
     kt_mat3 turn;
     const kt_rotation rotation = kt_rotation_vector(angle);
     kt_error ignored;
@@ -47,10 +47,10 @@ static bool call(const kt_loop_record *loop, double t, const kt_loop_motion *mot
 }
 
 static kt_loop_motion moved(const kt_loop_motion *m, const direction *by, double s) {
-    return (kt_loop_motion){.position = plus(m->position, s, by->d),
-                            .rotation = turned(kt_vec3_scale(s, by->angle), m->rotation),
-                            .velocity = plus(m->velocity, s, by->u),
-                            .omega = plus(m->omega, s, by->w)};
+    return (kt_loop_motion){.position = add_scaled(m->position, s, by->d),
+                            .rotation = turned_frame(kt_vec3_scale(s, by->angle), m->rotation),
+                            .velocity = add_scaled(m->velocity, s, by->u),
+                            .omega = add_scaled(m->omega, s, by->w)};
 }
 
 /* ---- terms that callbacks do not write --------------------------------------------------------------------------- */
@@ -80,7 +80,7 @@ static bool differences(const kt_loop_record *loop, double t, const kt_loop_moti
     return fine;
 }
 
-static double *component(kt_vec3 *v, int k) { return k == 0 ? &v->x : k == 1 ? &v->y : &v->z; }
+static double *component_at(kt_vec3 *v, int k) { return k == 0 ? &v->x : k == 1 ? &v->y : &v->z; }
 
 static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
     double slope[KT_LOOP_ROW_MAX];
@@ -88,10 +88,10 @@ static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_
     for (int k = 0; k < 7; k++) {
         direction by = {.time = k == 6 ? 1.0 : 0.0};
         if (k < 6)
-            *component(k < 3 ? &by.angle : &by.d, k % 3) = 1.0;
+            *component_at(k < 3 ? &by.angle : &by.d, k % 3) = 1.0;
         fine &= differences(loop, t, m, &by, k < 3 || k == 6 ? STEP : STEP * arm_of(m), slope);
         for (int r = 0; r < loop->row_count; r++)
-            *(k == 6 ? &rows[r].rate : component(k < 3 ? &rows[r].moment : &rows[r].force, k % 3)) = slope[r];
+            *(k == 6 ? &rows[r].rate : component_at(k < 3 ? &rows[r].moment : &rows[r].force, k % 3)) = slope[r];
     }
     return fine;
 }
@@ -102,7 +102,7 @@ static direction onwards(const kt_loop_motion *m, double part, double *step) {
     return (direction){.d = m->velocity, .angle = m->omega, .time = 1.0};
 }
 
-static double power_of(const kt_loop_equation *row, const kt_loop_motion *m) {
+static double row_power_of(const kt_loop_equation *row, const kt_loop_motion *m) {
     return kt_vec3_dot(row->moment, m->omega) + kt_vec3_dot(row->force, m->velocity) + row->rate;
 }
 
@@ -119,7 +119,7 @@ static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop
             continue;
         fine &= call(loop, t + i * step, &there, near);
         for (int r = 0; r < loop->row_count; r++)
-            rows[r].drift += (i < 0 ? -weight[-i - 1] : weight[i - 1]) * power_of(&near[r], m) / step;
+            rows[r].drift += (i < 0 ? -weight[-i - 1] : weight[i - 1]) * row_power_of(&near[r], m) / step;
     }
     return fine;
 }
@@ -160,7 +160,7 @@ static void find_equations(const kt_loop_record *loop, double t, const kt_loop_m
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
 
-static kt_vector vector_of(kt_vec3 a) { return kt_vector_make(a.x, a.y, a.z); }
+static kt_vector custom_vector_of(kt_vec3 a) { return kt_vector_make(a.x, a.y, a.z); }
 
 /* An equation of numbers with derivatives. */
 typedef struct row_parts {
@@ -169,7 +169,8 @@ typedef struct row_parts {
 } row_parts;
 
 static row_parts parts_of(const kt_loop_equation *row) {
-    return (row_parts){vector_of(row->moment), vector_of(row->force), row->residual, row->rate, row->drift};
+    return (row_parts){custom_vector_of(row->moment), custom_vector_of(row->force), row->residual, row->rate,
+                       row->drift};
 }
 
 #ifdef KT_DUAL
@@ -208,10 +209,10 @@ static void add_derivatives(const kt_loop_record *loop, double t, const kt_loop_
     }
 }
 
-static direction direction_of(const kt_custom_motion *m) {
+static direction motion_direction_of(const kt_custom_motion *m) {
     direction by = {.d = derivative_of(m->d), .u = derivative_of(m->u), .w = derivative_of(m->w)};
     for (int k = 0; k < 3; k++)
-        by.angle = plus(by.angle, 0.5, kt_vec3_cross(kt_value_of(m->axes[k]), derivative_of(m->axes[k])));
+        by.angle = add_scaled(by.angle, 0.5, kt_vec3_cross(kt_value_of(m->axes[k]), derivative_of(m->axes[k])));
     return by;
 }
 #endif
@@ -229,7 +230,7 @@ static int evaluate_custom(const kt_loop_record *loop, const double *numbers, co
     for (int k = 0; k < loop->row_count; k++)
         parts[k] = parts_of(&found[k]);
 #ifdef KT_DUAL
-    const direction by = direction_of(&seen);
+    const direction by = motion_direction_of(&seen);
     add_derivatives(loop, t, &motion, &by, parts);
 #endif
     for (int k = 0; k < loop->row_count; k++) {
@@ -244,10 +245,10 @@ static int evaluate_custom(const kt_loop_record *loop, const double *numbers, co
     return loop->row_count;
 }
 
-static int row_count(const kt_loop *loop) { return loop->equation_count; }
+static int custom_row_count(const kt_loop *loop) { return loop->equation_count; }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void prepare_custom(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
     record->equations = loop->equations;
     record->user = loop->user;
@@ -258,8 +259,8 @@ const kt_loop_kind KT_KERNEL(kt_loop_custom) = {
     .rows = KT_LOOP_ROW_MAX,
     .evaluate = evaluate_custom,
     .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
-    .row_count = row_count,
-    .prepare = prepare};
+    .row_count = custom_row_count,
+    .prepare = prepare_custom};
 #endif
 
 #if KT_DESCRIBES

@@ -2,13 +2,13 @@
 #include "loop/loop.h"
 
 #ifndef KT_NO_LOOPS
-static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
+static kt_relation_row motion_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double f[3];
     kt_curve_evaluate(&loop->curve, numbers, t, f);
     return (kt_relation_row){.residual = sum - f[0], .rate = -f[1], .drift = -f[2], .closes = 1.0};
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_motion) = {.relate = relate};
+const kt_loop_kind KT_KERNEL(kt_loop_motion) = {.relate = motion_relation};
 #endif
 
 #if KT_DESCRIBES

@@ -16,11 +16,11 @@
  */
 #include "loop/loop.h"
 
-static kt_vec3 axis_of(const kt_pose *end, int k) {
+static kt_vec3 end_axis_of(const kt_pose *end, int k) {
     return k == 0 ? end->rotation.x : k == 1 ? end->rotation.y : end->rotation.z;
 }
 
-static double across(kt_vec3 u) { return sqrt(u.x * u.x + u.y * u.y); }
+static double length_in_plane(kt_vec3 u) { return sqrt(u.x * u.x + u.y * u.y); }
 
 /* A loop whose planar form is being computed. */
 typedef struct sheet {
@@ -36,10 +36,10 @@ static void take_angle(const sheet *s, double cosine, double sine) {
 }
 
 static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
-    const kt_vec3 e = axis_of(&s->end[0], k);
+    const kt_vec3 e = end_axis_of(&s->end[0], k);
     const double height = e.z * s->flat->height;
     const bool in_plane = fabs(height) <= s->length;
-    if (across(e) <= s->direction)
+    if (length_in_plane(e) <= s->direction)
         return in_plane;
     row->kind = KT_PLANAR_ROW_ALONG;
     row->e[0] = e.x;
@@ -49,7 +49,7 @@ static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
 }
 
 static void lay_turn(const sheet *s, int k, kt_planar_row *row) {
-    row->constant = axis_of(&s->end[0], k).z;
+    row->constant = end_axis_of(&s->end[0], k).z;
     if (fabs(row->constant) > s->direction)
         row->kind = KT_PLANAR_ROW_ROTATION;
 }
@@ -57,7 +57,7 @@ static void lay_turn(const sheet *s, int k, kt_planar_row *row) {
 /* Returns 1 if both ends' axes z are n, 2 if they lie in the plane, and 0 otherwise. */
 static int lie_of_axes(const sheet *s) {
     const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
-    if (across(e) <= s->direction && across(f) <= s->direction)
+    if (length_in_plane(e) <= s->direction && length_in_plane(f) <= s->direction)
         return 1;
     return fabs(e.z) <= s->direction && fabs(f.z) <= s->direction ? 2 : 0;
 }
@@ -82,7 +82,7 @@ static bool lay_tilt(const sheet *s, int k, kt_planar_row *row) {
 static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
     double cosine = 0.0, sine = 0.0;
     for (int i = 0; i < 3; i++) {
-        const kt_vec3 e = axis_of(&s->end[0], i), f = axis_of(&s->end[1], i);
+        const kt_vec3 e = end_axis_of(&s->end[0], i), f = end_axis_of(&s->end[1], i);
         if (fabs(e.z - f.z) > s->direction)
             return false;
         cosine += e.x * f.x + e.y * f.y;
@@ -96,8 +96,8 @@ static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
 static bool lay_normal(const sheet *s, kt_planar_row *row) {
     const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
     if (lie_of_axes(s) != 2)
-        return (across(e) <= s->direction && fabs(f.z) <= s->direction) ||
-               (across(f) <= s->direction && fabs(e.z) <= s->direction);
+        return (length_in_plane(e) <= s->direction && fabs(f.z) <= s->direction) ||
+               (length_in_plane(f) <= s->direction && fabs(e.z) <= s->direction);
     take_angle_of_axes(s);
     row->kind = KT_PLANAR_ROW_ORTHOGONAL;
     return true;
@@ -105,10 +105,11 @@ static bool lay_normal(const sheet *s, kt_planar_row *row) {
 
 static void lay_distance(const sheet *s, kt_planar_row *row) {
     const kt_vec3 x = s->end[0].rotation.x, y = s->end[0].rotation.y;
-    const kt_vec3 e = across(x) >= 0.5 ? x : y; /* of two axes at right angles one reaches so far into the plane */
+    const kt_vec3 e =
+        length_in_plane(x) >= 0.5 ? x : y; /* of two axes at right angles one reaches so far into the plane */
     row->kind = KT_PLANAR_ROW_DISTANCE;
-    row->e[0] = e.x / across(e);
-    row->e[1] = e.y / across(e);
+    row->e[0] = e.x / length_in_plane(e);
+    row->e[1] = e.y / length_in_plane(e);
 }
 
 static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {

@@ -3,14 +3,14 @@
 #include "loop/loop.h"
 
 #ifndef KT_NO_LOOPS
-static kt_relation_row relate(const kt_loop_record *loop, const double *numbers, double sum, double t) {
+static kt_relation_row rates_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double f[3];
     (void)sum;
     kt_curve_evaluate(&loop->curve, numbers, t, f);
     return (kt_relation_row){.rate = -f[0], .drift = -f[1]};
 }
 
-const kt_loop_kind KT_KERNEL(kt_loop_rates) = {.relate = relate};
+const kt_loop_kind KT_KERNEL(kt_loop_rates) = {.relate = rates_relation};
 #endif
 
 #if KT_DESCRIBES

@@ -122,7 +122,7 @@ static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, c
     return count;
 }
 
-static int row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
+static int rolling_row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
 
 #if KT_HAS_SWITCHES
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
@@ -139,7 +139,7 @@ static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *re
 #endif
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {
-    .rows = 3, .evaluate = evaluate_rolling, .row_count = row_count, .prepare = choose_form};
+    .rows = 3, .evaluate = evaluate_rolling, .row_count = rolling_row_count, .prepare = choose_form};
 #endif
 
 #if KT_DESCRIBES

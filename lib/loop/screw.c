@@ -6,7 +6,7 @@
 #include "loop/orientation.h"
 
 #ifndef KT_NO_LOOPS
-static kt_real advance(const kt_loop_record *loop, kt_real theta, kt_real along) {
+static kt_real screw_advance(const kt_loop_record *loop, kt_real theta, kt_real along) {
     const double lead = KT_TURN * loop->pitch;
     const kt_real phi = along - loop->pitch * (theta - loop->angle);
     return lead != 0.0 ? kt_remainder(phi, lead) : phi;
@@ -22,7 +22,7 @@ static int evaluate_screw(const kt_loop_record *loop, const double *numbers, con
 
     const kt_axis_turn turn = kt_axis_turn_of(end, &r);
     rows[4] = kt_row_along(&r, end[0].axes[2]);
-    rows[4].residual = advance(loop, turn.theta, rows[4].residual);
+    rows[4].residual = screw_advance(loop, turn.theta, rows[4].residual);
     rows[4].moment = kt_scale(-loop->pitch, turn.k);
     rows[4].drift -= loop->pitch * turn.bias;
     return 5;

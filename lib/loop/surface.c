@@ -22,7 +22,7 @@
 
 #ifndef KT_NO_LOOPS
 /* v / |v|, or `aside` where v is next to nothing; *inverse: 1 / |v|, or 0. */
-static inline kt_vector direction_of(kt_vector v, kt_vector aside, kt_real *norm, kt_real *inverse) {
+static inline kt_vector direction_or_aside(kt_vector v, kt_vector aside, kt_real *norm, kt_real *inverse) {
     const kt_real square = kt_dot(v, v);
     const bool is_zero = !(kt_value(square) > DBL_MIN);
     *norm = is_zero ? 0.0 : kt_sqrt(square);
@@ -37,7 +37,7 @@ typedef struct normal {
 
 static inline normal normal_of_sphere(const kt_loop_record *loop, const kt_vector *e, const kt_loop_relative *r) {
     kt_real norm, inverse;
-    normal x = {.n = direction_of(r->d, e[0], &norm, &inverse)};
+    normal x = {.n = direction_or_aside(r->d, e[0], &norm, &inverse)};
     const kt_vector across = kt_cross(x.n, r->u);
     x.phi = norm - loop->radius;
     x.bias = kt_dot(across, across) * inverse;
@@ -48,12 +48,12 @@ static inline normal normal_of_sphere(const kt_loop_record *loop, const kt_vecto
 static inline normal normal_about_axis(const kt_loop_record *loop, const kt_vector *e, const kt_loop_relative *r) {
     const kt_real y = kt_dot(e[2], r->d), y1 = kt_dot(e[2], r->u);
     kt_real rho, inverse, tau, inverse_tau;
-    const kt_vector m = direction_of(r->d - kt_scale(y, e[2]), e[0], &rho, &inverse);
+    const kt_vector m = direction_or_aside(r->d - kt_scale(y, e[2]), e[0], &rho, &inverse);
     const kt_real g = kt_dot(e[2], kt_cross(m, r->u)), around = g * g * inverse;
     if (loop->form == KT_SURFACE_CYLINDER)
         return (normal){.n = m, .phi = rho - loop->radius, .bias = around};
     const kt_real s = rho - loop->radius, s1 = kt_dot(m, r->u);
-    const kt_vector n = direction_of(kt_scale(s, m) + kt_scale(y, e[2]), m, &tau, &inverse_tau);
+    const kt_vector n = direction_or_aside(kt_scale(s, m) + kt_scale(y, e[2]), m, &tau, &inverse_tau);
     const kt_real swept = (s1 * y - y1 * s) * inverse_tau;
     return (normal){.n = n, .phi = tau - loop->tube, .bias = (swept * swept + s * around) * inverse_tau};
 }
@@ -75,7 +75,7 @@ static int evaluate_surface(const kt_loop_record *loop, const double *numbers, c
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void prepare_surface(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
     record->form = (int32_t)loop->surface.type;
     record->radius = loop->surface.radius;
@@ -83,7 +83,7 @@ static void prepare(const kt_loop *loop, double *numbers, kt_loop_record *record
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
-    .rows = 1, .evaluate = evaluate_surface, .part = {KT_PART_SPATIAL}, .prepare = prepare};
+    .rows = 1, .evaluate = evaluate_surface, .part = {KT_PART_SPATIAL}, .prepare = prepare_surface};
 #endif
 
 #if KT_DESCRIBES
