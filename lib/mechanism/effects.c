@@ -222,7 +222,7 @@ KT_INLINE bool sum_all(sum *s) {
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
 /* "effect 'tether' (spring) between 'hull' and 'world', t = 0.5 s" */
-static void name_effect(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
+static void name_effect_at_fault(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
     if (KT_HAS_FORMULAS && effect->law_rate > 0) { /* of an auxiliary state */
@@ -246,7 +246,7 @@ static void name_effect(const sum *s, const kt_effect_record *effect, char where
 
 static kt_status reject_code(const sum *s, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    name_effect(s, s->failed, where);
+    name_effect_at_fault(s, s->failed, where);
     if (s->code < 0)
         return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback stopped (code %d)", s->code);
     return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
@@ -258,13 +258,13 @@ kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_re
     char where[KT_WHERE_SIZE];
     if (code != 0)
         return reject_code(&s, error);
-    name_effect(&s, effect, where);
+    name_effect_at_fault(&s, effect, where);
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
 }
 
 /* Finds the ends of an effect, or those that stand for its path. */
-static void find_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect, kt_path_value *path,
-                      kt_effect_end end[2]) {
+static void find_effect_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
+                             kt_path_value *path, kt_effect_end end[2]) {
     if (KT_HAS_PATHS && effect->path_count > 0) {
         kt_path_value_find(model, data, NULL, effect, path);
         kt_path_as_ends(path->length, path->rate, end);
@@ -281,14 +281,14 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
     if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
         return;
     kt_path_value path;
-    find_ends(s->model, s->data, effect, &path, end);
+    find_effect_ends(s->model, s->data, effect, &path, end);
     kt_formula_variables_read(s->model, s->data, NULL, effect, s->at, end, values);
     kt_formulas_explain(s->model, effect, values, text, size);
 }
 
 static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
     char where[KT_WHERE_SIZE], fault[120];
-    name_effect(s, effect, where);
+    name_effect_at_fault(s, effect, where);
     if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
     explain_force(s, effect, fault, sizeof fault);
@@ -324,7 +324,7 @@ static bool is_culprit(const sum *s, const kt_effect_record *effect) {
 }
 
 /* Names the effect at fault; returns KT_OK if only the test sum overflowed. */
-static kt_status blame(const sum *s, kt_error *error) {
+static kt_status blame_effect(const sum *s, kt_error *error) {
     const kt_input input = {
         .q = s->at->q, .v = s->at->v, .x = s->at->tau, .what = "force or torque", .external = s->at->external};
     const kt_status status = kt_input_check(s->model, &input, error);
@@ -343,7 +343,7 @@ static kt_status blame(const sum *s, kt_error *error) {
 KT_INLINE kt_status conclude(const sum *s, bool done, kt_dynamic_state *at, kt_error *error) {
     if (!done)
         return reject_code(s, error);
-    const kt_status status = s->excess == 0.0 ? KT_OK : blame(s, error);
+    const kt_status status = s->excess == 0.0 ? KT_OK : blame_effect(s, error);
     kt_effects_recall(s->model, s->data, at);
     return status;
 }
@@ -401,7 +401,7 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
         if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
             continue;
         kt_path_value path;
-        find_ends(model, data, effect, &path, end);
+        find_effect_ends(model, data, effect, &path, end);
         double rates[6];
         if (KT_HAS_FORMULAS && kind->formula_wrench) {
             const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);

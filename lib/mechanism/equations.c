@@ -13,8 +13,8 @@ typedef struct kt_outputs {
     double *jacobian, *residual, *rate, *drift;
 } kt_outputs;
 
-static void write_row(const kt_model *model, const kt_group *group, const kt_group_work *w, int r, size_t row,
-                      const kt_outputs *out) {
+static void write_equation_row(const kt_model *model, const kt_group *group, const kt_group_work *w, int r, size_t row,
+                               const kt_outputs *out) {
     for (int i = 0; i < w->m && out->jacobian && !kt_group_has_fronts(group); i++)
         out->jacobian[(size_t)model->group_v[group->v + i] * model->n.row + row] =
             w->a[(size_t)r * (size_t)w->m + (size_t)i];
@@ -27,7 +27,7 @@ static void write_row(const kt_model *model, const kt_group *group, const kt_gro
 }
 
 /* Writes the columns of A, one by one, of a group that is reduced by fronts; data->delta is zero. */
-static void write_columns(const kt_model *model, kt_data *data, size_t g, double *jacobian) {
+static void write_front_columns(const kt_model *model, kt_data *data, size_t g, double *jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     for (int c = 0; c < group->v_count; c++) {
@@ -39,24 +39,24 @@ static void write_columns(const kt_model *model, kt_data *data, size_t g, double
     }
 }
 
-static void write_group(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
+static void write_group_equations(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     if (kt_group_has_fronts(group) && out->jacobian)
-        write_columns(model, data, g, out->jacobian);
+        write_front_columns(model, data, g, out->jacobian);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const int32_t *slot = kt_rows_slots(model, group, loop);
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0)
-                write_row(model, group, &w, slot[r], (size_t)loop->equation + (size_t)r, out);
+                write_equation_row(model, group, &w, slot[r], (size_t)loop->equation + (size_t)r, out);
     }
 }
 
 /* Whether all numbers of a group's equations are finite. If fronts reduce a group, its columns are found one by one.
  * Then one product with ones is checked instead: a number that is not finite stays so in every sum. */
-static bool is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
+static bool group_is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     const size_t k = (size_t)w.k;
@@ -97,7 +97,7 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
     if (KT_HAS_LOOPS)
         model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
-        if (!is_finite(model, data, g, jacobian != NULL))
+        if (!group_is_finite(model, data, g, jacobian != NULL))
             return kt_loops_explain(model, data, t, q, v, reject_group(model, g, t, error), error);
     if (jacobian)
         memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
@@ -105,14 +105,14 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
         if (vectors[k])
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
-        write_group(model, data, g, &out);
+        write_group_equations(model, data, g, &out);
     return KT_OK;
 }
 
 /* ---- the null space ---------------------------------------------------------------------------------------------- */
 
 /* Writes the columns of a group, from `column` on, and marks its coordinates. Returns the number of columns. */
-static size_t write_basis(const kt_model *model, kt_data *data, size_t g, double *column, double *mark) {
+static size_t write_group_basis(const kt_model *model, kt_data *data, size_t g, double *column, double *mark) {
     const size_t nv = model->n.v;
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -151,7 +151,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
     kt_clear(basis, nv * nv * sizeof *basis);
     memset(data->delta, 0, nv * sizeof *data->delta); /* 1 for coordinates of a group */
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
-        count += write_basis(model, data, g, basis + count * nv, data->delta);
+        count += write_group_basis(model, data, g, basis + count * nv, data->delta);
     for (size_t i = 0; i < nv; i++)
         if (data->delta[i] == 0.0)
             basis[count++ * nv + i] = 1.0;

@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* A coordinate of a marker, or its rate, in the world. */
-static double find_marker(const kt_link_kinematics *kinematics, const kt_variable_record *variable) {
+static double find_marker_coordinate(const kt_link_kinematics *kinematics, const kt_variable_record *variable) {
     const kt_link_kinematics *link = &kinematics[variable->link];
     const kt_vec3 arm = kt_mat3_apply(link->axes, variable->arm);
     const kt_vec3 found = variable->type == KT_VARIABLE_MARKER
@@ -62,7 +62,7 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
     for (int32_t k = 0; k < effect->variable_count; k++, variable++) {
         const bool is_length = variable->type == KT_VARIABLE_LENGTH, is_speed = variable->type == KT_VARIABLE_SPEED;
         if (kinematics && (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY)) {
-            values[k] = find_marker(kinematics, variable);
+            values[k] = find_marker_coordinate(kinematics, variable);
         } else if (kinematics && variable->type == KT_VARIABLE_GRAVITY) {
             values[k] = find_gravity_force(model, kinematics, variable);
         } else if (KT_HAS_RELATIVE && effect->relative.type && (is_length || is_speed)) { /* in a loop's coordinate */

@@ -25,7 +25,7 @@ static bool ends_on_ground(const kt_effect_record *effect) {
 }
 
 /* Whether the effect is the contact of a sphere with a plane. Its distance is that of its centre, less its radius. */
-static bool is_plain(const kt_effect_record *effect) {
+static bool is_sphere_on_plane(const kt_effect_record *effect) {
 #if KT_HAS_SWITCHES
     if (effect->disc)
         return false;
@@ -41,7 +41,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
     const kt_pose *plane = &effect->frame[1];
     const kt_vec3 from = moves && link != NULL ? kt_vec3_sub(plane->position, link->at) : plane->position;
     kt_gap_form form = KT_GAP_OF_COORDINATE;
-    if (KT_HAS_CLEARANCES && moves && is_plain(effect))
+    if (KT_HAS_CLEARANCES && moves && is_sphere_on_plane(effect))
         form = link != NULL ? KT_GAP_OF_HEIGHT : ends_on_ground(effect) ? KT_GAP_TO_GROUND : KT_GAP_OF_ENDS;
     else if (moves)
         form = KT_GAP_OF_OTHERS;
@@ -55,18 +55,18 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
                            .offset = moves ? kt_vec3_dot(plane->rotation.z, from) : 0.0};
 }
 
-static bool are_equal(kt_vec3 a, kt_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+static bool vectors_are_equal(kt_vec3 a, kt_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /* Whether a row goes on: coordinates follow each other; points above the ground belong to one link above one plane. */
-static bool goes_on(const kt_gap_source *row, const kt_gap_source *next) {
+static bool row_goes_on(const kt_gap_source *row, const kt_gap_source *next) {
     const kt_effect_record *a = row->effect, *b = next->effect;
     if (row->form != next->form)
         return false;
     if (row->form == KT_GAP_OF_COORDINATE)
         return next->q == row->q + row->count && next->v == row->v + row->count;
     return row->form != KT_GAP_TO_GROUND ||
-           (a->force_link[0] == b->force_link[0] && are_equal(a->frame[1].position, b->frame[1].position) &&
-            are_equal(a->frame[1].rotation.z, b->frame[1].rotation.z));
+           (a->force_link[0] == b->force_link[0] && vectors_are_equal(a->frame[1].position, b->frame[1].position) &&
+            vectors_are_equal(a->frame[1].rotation.z, b->frame[1].rotation.z));
 }
 
 size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
@@ -79,7 +79,7 @@ size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
             if (sources == NULL)
                 continue;
             sources[count] = source_of(model, &model->effect[batch->first + j]);
-            if (!KT_HAS_CLEARANCES || count == 0 || !goes_on(&sources[first], &sources[count])) {
+            if (!KT_HAS_CLEARANCES || count == 0 || !row_goes_on(&sources[first], &sources[count])) {
                 first = count;
                 continue;
             }

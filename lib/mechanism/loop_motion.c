@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* An end in the world; accelerations are not needed. */
-static kt_loop_end end_of(const kt_data *data, const kt_loop_record *loop, int k) {
+static kt_loop_end moving_end_of(const kt_data *data, const kt_loop_record *loop, int k) {
     const kt_link_kinematics *link = &data->kinematics[loop->link[k]];
     kt_loop_end end;
     memset(&end, 0, sizeof end);
@@ -28,7 +28,7 @@ bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loo
     const kt_loop_record *r = &model->loop[loop];
     if (kt_loop_is_off(r) && kt_loop_is_relation((kt_loop_type)r->type))
         return false;
-    const kt_loop_end end[2] = {end_of(data, r, 0), end_of(data, r, 1)};
+    const kt_loop_end end[2] = {moving_end_of(data, r, 0), moving_end_of(data, r, 1)};
     const kt_loop_relative relative = kt_loop_relative_of(end);
     const kt_custom_motion seen = kt_custom_motion_of(end, &relative);
     *motion = kt_custom_motion_value(&seen);

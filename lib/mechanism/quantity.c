@@ -151,7 +151,7 @@ typedef struct reading {
     kt_effect_load load;
 } reading;
 
-static double power_of(const reading *r) {
+static double effect_power_of(const reading *r) {
     double power = r->load.joint_force * r->v;
     for (int k = 0; k < r->effect->ends && !is_in_coordinate(r->effect) && !has_path(r->effect); k++)
         power += kt_vec3_dot(r->load.wrench[k].force, r->end[k].velocity) +
@@ -166,7 +166,7 @@ static double along_line(const reading *r, kt_vec3 vector) {
     return length > 0.0 ? kt_vec3_dot(d, vector) / length : kt_vec3_norm(vector);
 }
 
-static double excess_of(const reading *r) {
+static double penetration_of(const reading *r) {
 #if KT_HAS_GAP
     const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
     const bool in_coordinate = is_in_coordinate(r->effect);
@@ -181,7 +181,7 @@ static double excess_of(const reading *r) {
 }
 
 /* The normal of a contact: that of the plane, or along the centres of two spheres. */
-static kt_vec3 normal_of(const reading *r) {
+static kt_vec3 contact_normal_of(const reading *r) {
     const kt_vec3 apart = kt_vec3_sub(r->end[0].point, r->end[1].point);
     const double norm = kt_vec3_norm(apart);
     return r->effect->radius2 > 0.0 && norm > 0.0 ? kt_vec3_scale(1.0 / norm, apart) : r->end[1].axes.z;
@@ -189,21 +189,21 @@ static kt_vec3 normal_of(const reading *r) {
 
 /* Returns the vector less its component along the normal of a contact. */
 static kt_vec3 tangential(const reading *r, kt_vec3 vector) {
-    const kt_vec3 n = normal_of(r);
+    const kt_vec3 n = contact_normal_of(r);
     return kt_vec3_sub(vector, kt_vec3_scale(kt_vec3_dot(n, vector), n));
 }
 
 static kt_vec3 lowest_point(const reading *r) {
-    return kt_vec3_add(r->end[0].point, kt_contact_lowest(r->effect, r->end[0].axes, normal_of(r)));
+    return kt_vec3_add(r->end[0].point, kt_contact_lowest(r->effect, r->end[0].axes, contact_normal_of(r)));
 }
 
-static kt_vec3 velocity_at(const kt_effect_end *end, kt_vec3 point) {
+static kt_vec3 end_velocity_at(const kt_effect_end *end, kt_vec3 point) {
     return kt_vec3_add(end->velocity, kt_vec3_cross(end->omega, kt_vec3_sub(point, end->point)));
 }
 
-static double component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
+static double vector_component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
 
-static double value_of(const reading *r, kt_effect_quantity quantity) {
+static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     const bool touches = r->effect->type == KT_EFFECT_CONTACT;
     const kt_wrench *wrench = &r->load.wrench[r->effect->ends == 2 && !touches ? 1 : 0];
     const kt_vec3 l = lowest_point(r);
@@ -213,19 +213,19 @@ static double value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_TENSION:
         return has_path(r->effect) ? -r->load.joint_force : along_line(r, r->load.wrench[0].force);
     case KT_QUANTITY_NORMAL:
-        return kt_vec3_dot(r->load.wrench[0].force, normal_of(r));
+        return kt_vec3_dot(r->load.wrench[0].force, contact_normal_of(r));
     case KT_QUANTITY_FRICTION:
         return kt_vec3_norm(tangential(r, r->load.wrench[0].force));
     case KT_QUANTITY_FORCE_X:
     case KT_QUANTITY_FORCE_Y:
     case KT_QUANTITY_FORCE_Z:
-        return component(wrench->force, (int)quantity - KT_QUANTITY_FORCE_X);
+        return vector_component(wrench->force, (int)quantity - KT_QUANTITY_FORCE_X);
     case KT_QUANTITY_MOMENT_X:
     case KT_QUANTITY_MOMENT_Y:
     case KT_QUANTITY_MOMENT_Z:
-        return component(wrench->moment, (int)quantity - KT_QUANTITY_MOMENT_X);
+        return vector_component(wrench->moment, (int)quantity - KT_QUANTITY_MOMENT_X);
     case KT_QUANTITY_POWER:
-        return power_of(r);
+        return effect_power_of(r);
     case KT_QUANTITY_COORDINATE:
         return r->q;
     case KT_QUANTITY_COORDINATE_RATE:
@@ -235,13 +235,13 @@ static double value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_LENGTH_RATE:
         return has_path(r->effect) ? r->v : along_line(r, kt_vec3_sub(r->end[1].velocity, r->end[0].velocity));
     case KT_QUANTITY_EXCESS:
-        return excess_of(r);
+        return penetration_of(r);
     case KT_QUANTITY_SLIP:
-        return kt_vec3_norm(tangential(r, kt_vec3_sub(velocity_at(&r->end[0], l), velocity_at(&r->end[1], l))));
+        return kt_vec3_norm(tangential(r, kt_vec3_sub(end_velocity_at(&r->end[0], l), end_velocity_at(&r->end[1], l))));
     case KT_QUANTITY_POINT_X:
     case KT_QUANTITY_POINT_Y:
     case KT_QUANTITY_POINT_Z:
-        return component(l, (int)quantity - KT_QUANTITY_POINT_X);
+        return vector_component(l, (int)quantity - KT_QUANTITY_POINT_X);
     case KT_QUANTITY_COUNT:
         break;
     }
@@ -274,7 +274,7 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
     const bool is_borne = kt_effect_closed_loop(model, effect) >= 0;
     for (int k = 0; k < count; k++) {
         const bool is_force = quantities[k] <= KT_QUANTITY_POWER;
-        values[k] = fine && !(is_borne && is_force) ? value_of(&r, quantities[k]) : (double)NAN;
+        values[k] = fine && !(is_borne && is_force) ? quantity_value_of(&r, quantities[k]) : (double)NAN;
     }
     return count;
 }

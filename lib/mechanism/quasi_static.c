@@ -66,7 +66,7 @@ typedef struct balance {
 } balance;
 
 /* dv = sum of x_k times column k of N B. */
-static void combine(const balance *b, const double *x, double *dv) {
+static void combine_balance_motions(const balance *b, const double *x, double *dv) {
     const size_t nv = b->model->n.v;
     memset(dv, 0, nv * sizeof *dv);
     for (size_t k = b->first; k < b->last; k++)
@@ -74,14 +74,14 @@ static void combine(const balance *b, const double *x, double *dv) {
             dv[i] += x[k] * b->model->massless_motion[k * nv + i];
 }
 
-static void add(const double *v, double s, const double *dv, size_t nv, double *out) {
+static void add_velocity_times(const double *v, double s, const double *dv, size_t nv, double *out) {
     for (size_t i = 0; i < nv; i++)
         out[i] = v[i] + s * dv[i];
 }
 
 /* B' r at a state; b->a are its accelerations. */
-static kt_status find_residual(const balance *b, double t, const double *q, const double *v, double *residual,
-                               kt_error *error) {
+static kt_status find_balance_residual(const balance *b, double t, const double *q, const double *v, double *residual,
+                                       kt_error *error) {
     const kt_model *m = b->model;
     const size_t n = m->n.massless;
     const kt_dynamic_state at = {.t = t, .q = q, .v = v, .tau = b->at.tau, .external = b->at.external};
@@ -94,7 +94,7 @@ static kt_status find_residual(const balance *b, double t, const double *q, cons
     return status;
 }
 
-static double largest(const double *x, size_t n) {
+static double largest_magnitude(const double *x, size_t n) {
     double most = 0.0;
     for (size_t i = 0; i < n; i++)
         most = fmax(most, fabs(x[i]));
@@ -106,7 +106,7 @@ static void neighbour(const balance *b, double s, const double *dv, const double
     *q = b->q;
     *v = b->v;
     if (b->speeds) {
-        add(b->v, s, dv, b->model->n.v, b->near_v);
+        add_velocity_times(b->v, s, dv, b->model->n.v, b->near_v);
         *v = b->near_v;
     } else {
         for (size_t i = 0; i < b->model->n.v; i++)
@@ -137,7 +137,7 @@ static kt_status factor_quasi_static(const balance *b, double scale, kt_error *e
     for (size_t j = 0; j < count && status == KT_OK; j++) {
         const double *q, *v;
         neighbour(b, small, b->model->massless_motion + (b->first + j) * b->model->n.v, &q, &v);
-        status = find_residual(b, b->at.t, q, v, b->near_residual, error);
+        status = find_balance_residual(b, b->at.t, q, v, b->near_residual, error);
         for (size_t i = 0; i < count; i++)
             matrix[j * count + i] = (b->near_residual[b->first + i] - b->residual[b->first + i]) / small;
     }
@@ -151,21 +151,21 @@ static kt_status find_balance(const balance *b, kt_error *error) {
     const size_t nv = b->model->n.v, count = b->last - b->first;
     double last = (double)INFINITY, faster = 0.0;
     for (int k = 0; k < ITERATIONS && count > 0; k++) {
-        const double scale = b->speeds ? largest(b->v, nv) : largest(b->q, b->model->n.q);
-        kt_status status = find_residual(b, b->at.t, b->q, b->v, b->residual, error);
+        const double scale = b->speeds ? largest_magnitude(b->v, nv) : largest_magnitude(b->q, b->model->n.q);
+        kt_status status = find_balance_residual(b, b->at.t, b->q, b->v, b->residual, error);
         if (status == KT_OK && !(faster > 0.0 && faster < 0.1))
             status = factor_quasi_static(b, scale, error);
         if (status != KT_OK)
             return status;
         kt_lu_solve(b->data->balance_matrix, count, b->data->balance_pivot, b->residual + b->first);
-        const double size = largest(b->residual + b->first, count);
+        const double size = largest_magnitude(b->residual + b->first, count);
         if (!isfinite(size))
             return reject_quasi_static(b, unbalanced, error);
         if (size <= 4.0 * DBL_EPSILON * scale || (k > 0 && size >= 0.5 * last && size <= 1e-9 * fmax(1.0, scale)))
             return KT_OK;
         faster = k > 0 ? size / last : 0.0;
         last = size;
-        combine(b, b->residual, b->step);
+        combine_balance_motions(b, b->residual, b->step);
         const double *q, *v;
         neighbour(b, -1.0, b->step, &q, &v);
         kt_copy(b->q, q, (b->speeds ? 0 : b->model->n.q) * sizeof *q);
@@ -178,31 +178,31 @@ static kt_status find_balance(const balance *b, kt_error *error) {
 /* Finds the velocities of the coordinates that springs alone hold. The residual, differenced along the motion, does not
  * change. The derivative by positions is factored. Accelerations along N do not matter, as the balance of springs does
  * not depend on velocities along N. */
-static kt_status follow(const balance *b, const double *a, kt_error *error) {
+static kt_status follow_springs(const balance *b, const double *a, kt_error *error) {
     const size_t nq = b->model->n.q, nv = b->model->n.v, count = b->last - b->first;
-    const double h = 1e-6 / fmax(1.0, largest(b->v, nv));
+    const double h = 1e-6 / fmax(1.0, largest_magnitude(b->v, nv));
     double *ahead = b->near_q + nq;
     for (int k = 0; k < 2; k++) {
         for (int side = -1; side <= 1; side += 2) {
             double *residual = side < 0 ? b->residual : b->near_residual;
             for (size_t i = 0; i < nv; i++)
                 b->step[i] = side * h * b->v[i];
-            add(b->v, side * h, a, nv, b->near_v);
+            add_velocity_times(b->v, side * h, a, nv, b->near_v);
             kt_position_add(b->model, b->q, b->step, ahead);
-            const kt_status status = find_residual(b, b->at.t + side * h, ahead, b->near_v, residual, error);
+            const kt_status status = find_balance_residual(b, b->at.t + side * h, ahead, b->near_v, residual, error);
             if (status != KT_OK)
                 return status;
         }
         for (size_t i = b->first; i < b->last; i++)
             b->residual[i] = (b->near_residual[i] - b->residual[i]) / (2.0 * h);
         kt_lu_solve(b->data->balance_matrix, count, b->data->balance_pivot, b->residual + b->first);
-        combine(b, b->residual, b->step);
-        add(b->v, -1.0, b->step, nv, b->v);
+        combine_balance_motions(b, b->residual, b->step);
+        add_velocity_times(b->v, -1.0, b->step, nv, b->v);
     }
     return KT_OK;
 }
 
-static balance begin(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
+static balance begin_balance(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     const size_t nq = model->n.q, nv = model->n.v;
     balance b = {.model = model, .data = data, .at = *at, .q = data->balanced_q, .v = data->balanced_v};
     b.near_q = data->balance; /* memory for two arrays of nq numbers */
@@ -218,7 +218,7 @@ static balance begin(const kt_model *model, kt_data *data, const kt_dynamic_stat
 
 kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at, kt_error *error) {
     const size_t n = model->n.massless, nv = model->n.v;
-    balance b = begin(model, data, at);
+    balance b = begin_balance(model, data, at);
     b.first = 0;
     b.last = model->damped;
     b.speeds = true;
@@ -232,18 +232,18 @@ kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynam
     if (status != KT_OK || springs.first == springs.last)
         return status;
     double *a = b.a + nv;
-    status = find_residual(&b, at->t, b.q, b.v, b.residual, error);
+    status = find_balance_residual(&b, at->t, b.q, b.v, b.residual, error);
     if (status == KT_OK)
-        status = factor_quasi_static(&springs, largest(b.q, model->n.q), error);
+        status = factor_quasi_static(&springs, largest_magnitude(b.q, model->n.q), error);
     if (status != KT_OK)
         return status;
-    status = find_residual(&b, at->t, b.q, b.v, b.residual, error);
+    status = find_balance_residual(&b, at->t, b.q, b.v, b.residual, error);
     memcpy(a, b.a, nv * sizeof *a);
     kt_lu_solve(data->balance_matrix, n - springs.first, data->balance_pivot, b.residual + springs.first);
-    if (status == KT_OK &&
-        !(largest(b.residual + springs.first, n - springs.first) <= 1e-7 * fmax(1.0, largest(b.q, model->n.q))))
+    if (status == KT_OK && !(largest_magnitude(b.residual + springs.first, n - springs.first) <=
+                             1e-7 * fmax(1.0, largest_magnitude(b.q, model->n.q))))
         return reject_quasi_static(&b, unbalanced, error);
-    return status == KT_OK ? follow(&springs, a, error) : status;
+    return status == KT_OK ? follow_springs(&springs, a, error) : status;
 }
 
 kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, double *q, double *v, const double *tau,

@@ -40,7 +40,8 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
  * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
-static const kt_wrench *load(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                      const double *a) {
     kt_dynamic_state loaded = *at;
     if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
         kt_effects_recall(model, data, &loaded);
@@ -74,7 +75,7 @@ static kt_status reject_reaction(const char *kind, const char *name, double t, k
 
 kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
                              kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
-    const kt_wrench *loaded = joints || loops ? load(model, data, at, a) : NULL;
+    const kt_wrench *loaded = joints || loops ? load_wrenches(model, data, at, a) : NULL;
     const kt_status status = kt_links_update(model, data, at->q, at->v, a, !data->interpolated, links, error);
     if (status != KT_OK)
         return status;
@@ -100,7 +101,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dyna
 }
 
 /* The multiplier of an equation of a loop; zero for equations that no group contains. */
-static double multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
+static double equation_multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
     const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
 }
@@ -109,11 +110,11 @@ kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double
                               kt_error *error) {
     for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
-            if (!isfinite(multiplier_of(model, data, &model->loop[i], r)))
+            if (!isfinite(equation_multiplier_of(model, data, &model->loop[i], r)))
                 return reject_reaction("loop", kt_loop_name(model, (int)i), t, error);
     for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
-            multipliers[model->loop[i].equation + r] = multiplier_of(model, data, &model->loop[i], r);
+            multipliers[model->loop[i].equation + r] = equation_multiplier_of(model, data, &model->loop[i], r);
     return KT_OK;
 }
 
@@ -128,7 +129,7 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
         status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
         return status;
-    load(model, data, &at, a);
+    load_wrenches(model, data, &at, a);
     return kt_multipliers_take(model, data, t, multipliers, error);
 }
 

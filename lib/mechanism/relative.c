@@ -9,7 +9,7 @@
 
 #include "constraint/relative_coordinate.h"
 
-static kt_loop_end end_of(const kt_effect_end *e) {
+static kt_loop_end effect_loop_end(const kt_effect_end *e) {
     kt_loop_end end = {.point = kt_v4_from(e->point),
                        .omega = kt_v4_from(e->omega),
                        .velocity = kt_v4_from(e->velocity),
@@ -22,7 +22,7 @@ static kt_loop_end end_of(const kt_effect_end *e) {
 kt_relative_motion kt_relative_motion_of(const kt_model *model, const kt_effect_record *effect, const double *q,
                                          const kt_effect_end end[2]) {
     const kt_relative_record *relative = &effect->relative;
-    const kt_loop_end ends[2] = {end_of(&end[0]), end_of(&end[1])};
+    const kt_loop_end ends[2] = {effect_loop_end(&end[0]), effect_loop_end(&end[1])};
     double counted = 0.0;
     for (int32_t k = relative->term; k < relative->term + relative->term_count; k++)
         counted += model->term[k].coefficient * q[model->link[model->term[k].link].q];

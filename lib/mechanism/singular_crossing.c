@@ -140,7 +140,7 @@ typedef struct crossing {
 } crossing;
 
 /* The largest |a_i - b_i| (b: NULL for zero) of the groups' coordinates, over their units. */
-static double difference(const kt_model *model, const double *a, const double *b) {
+static double largest_difference(const kt_model *model, const double *a, const double *b) {
     double most = 0.0;
     for (size_t i = 0; i < model->n.group_v; i++) {
         const int32_t k = model->group_v[i];
@@ -217,7 +217,7 @@ static bool accelerate_next(const crossing *c, double *next) {
 /* The error of the acceleration that was computed directly, or infinity. */
 static double measure_direct(const crossing *c) {
     double *next = kt_scratch_part(c->model, c->data, 0);
-    return accelerate_next(c, next) ? difference(c->model, next, c->closed) : (double)INFINITY;
+    return accelerate_next(c, next) ? largest_difference(c->model, next, c->closed) : (double)INFINITY;
 }
 
 /* ---- interpolated ------------------------------------------------------------------------------------------------ */
@@ -225,9 +225,9 @@ static double measure_direct(const crossing *c) {
 /* Whether no group is so near to a singular position that rounding errors dominate the acceleration. If two loops fold
  * at the same time, states at the distance x are accepted if the given state is nearer to the position than they
  * are. */
-static bool is_clear(crossing *c, double dt) {
+static bool instant_is_clear(crossing *c, double dt) {
     const double s = kt_smallest_direction(c->model, c->data, KT_ROWS_ALL);
-    const double x = dt * difference(c->model, c->direction, NULL);
+    const double x = dt * largest_difference(c->model, c->direction, NULL);
     c->least = fmin(c->least, s);
     return s >= CLEAR || (s > 0.0 && s >= FARTHER * c->s && ROUNDING <= UNCLEAR_MOST * s * x * x);
 }
@@ -247,7 +247,7 @@ static bool accelerate_neighbour(crossing *c, double dt, double *out) {
     memcpy(data->neighbour_v, c->at.v, model->n.v * sizeof *c->at.v);
     return kt_project_in_place(model, data, neighbour.t, data->neighbour_q, data->neighbour_v, &limits, &changed,
                                &violation) == KT_CLOSURE_DONE &&
-           model->group_kernels->forward(model, data, &neighbour, false, out) == 0 && is_clear(c, dt);
+           model->group_kernels->forward(model, data, &neighbour, false, out) == 0 && instant_is_clear(c, dt);
 }
 
 /* Whether the path bends between the inner two of the states; a holds 3/4 of the sum of their accelerations. If so, the
@@ -255,14 +255,14 @@ static bool accelerate_neighbour(crossing *c, double dt, double *out) {
 static bool bends_within(const crossing *c, const double *a, double *mean) {
     for (size_t i = 0; i < c->model->n.v; i++)
         mean[i] = a[i] / 1.5;
-    const double apart = difference(c->model, c->closed, mean);
-    return c->rounding < BENT * apart && apart > 0.5 * difference(c->model, c->closed, NULL);
+    const double apart = largest_difference(c->model, c->closed, mean);
+    return c->rounding < BENT * apart && apart > 0.5 * largest_difference(c->model, c->closed, NULL);
 }
 
 /* Interpolates the acceleration from six neighbouring states. Returns the difference from the interpolation of the
  * inner four, relative to the largest acceleration. Returns infinity if a state cannot be computed, or if the path
  * bends between them. */
-static double interpolate(crossing *c, double dt, double *a) {
+static double interpolate_crossing(crossing *c, double dt, double *a) {
     static const double node[6] = {-1.0, 1.0, -2.0, 2.0, -3.0, 3.0};
     static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};
     static const double inner[6] = {2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0, -1.0 / 6.0, 0.0, 0.0};
@@ -286,9 +286,9 @@ static double interpolate(crossing *c, double dt, double *a) {
         if (c->bent)
             return (double)INFINITY;
     }
-    c->between = difference(c->model, jump, NULL);
-    const double apart = difference(c->model, a, four);
-    return apart > 0.0 ? apart / difference(c->model, a, NULL) : 0.0;
+    c->between = largest_difference(c->model, jump, NULL);
+    const double apart = largest_difference(c->model, a, four);
+    return apart > 0.0 ? apart / largest_difference(c->model, a, NULL) : 0.0;
 }
 
 /* Writes the velocities of the coordinates that move to `direction`. Returns the largest of these speeds relative to
@@ -317,8 +317,8 @@ static double choose_direction(crossing *c, const double *a, double *direction, 
 
 /* Returns the error of an interpolation, 36 x^6, from `apart`, which is 4 x^4. If two loops fold at the same time,
  * rounding errors are added. */
-static double error_of(const crossing *c, double dt, double apart, const double *try) {
-    const double own = fmin(apart, 4.5 * apart * sqrt(apart)) * difference(c->model, try, NULL);
+static double interpolation_error_of(const crossing *c, double dt, double apart, const double *try) {
+    const double own = fmin(apart, 4.5 * apart * sqrt(apart)) * largest_difference(c->model, try, NULL);
     return c->least < CLEAR ? own + ROUNDING / (c->least * dt * dt) : own;
 }
 
@@ -326,16 +326,16 @@ static double error_of(const crossing *c, double dt, double apart, const double 
 static void adopt(crossing *c, double dt, double apart, const double *try, double *a) {
     memcpy(a, try, c->model->n.v * sizeof *a);
     c->dt = dt;
-    c->apart = apart * difference(c->model, try, NULL);
+    c->apart = apart * largest_difference(c->model, try, NULL);
     c->jump = c->cone ? c->between : 0.0;
-    c->interpolated = error_of(c, dt, apart, try);
+    c->interpolated = interpolation_error_of(c, dt, apart, try);
     c->slope = c->least / dt;
 }
 
 /* Whether the closed state's acceleration differs from the interpolated one by more than the errors explain: then the
  * path bends between the states. */
 static bool contradicts(const crossing *c, const double *a) {
-    return difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->interpolated);
+    return largest_difference(c->model, a, c->closed) > ERRORS_MOST * (c->rounding + c->interpolated);
 }
 
 /* Halves dt while the interpolations of six and of four states approach each other and differ by more than APART_MOST.
@@ -344,7 +344,7 @@ static void halve_distance(crossing *c, double dt, double apart, double *try, do
     for (int k = 0; k < HALVINGS_MOST && apart > APART_MOST && !contradicts(c, a); k++) {
         const double before = apart;
         dt *= 0.5;
-        apart = interpolate(c, dt, try);
+        apart = interpolate_crossing(c, dt, try);
         if (!(apart < before))
             return;
         adopt(c, dt, apart, try, a);
@@ -366,11 +366,11 @@ static bool interpolate_across(crossing *c, double *a) {
     const double most = c->driven && pull > 0.0 ? 0.1 * speed / pull : HUGE_VAL;
     for (size_t k = 0; k < (c->folded ? sizeof wider / sizeof *wider : USUAL) && !c->bent; k++) {
         const double dt = wider[k] * fmin(NEIGHBOUR_DISTANCE / speed, most);
-        const double apart = dt > most ? (double)INFINITY : interpolate(c, dt, try);
+        const double apart = dt > most ? (double)INFINITY : interpolate_crossing(c, dt, try);
         c->folded |= dt <= most && c->least < CLEAR;
         if (apart == (double)INFINITY)
             continue;
-        if (c->dt > 0.0 && error_of(c, dt, apart, try) >= c->interpolated)
+        if (c->dt > 0.0 && interpolation_error_of(c, dt, apart, try) >= c->interpolated)
             break;
         adopt(c, dt, apart, try, a);
         if (!c->folded) {
@@ -392,7 +392,7 @@ static bool interpolate_across(crossing *c, double *a) {
 
 /* The error of the interpolation if its sides differ. */
 static double error_of_sides(const crossing *c) {
-    const double speed = difference(c->model, c->at.v, NULL), miss = c->s * speed * speed;
+    const double speed = largest_difference(c->model, c->at.v, NULL), miss = c->s * speed * speed;
     return c->jump > JUMP_LEAST * miss ? fmax(c->jump, miss) : c->jump;
 }
 
@@ -400,7 +400,7 @@ static double error_of_sides(const crossing *c) {
  * APART_MOST, and if the two sides agree. */
 static bool is_direct_better(crossing *c, const double *a) {
     const bool smooth = c->jump <= c->interpolated;
-    const bool settled = smooth && c->apart <= APART_MOST * difference(c->model, a, NULL);
+    const bool settled = smooth && c->apart <= APART_MOST * largest_difference(c->model, a, NULL);
     c->bent = contradicts(c, a);
     return c->bent || (!settled && c->rounding < (smooth ? c->interpolated : error_of_sides(c)));
 }
@@ -408,11 +408,11 @@ static bool is_direct_better(crossing *c, const double *a) {
 /* Adds to the record of kt_data_crossings. If errors cannot be measured, the position itself is uncertain within
  * ROUNDING of x y. */
 static void count_crossing(const crossing *c, bool interpolated) {
-    const double nearest = sqrt(ROUNDING), speed = difference(c->model, c->at.v, NULL), s = c->s;
+    const double nearest = sqrt(ROUNDING), speed = largest_difference(c->model, c->at.v, NULL), s = c->s;
     const double error = interpolated ? c->interpolated : c->rounding, time = interpolated ? c->dt : s / speed;
     const bool measured = isfinite(error) && time > 0.0;
     const bool either = interpolated && isfinite(c->rounding); /* the direct one may be right, too */
-    const double apart = either ? difference(c->model, c->data->scratch, c->closed) : 0.0;
+    const double apart = either ? largest_difference(c->model, c->data->scratch, c->closed) : 0.0;
     kt_crossings *seen = &c->data->crossings;
     kt_passage *passage = &c->data->passage;
     const double drift = measured ? 0.5 * error * time * time : nearest, left = fmax(s, nearest) / speed;
@@ -460,7 +460,7 @@ static void remove_power(const crossing *c, double *a) {
  * available. Returns the result of `forward`.
  *
  * lost: the direct acceleration could not be computed. */
-static size_t choose(crossing *c, bool lost) {
+static size_t choose_acceleration(crossing *c, bool lost) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -469,7 +469,7 @@ static size_t choose(crossing *c, bool lost) {
     c->s = lost ? 0.0 : kt_smallest_direction(model, data, KT_ROWS_ALL);
     c->closed = kt_scratch_part(model, data, 4);
     c->rounding = c->s > sqrt(ROUNDING) ? measure_direct(c) : (double)INFINITY;
-    if (!(c->rounding <= ACCURATE * difference(model, a, NULL))) {
+    if (!(c->rounding <= ACCURATE * largest_difference(model, a, NULL))) {
         if (c->rounding == (double)INFINITY)
             memcpy(c->closed, a, model->n.v * sizeof *a);
         failed = kernels->forward(model, data, &c->at, true, a);
@@ -483,7 +483,8 @@ static size_t choose(crossing *c, bool lost) {
     return failed;
 }
 
-static kt_status reject_singular(const kt_model *model, size_t link, double t, const kt_input *input, kt_error *error) {
+static kt_status reject_singular_position(const kt_model *model, size_t link, double t, const kt_input *input,
+                                          kt_error *error) {
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
@@ -505,10 +506,10 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynam
     size_t failed = kernels->forward(model, data, &at, false, data->scratch);
     if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
         crossing c = {.model = model, .data = data, .at = at, .driven = model->driven};
-        failed = choose(&c, failed || is_singular(model, data));
+        failed = choose_acceleration(&c, failed || is_singular(model, data));
     }
     const kt_input input = {.q = at.q, .v = at.v, .x = at.tau, .what = "force or torque", .external = at.external};
-    kt_status status = failed ? reject_singular(model, failed, at.t, &input, error)
+    kt_status status = failed ? reject_singular_position(model, failed, at.t, &input, error)
                               : kt_commit(model, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;
