@@ -21,12 +21,12 @@ typedef struct corner {
     int vertex;
 } corner;
 
-static int order(double a, double b) { return (a > b) - (a < b); }
+static int order_numbers(double a, double b) { return (a > b) - (a < b); }
 
 static int order_corners(const void *a, const void *b) {
     const kt_vec3 x = ((const corner *)a)->at, y = ((const corner *)b)->at;
-    const int by_x = order(x.x, y.x), by_y = order(x.y, y.y);
-    return by_x != 0 ? by_x : by_y != 0 ? by_y : order(x.z, y.z);
+    const int by_x = order_numbers(x.x, y.x), by_y = order_numbers(x.y, y.y);
+    return by_x != 0 ? by_x : by_y != 0 ? by_y : order_numbers(x.z, y.z);
 }
 
 static int order_edges(const void *a, const void *b) {

@@ -42,7 +42,7 @@ static uint64_t cube_of(const clusters *c, kt_vec3 x, int cubes) {
     return (i << 42 | j << 21 | k) + 1;
 }
 
-static size_t slot_of(const clusters *c, uint64_t key) {
+static size_t cluster_slot_of(const clusters *c, uint64_t key) {
     size_t at = (size_t)((key * 0x9E3779B97F4A7C15U) >> 20) & c->mask;
     while (c->keys[at] != 0 && c->keys[at] != key)
         at = (at + 1) & c->mask;
@@ -55,7 +55,7 @@ static void number_clusters(clusters *c, int cubes) {
     c->count = 0;
     for (int i = 0; i < c->mesh->vertex_count; i++) {
         const uint64_t key = cube_of(c, c->mesh->vertices[i], cubes);
-        const size_t at = slot_of(c, key);
+        const size_t at = cluster_slot_of(c, key);
         if (c->keys[at] == 0) {
             c->keys[at] = key;
             c->slot_cluster[at] = c->count++;
@@ -97,7 +97,7 @@ static int choose_cubes(clusters *c, int most) {
 }
 
 /* Means of vertices, and the triangles that remain. */
-static kt_status build(clusters *c, kt_triangles *made, kt_error *error) {
+static kt_status build_decimated(clusters *c, kt_triangles *made, kt_error *error) {
     int *members = calloc((size_t)c->count + 1, sizeof *members);
     made->vertices = calloc((size_t)c->count + 1, sizeof *made->vertices);
     made->triangles = calloc((size_t)c->mesh->triangle_count + 1, sizeof *made->triangles);
@@ -133,7 +133,7 @@ kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error) {
     c.cluster_of = calloc((size_t)mesh->vertex_count, sizeof *c.cluster_of);
     if (c.keys != NULL && c.slot_cluster != NULL && c.cluster_of != NULL) {
         number_clusters(&c, choose_cubes(&c, most));
-        status = build(&c, &made, error);
+        status = build_decimated(&c, &made, error);
     } else {
         (void)kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
     }

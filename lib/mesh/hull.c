@@ -98,7 +98,7 @@ static void scatter_points(hull *h, int vertex_count) {
 
 /* ---- faces ------------------------------------------------------------------------------------------------------- */
 
-static bool grow(void **items, size_t *room, size_t count, size_t size) {
+static bool grow_hull(void **items, size_t *room, size_t count, size_t size) {
     if (count <= *room)
         return true;
     const size_t wanted = 2 * count + 64;
@@ -112,7 +112,7 @@ static bool grow(void **items, size_t *room, size_t count, size_t size) {
 
 static bool add_face(hull *h, int a, int b, int c) {
     void *faces = h->faces;
-    if (!grow(&faces, &h->face_room, (size_t)h->face_count + 1, sizeof *h->faces))
+    if (!grow_hull(&faces, &h->face_room, (size_t)h->face_count + 1, sizeof *h->faces))
         return false;
     h->faces = faces;
     h->faces[h->face_count++] = (kt_triangle){{a, b, c}};
@@ -121,7 +121,7 @@ static bool add_face(hull *h, int a, int b, int c) {
 
 static bool add_edges(hull *h, const int c[3]) {
     void *edges = h->edges;
-    if (!grow(&edges, &h->edge_room, (size_t)h->edge_count + 3, sizeof *h->edges))
+    if (!grow_hull(&edges, &h->edge_room, (size_t)h->edge_count + 3, sizeof *h->edges))
         return false;
     h->edges = edges;
     for (int k = 0; k < 3; k++)
@@ -136,7 +136,7 @@ static double height_above(const hull *h, const int c[3], int point) {
                        kt_vec3_sub(h->points[point], a));
 }
 
-static int compare_edges(const void *a, const void *b) {
+static int compare_hull_edges(const void *a, const void *b) {
     const edge *s = a, *t = b;
     const int s_low = s->from < s->to ? s->from : s->to, t_low = t->from < t->to ? t->from : t->to;
     const int s_high = s->from + s->to - s_low, t_high = t->from + t->to - t_low;
@@ -144,7 +144,7 @@ static int compare_edges(const void *a, const void *b) {
 }
 
 /* Replaces the faces that a point sees. An edge between two of them is there in both directions. */
-static bool add_point(hull *h, int point) {
+static bool add_hull_point(hull *h, int point) {
     h->edge_count = 0;
     for (int i = 0; i < h->face_count;) {
         if (!(height_above(h, h->faces[i].corner, point) > 0.0)) {
@@ -156,9 +156,9 @@ static bool add_point(hull *h, int point) {
         h->faces[i] = h->faces[--h->face_count];
     }
     if (h->edge_count > 0) /* none of the edges has memory yet otherwise */
-        qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_edges);
+        qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_hull_edges);
     for (int i = 0; i < h->edge_count; i++) {
-        const bool is_inner = i + 1 < h->edge_count && compare_edges(&h->edges[i], &h->edges[i + 1]) == 0;
+        const bool is_inner = i + 1 < h->edge_count && compare_hull_edges(&h->edges[i], &h->edges[i + 1]) == 0;
         if (is_inner)
             i++;
         else if (!add_face(h, h->edges[i].from, h->edges[i].to, point))
@@ -217,7 +217,7 @@ static kt_status wrap(hull *h, const kt_triangles *mesh, kt_error *error) {
                  add_face(h, f[0], f[2], f[3]);
     for (int i = 0; i < h->count && whole; i++) {
         const int point = h->spots[i].vertex;
-        whole = point == f[0] || point == f[1] || point == f[2] || point == f[3] || add_point(h, point);
+        whole = point == f[0] || point == f[1] || point == f[2] || point == f[3] || add_hull_point(h, point);
     }
     return whole ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a hull");
 }

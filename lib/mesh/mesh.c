@@ -15,44 +15,44 @@ typedef struct maker {
     kt_error *error;
 } maker;
 
-static bool fail(maker *m, kt_status code, const char *what) {
+static bool fail_mesh(maker *m, kt_status code, const char *what) {
     m->status = kt_error_set(m->error, code, "", "%s", what);
     return false;
 }
 
 /* Room for one more item. */
-static void *grow(maker *m, void *items, size_t *room, int count, size_t size) {
+static void *grow_mesh(maker *m, void *items, size_t *room, int count, size_t size) {
     if ((size_t)count < *room)
         return items;
     const size_t wanted = *room > 0 ? 2 * *room : 64;
     void *more = count < KT_TRIANGLES_MOST ? realloc(items, wanted * size) : NULL;
     if (more == NULL)
-        (void)fail(m, count < KT_TRIANGLES_MOST ? KT_ERROR_MEMORY : KT_ERROR_SCENE,
-                   count < KT_TRIANGLES_MOST ? "there is not enough memory for a mesh"
-                                             : "a mesh has too many triangles");
+        (void)fail_mesh(m, count < KT_TRIANGLES_MOST ? KT_ERROR_MEMORY : KT_ERROR_SCENE,
+                        count < KT_TRIANGLES_MOST ? "there is not enough memory for a mesh"
+                                                  : "a mesh has too many triangles");
     else
         *room = wanted;
     return more;
 }
 
 static bool add_vertex(maker *m, const double *x) {
-    kt_vec3 *more = grow(m, m->mesh.vertices, &m->vertex_room, m->mesh.vertex_count, sizeof *more);
+    kt_vec3 *more = grow_mesh(m, m->mesh.vertices, &m->vertex_room, m->mesh.vertex_count, sizeof *more);
     if (more == NULL)
         return false;
     m->mesh.vertices = more;
     m->mesh.vertices[m->mesh.vertex_count] = kt_vec3_make(x[0], x[1], x[2]);
     return kt_vec3_is_finite(m->mesh.vertices[m->mesh.vertex_count++]) ||
-           fail(m, KT_ERROR_SCENE, "a vertex of the mesh is not finite");
+           fail_mesh(m, KT_ERROR_SCENE, "a vertex of the mesh is not finite");
 }
 
-static bool add_triangle(maker *m, long a, long b, long c) {
+static bool add_read_triangle(maker *m, long a, long b, long c) {
     const long most = m->mesh.vertex_count;
-    kt_triangle *more = grow(m, m->mesh.triangles, &m->triangle_room, m->mesh.triangle_count, sizeof *more);
+    kt_triangle *more = grow_mesh(m, m->mesh.triangles, &m->triangle_room, m->mesh.triangle_count, sizeof *more);
     if (more == NULL)
         return false;
     m->mesh.triangles = more;
     if (a < 0 || b < 0 || c < 0 || a >= most || b >= most || c >= most)
-        return fail(m, KT_ERROR_SCENE, "a triangle of the mesh names a vertex that is not there");
+        return fail_mesh(m, KT_ERROR_SCENE, "a triangle of the mesh names a vertex that is not there");
     m->mesh.triangles[m->mesh.triangle_count++] = (kt_triangle){{(int)a, (int)b, (int)c}};
     return true;
 }
@@ -61,7 +61,7 @@ static bool add_triangle(maker *m, long a, long b, long c) {
 static bool add_corners(maker *m, const double x[9]) {
     const int first = m->mesh.vertex_count;
     return add_vertex(m, x) && add_vertex(m, x + 3) && add_vertex(m, x + 6) &&
-           add_triangle(m, first, first + 1, first + 2);
+           add_read_triangle(m, first, first + 1, first + 2);
 }
 
 /* ---- binary ------------------------------------------------------------------------------------------------------ */
@@ -111,14 +111,14 @@ static void read_msh(maker *m, const char *text) {
         if (!add_vertex(m, (const double[]){float_at(at), float_at(at + 4), float_at(at + 8)}))
             return;
     for (uint32_t i = 0; i < triangles; i++, faces += 12)
-        if (!add_triangle(m, (long)integer_at(faces), (long)integer_at(faces + 4), (long)integer_at(faces + 8)))
+        if (!add_read_triangle(m, (long)integer_at(faces), (long)integer_at(faces + 4), (long)integer_at(faces + 8)))
             return;
 }
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
 /* A number in decimal at *text; false where there is none. Text ends with a zero byte. */
-static bool take_number(const char **text, double *value) {
+static bool take_mesh_number(const char **text, double *value) {
     const char *at = *text + strspn(*text, " \t");
     char *end;
     if (*at == '\0' || strchr("+-.0123456789", *at) == NULL)
@@ -130,22 +130,22 @@ static bool take_number(const char **text, double *value) {
     return true;
 }
 
-static const char *next_line(const char *at) {
+static const char *next_mesh_line(const char *at) {
     at += strcspn(at, "\r\n");
     return at + strspn(at, "\r\n");
 }
 
 static const char *first_word(const char *line) { return line + strspn(line, " \t"); }
 
-static bool begins(const char *line, const char *word) {
+static bool line_begins(const char *line, const char *word) {
     const size_t length = strlen(word);
     return strncmp(line, word, length) == 0 && (line[length] == ' ' || line[length] == '\t');
 }
 
 static bool read_vertex(maker *m, const char *at, double x[3]) {
     for (int k = 0; k < 3; k++)
-        if (!take_number(&at, &x[k]))
-            return fail(m, KT_ERROR_SCENE, "a vertex of the mesh has less than three numbers");
+        if (!take_mesh_number(&at, &x[k]))
+            return fail_mesh(m, KT_ERROR_SCENE, "a vertex of the mesh has less than three numbers");
     return true;
 }
 
@@ -153,9 +153,9 @@ static bool read_vertex(maker *m, const char *at, double x[3]) {
 static void read_text_stl(maker *m, const char *text) {
     double x[9];
     int corners = 0;
-    for (const char *line = text; *line != '\0'; line = next_line(line)) {
+    for (const char *line = text; *line != '\0'; line = next_mesh_line(line)) {
         const char *word = first_word(line);
-        if (!begins(word, "vertex"))
+        if (!line_begins(word, "vertex"))
             continue;
         if (!read_vertex(m, word + 6, x + 3 * corners))
             return;
@@ -171,8 +171,8 @@ static bool add_quadrilateral(maker *m, const long c[4]) {
     const kt_vec3 *x = m->mesh.vertices;
     const kt_vec3 d02 = kt_vec3_sub(x[c[2]], x[c[0]]), d13 = kt_vec3_sub(x[c[3]], x[c[1]]);
     if (kt_vec3_dot(d02, d02) < kt_vec3_dot(d13, d13))
-        return add_triangle(m, c[0], c[1], c[2]) && add_triangle(m, c[0], c[2], c[3]);
-    return add_triangle(m, c[0], c[1], c[3]) && add_triangle(m, c[1], c[2], c[3]);
+        return add_read_triangle(m, c[0], c[1], c[2]) && add_read_triangle(m, c[0], c[2], c[3]);
+    return add_read_triangle(m, c[0], c[1], c[3]) && add_read_triangle(m, c[1], c[2], c[3]);
 }
 
 /* `f 1/2/3 4//5 6`: the first number of each corner, from 1, or from the end where it is negative. A polygon of more
@@ -181,30 +181,30 @@ static bool read_face(maker *m, const char *at) {
     long c[4] = {0, 0, 0, 0}, last = 0;
     double number;
     int count = 0;
-    for (; take_number(&at, &number); count++) {
+    for (; take_mesh_number(&at, &number); count++) {
         const long named = (long)(fabs(number) < 1e9 ? number : 0.0);
         const long index = named > 0 ? named - 1 : m->mesh.vertex_count + named;
         if (index < 0 || index >= m->mesh.vertex_count)
-            return fail(m, KT_ERROR_SCENE, "a face of the mesh names a vertex that is not there");
-        if (count == 4 && !(add_triangle(m, c[0], c[1], c[2]) && add_triangle(m, c[0], c[2], c[3])))
+            return fail_mesh(m, KT_ERROR_SCENE, "a face of the mesh names a vertex that is not there");
+        if (count == 4 && !(add_read_triangle(m, c[0], c[1], c[2]) && add_read_triangle(m, c[0], c[2], c[3])))
             return false;
-        if (count >= 4 && !add_triangle(m, c[0], last, index))
+        if (count >= 4 && !add_read_triangle(m, c[0], last, index))
             return false;
         if (count < 4)
             c[count] = index;
         last = index;
         at += strcspn(at, " \t\r\n"); /* past the numbers of texture and normal */
     }
-    return count == 3 ? add_triangle(m, c[0], c[1], c[2]) : count != 4 || add_quadrilateral(m, c);
+    return count == 3 ? add_read_triangle(m, c[0], c[1], c[2]) : count != 4 || add_quadrilateral(m, c);
 }
 
 static void read_obj(maker *m, const char *text) {
     double x[3];
-    for (const char *line = text; *line != '\0'; line = next_line(line)) {
+    for (const char *line = text; *line != '\0'; line = next_mesh_line(line)) {
         const char *word = first_word(line);
-        if (begins(word, "v") && (!read_vertex(m, word + 1, x) || !add_vertex(m, x)))
+        if (line_begins(word, "v") && (!read_vertex(m, word + 1, x) || !add_vertex(m, x)))
             return;
-        if (begins(word, "f") && !read_face(m, word + 1))
+        if (line_begins(word, "f") && !read_face(m, word + 1))
             return;
     }
 }
@@ -212,12 +212,12 @@ static void read_obj(maker *m, const char *text) {
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
 /* Text that ends with a zero byte, for the functions of strings. */
-static void read_text(maker *m, const char *text, size_t size) {
+static void read_mesh_text(maker *m, const char *text, size_t size) {
     char *copy = memchr(text, '\0', size) == NULL ? malloc(size + 1) : NULL;
     if (copy == NULL) {
         const bool is_text = memchr(text, '\0', size) == NULL;
-        (void)fail(m, is_text ? KT_ERROR_MEMORY : KT_ERROR_SCENE,
-                   is_text ? "there is not enough memory for a mesh" : "this is neither STL nor OBJ nor MSH");
+        (void)fail_mesh(m, is_text ? KT_ERROR_MEMORY : KT_ERROR_SCENE,
+                        is_text ? "there is not enough memory for a mesh" : "this is neither STL nor OBJ nor MSH");
         return;
     }
     memcpy(copy, text, size);
@@ -229,9 +229,9 @@ static void read_text(maker *m, const char *text, size_t size) {
     free(copy);
 }
 
-static kt_status finish(maker *m, kt_triangles *mesh) {
+static kt_status finish_mesh(maker *m, kt_triangles *mesh) {
     if (m->status == KT_OK && m->mesh.triangle_count == 0 && m->mesh.vertex_count < 4)
-        (void)fail(m, KT_ERROR_SCENE, "there is no triangle in the mesh");
+        (void)fail_mesh(m, KT_ERROR_SCENE, "there is no triangle in the mesh");
     else if (m->status == KT_OK && m->mesh.triangle_count == 0)
         m->status = kt_triangles_hull(&m->mesh, m->error);
     if (m->status == KT_OK)
@@ -248,8 +248,8 @@ kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, 
     else if (is_msh(text, size))
         read_msh(&m, text);
     else
-        read_text(&m, text, size);
-    return finish(&m, mesh);
+        read_mesh_text(&m, text, size);
+    return finish_mesh(&m, mesh);
 }
 
 kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
@@ -261,9 +261,9 @@ kt_status kt_triangles_make(const double *vertices, int vertex_count, const doub
         long c[3];
         for (int k = 0; k < 3; k++)
             c[k] = fabs(corners[3 * i + k]) < 1e9 ? (long)corners[3 * i + k] : -1;
-        (void)add_triangle(&m, c[0], c[1], c[2]);
+        (void)add_read_triangle(&m, c[0], c[1], c[2]);
     }
-    return finish(&m, mesh);
+    return finish_mesh(&m, mesh);
 }
 
 void kt_triangles_free(kt_triangles *mesh) {

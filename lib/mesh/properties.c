@@ -29,16 +29,16 @@ static corners corners_of(const kt_triangles *mesh, int i, kt_vec3 from) {
     return t;
 }
 
-static kt_vec3 sum_of(const corners *t) { return kt_vec3_add(kt_vec3_add(t->a, t->b), t->c); }
+static kt_vec3 corner_sum_of(const corners *t) { return kt_vec3_add(kt_vec3_add(t->a, t->b), t->c); }
 
-static double area_of(const corners *t) {
+static double corner_area_of(const corners *t) {
     return 0.5 * kt_vec3_norm(kt_vec3_cross(kt_vec3_sub(t->b, t->a), kt_vec3_sub(t->c, t->a)));
 }
 
 /* Returns the volume of a tetrahedron, or the area for a shell. */
 static double volume_under(const corners *t, kt_volume_rule rule) {
     if (rule == KT_VOLUME_SURFACE)
-        return area_of(t);
+        return corner_area_of(t);
     const double volume = kt_vec3_dot(t->a, kt_vec3_cross(t->b, t->c)) / 6.0;
     return rule == KT_VOLUME_ABSOLUTE ? fabs(volume) : volume;
 }
@@ -49,15 +49,15 @@ static kt_vec3 surface_centroid(const kt_triangles *mesh) {
     double area = 0.0;
     for (int i = 0; i < mesh->triangle_count; i++) {
         const corners t = corners_of(mesh, i, mesh->vertices[0]);
-        const double own = area_of(&t);
+        const double own = corner_area_of(&t);
         area += own;
-        moment = kt_vec3_add(moment, kt_vec3_scale(own / 3.0, sum_of(&t)));
+        moment = kt_vec3_add(moment, kt_vec3_scale(own / 3.0, corner_sum_of(&t)));
     }
     return area > 0.0 ? kt_vec3_add(mesh->vertices[0], kt_vec3_scale(1.0 / area, moment)) : mesh->vertices[0];
 }
 
 /* Adds V / 20 (u u') to a matrix of second moments. */
-static kt_sym3 add_square(kt_sym3 s, double weight, kt_vec3 u) {
+static kt_sym3 add_second_moment(kt_sym3 s, double weight, kt_vec3 u) {
     return kt_sym3_add(s, kt_sym3_make(weight * u.x * u.x, weight * u.y * u.y, weight * u.z * u.z, weight * u.x * u.y,
                                        weight * u.x * u.z, weight * u.y * u.z));
 }
@@ -69,8 +69,8 @@ static kt_sym3 second_moments(const kt_triangles *mesh, kt_vec3 from, kt_volume_
         const corners t = corners_of(mesh, i, from);
         const double own = volume_under(&t, rule), weight = own / (rule == KT_VOLUME_SURFACE ? 12.0 : 20.0);
         *volume += own;
-        s = add_square(add_square(s, weight, t.a), weight, t.b);
-        s = add_square(add_square(s, weight, t.c), weight, sum_of(&t));
+        s = add_second_moment(add_second_moment(s, weight, t.a), weight, t.b);
+        s = add_second_moment(add_second_moment(s, weight, t.c), weight, corner_sum_of(&t));
     }
     return s;
 }
@@ -86,7 +86,7 @@ kt_enclosed kt_triangles_enclosed(const kt_triangles *mesh, kt_volume_rule rule)
         const corners t = corners_of(mesh, i, from);
         const double volume = volume_under(&t, rule);
         all.volume += volume;
-        moment = kt_vec3_add(moment, kt_vec3_scale(mean * volume, sum_of(&t)));
+        moment = kt_vec3_add(moment, kt_vec3_scale(mean * volume, corner_sum_of(&t)));
     }
     if (!(all.volume > 0.0))
         return all;
