@@ -132,7 +132,7 @@ static bool check_parts(kt_checker *checker, const char *field, const kt_functio
     return fine;
 }
 
-static bool check_formula(kt_checker *checker, const char *field, const kt_function *function, int depth) {
+static bool check_function_formula(kt_checker *checker, const char *field, const kt_function *function, int depth) {
     if (function->type == KT_FUNCTION_BUMP)
         return check_bump(checker, field, function);
     if (function->type == KT_FUNCTION_EXPRESSION)
@@ -159,7 +159,7 @@ static bool check_any(kt_checker *checker, const char *field, const kt_function 
     case KT_FUNCTION_PRODUCT:
     case KT_FUNCTION_EXPRESSION:
         if (KT_HAS_FORMULAS)
-            return check_formula(checker, field, function, depth);
+            return check_function_formula(checker, field, function, depth);
         kt_checker_fault(checker, field, -1, "%s: " KT_NOT_IN_SMALL, field);
         return false;
     }

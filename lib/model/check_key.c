@@ -105,7 +105,7 @@ static void check_terms(kt_checked *c, const kt_key *key) {
 }
 
 /* Checks the formula of a coupling; other formulas are functions of time. */
-static void check_formula(kt_checked *c, const kt_key *key) {
+static void check_coupling_formula(kt_checked *c, const kt_key *key) {
     const kt_loop *loop = c->object;
     if (loop->formula == NULL)
         return;
@@ -137,7 +137,7 @@ static void check_functions(kt_checked *c, const kt_key *key) {
 }
 
 /* The quaternion among the initial coordinates must be a unit quaternion; four zeros mean no rotation. */
-static void check_quaternion(kt_checked *c, const kt_key *key, const double *q) {
+static void check_initial_quaternion(kt_checked *c, const kt_key *key, const double *q) {
     const kt_quat quat = {q[0], q[1], q[2], q[3]};
     const double norm = sqrt(kt_quat_norm_squared(quat)); /* no overflow: magnitudes are at most 1e50 */
     if (q[0] == 0.0 && q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0)
@@ -158,7 +158,7 @@ static void check_coordinates(kt_checked *c, const kt_key *key) {
     else
         fine = kt_checker_values(c->checker, key->name, -1, "", x, count);
     if (fine && key->kind == KT_KEY_POSITION && size->nq > size->nv)
-        check_quaternion(c, key, x + size->nq - 4);
+        check_initial_quaternion(c, key, x + size->nq - 4);
 }
 
 static void check_armature(kt_checked *c, const kt_key *key) {
@@ -231,7 +231,7 @@ static void check_form(kt_checked *c, const kt_key *key) {
         check_points(c, key);
 }
 
-static void check_joint(kt_checked *c, const kt_key *key) {
+static void check_key_joint(kt_checked *c, const kt_key *key) {
     const char *joint = *(const char *const *)member(c->object, key);
     if (KT_HAS_RELATIVE && c->checker->item == KT_ITEM_EFFECT)
         kt_checker_coordinate(c->checker, key->name, joint);
@@ -273,13 +273,13 @@ static void check_key(kt_checked *c, const kt_key *key) {
         check_end(c, key, (const kt_end *)at + 1, 1);
         break;
     case KT_KEY_JOINT:
-        check_joint(c, key);
+        check_key_joint(c, key);
         break;
     case KT_KEY_TERMS:
         check_terms(c, key);
         break;
     case KT_KEY_FORMULA:
-        check_formula(c, key);
+        check_coupling_formula(c, key);
         break;
     case KT_KEY_FUNCTION:
         check_function(c, key);

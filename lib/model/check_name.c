@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Returns the first item of a name. Joints without a name of their own have that of their body. */
-static int first_of(const kt_checker *checker, int scope, const char *name) {
+static int first_named(const kt_checker *checker, int scope, const char *name) {
     const int first = kt_names_find(&checker->names, scope, name);
     if (scope != KT_NAMES_OF_JOINTS || (first >= 0 && first != checker->index))
         return first;
@@ -24,7 +24,7 @@ void kt_checker_name(kt_checker *checker, int scope, const char *list, const cha
         kt_checker_fault(checker, field, -1, "name is missing; give it one");
         return;
     }
-    const int first = first_of(checker, scope, name);
+    const int first = first_named(checker, scope, name);
     if (!kt_name_is_valid(name))
         kt_checker_fault(checker, field, -1,
                          "name %s is not valid; begin with a letter or _, go on with letters, digits, _ and -",
@@ -53,8 +53,8 @@ static const char *nearest_body(kt_checker *checker, const char *name, int scope
 }
 
 /* Reports a name that does not exist; near: NULL where none is. */
-static int reject_name(kt_checker *checker, const char *field, int sub, const char *what, const char *name,
-                       const char *near, const char *remedy) {
+static int reject_missing_name(kt_checker *checker, const char *field, int sub, const char *what, const char *name,
+                               const char *near, const char *remedy) {
     const kt_name_text suggested = kt_name_quote(near != NULL ? near : "");
     kt_checker_fault(checker, field, sub, "%s %s does not exist; %s%s%s", what, kt_name_quote(name).text,
                      near != NULL ? "did you mean " : remedy, near != NULL ? suggested.text : "",
@@ -70,13 +70,13 @@ int kt_checker_body(kt_checker *checker, const char *field, int sub, const char 
         return body;
     if (kt_checker_is_done(checker))
         return KT_BODY_UNKNOWN;
-    return reject_name(checker, field, sub, what, name, nearest_body(checker, name, KT_SCOPE_BODY),
-                       "name a body of the scene, or 'world'");
+    return reject_missing_name(checker, field, sub, what, name, nearest_body(checker, name, KT_SCOPE_BODY),
+                               "name a body of the scene, or 'world'");
 }
 
 /* Returns the body whose joint has the name. Otherwise returns a body of that name, whose joint has another name; -1:
  * none. */
-static int find_joint(const kt_checker *checker, const char *name) {
+static int find_joint_named(const kt_checker *checker, const char *name) {
     const int own = kt_names_find(&checker->names, KT_NAMES_OF_JOINTS, name);
     return own < 0 ? kt_names_find(&checker->names, KT_SCOPE_BODY, name) : own;
 }
@@ -87,14 +87,14 @@ int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char
         return KT_BODY_UNKNOWN;
     }
     const kt_body *bodies = checker->description->bodies;
-    const int body = find_joint(checker, name);
+    const int body = find_joint_named(checker, name);
     if (body >= 0 && strcmp(kt_joint_name_of(&bodies[body]), name) == 0)
         return body;
     if (kt_checker_is_done(checker))
         return KT_BODY_UNKNOWN;
     const char *near = body >= 0 ? bodies[body].joint.name : nearest_body(checker, name, KT_NAMES_OF_JOINTS);
     if (strcmp(name, "world") != 0)
-        return reject_name(checker, field, sub, "joint", name, near, "name a body of the scene");
+        return reject_missing_name(checker, field, sub, "joint", name, near, "name a body of the scene");
     kt_checker_fault(checker, field, sub, "the world has no joint; name a body of the scene");
     return KT_BODY_UNKNOWN;
 }
@@ -154,7 +154,7 @@ static void check_joint_component(kt_checker *checker, const char *field, int bo
 
 void kt_checker_coordinate(kt_checker *checker, const char *field, const char *text) {
     const kt_coordinate_name name = text ? kt_coordinate_name_of(text) : (kt_coordinate_name){.k = 0};
-    const int joint = text ? find_joint(checker, text) : -1;
+    const int joint = text ? find_joint_named(checker, text) : -1;
     if (text == NULL || (joint >= 0 && strcmp(kt_joint_name_of(&checker->description->bodies[joint]), text) == 0)) {
         (void)kt_checker_scalar_joint(checker, field, -1, text);
         return;
@@ -173,7 +173,7 @@ void kt_checker_coordinate(kt_checker *checker, const char *field, const char *t
     }
 }
 
-static void check_marker(kt_checker *checker, const char *field, int sub, int body, const char *marker) {
+static void check_marker_name(kt_checker *checker, const char *field, int sub, int body, const char *marker) {
     if (body == KT_BODY_WORLD) {
         kt_checker_fault(checker, field, sub, "the world has no markers, and no %s; give the point by `at`",
                          kt_name_quote(marker).text);
@@ -204,7 +204,7 @@ int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end
     if (end->marker == NULL)
         kt_checker_vector(checker, field, sub, at, end->at);
     else if (body != KT_BODY_UNKNOWN)
-        check_marker(checker, field, sub, body, end->marker);
+        check_marker_name(checker, field, sub, body, end->marker);
     kt_checker_rotation(checker, field, sub, rotation, &end->rotation);
     return body;
 }

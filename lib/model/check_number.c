@@ -11,7 +11,7 @@ typedef struct number_name {
     char text[128];
 } number_name;
 
-static number_name name_of(const char *field, const char *suffix, int component) {
+static number_name number_name_of(const char *field, const char *suffix, int component) {
     number_name name;
     if (component < 0)
         snprintf(name.text, sizeof name.text, "%s%s", field, suffix);
@@ -24,7 +24,7 @@ bool kt_checker_value(kt_checker *checker, const char *field, int sub, const cha
                       double value) {
     if (kt_number_is_fine(value))
         return true;
-    const number_name name = name_of(field, suffix, component);
+    const number_name name = number_name_of(field, suffix, component);
     if (isfinite(value))
         kt_checker_fault(checker, field, sub, "%s is %g, and the equations would overflow; magnitudes end at %g",
                          name.text, value, KT_NUMBER_MOST);

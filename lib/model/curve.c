@@ -229,7 +229,7 @@ kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t f
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-static void set(double out[3], double value, double first, double second) {
+static void set_derivatives(double out[3], double value, double first, double second) {
     out[0] = value;
     out[1] = first;
     out[2] = second;
@@ -239,12 +239,12 @@ static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
     const double step = curve->b - curve->a, length = curve->d - curve->c;
     const double s = (t - curve->c) / length;
     if (s <= 0.0)
-        set(out, curve->a, 0.0, 0.0);
+        set_derivatives(out, curve->a, 0.0, 0.0);
     else if (s >= 1.0)
-        set(out, curve->b, 0.0, 0.0);
+        set_derivatives(out, curve->b, 0.0, 0.0);
     else
-        set(out, curve->a + step * (s * s * (3.0 - 2.0 * s)), step * (6.0 * s * (1.0 - s)) / length,
-            step * (6.0 - 12.0 * s) / (length * length));
+        set_derivatives(out, curve->a + step * (s * s * (3.0 - 2.0 * s)), step * (6.0 * s * (1.0 - s)) / length,
+                        step * (6.0 - 12.0 * s) / (length * length));
 }
 
 /* Horner's rule for p, p' and p''/2 of p = ((c_n t + c_{n-1}) t + ...) t + c_0. */
@@ -255,7 +255,7 @@ static void evaluate_polynomial(const double *c, int count, double t, double out
         d1 = d1 * t + p;
         p = p * t + c[k];
     }
-    set(out, p, d1, 2.0 * d2);
+    set_derivatives(out, p, d1, 2.0 * d2);
 }
 
 /* The row with t_row <= t < t_(row + 1), or the nearest one that begins a piece; a NaN ends in some row. */
@@ -274,21 +274,22 @@ static int find_row(const double *rows, int count, double t) {
 static void evaluate_table(const double *rows, int count, double t, double out[3]) {
     const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     if (t < rows[ROW_T]) {
-        set(out, rows[ROW_Y], 0.0, 0.0);
+        set_derivatives(out, rows[ROW_Y], 0.0, 0.0);
         return;
     }
     if (t > last[ROW_T]) {
-        set(out, last[ROW_Y], 0.0, 0.0);
+        set_derivatives(out, last[ROW_Y], 0.0, 0.0);
         return;
     }
     const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
     const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
-    set(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d), 2.0 * c + 6.0 * s * d);
+    set_derivatives(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d),
+                    2.0 * c + 6.0 * s * d);
     if (t == last[ROW_T]) /* exactly the value that follows */
         out[0] = last[ROW_Y];
 }
 
-static kt_curve part_of(const kt_curve *curve, const double *numbers, int i) {
+static kt_curve curve_part_of(const kt_curve *curve, const double *numbers, int i) {
     kt_curve part;
     memcpy(&part, numbers + curve->first + (size_t)i * CURVE_NUMBERS, sizeof part);
     return part;
@@ -298,7 +299,7 @@ static void evaluate_parts(const kt_curve *curve, const double *numbers, double 
     const bool is_sum = curve->type == KT_FUNCTION_SUM;
     double f[3] = {is_sum ? 0.0 : 1.0, 0.0, 0.0}, g[3];
     for (int i = 0; i < curve->count; i++) {
-        const kt_curve part = part_of(curve, numbers, i);
+        const kt_curve part = curve_part_of(curve, numbers, i);
         kt_curve_evaluate(&part, numbers, t, g);
         f[2] = is_sum ? f[2] + g[2] : f[2] * g[0] + 2.0 * f[1] * g[1] + f[0] * g[2];
         f[1] = is_sum ? f[1] + g[1] : f[1] * g[0] + f[0] * g[1];
@@ -311,11 +312,11 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     switch (curve->type) {
     case KT_FUNCTION_NONE:
     case KT_FUNCTION_CONSTANT:
-        set(out, curve->a, 0.0, 0.0);
+        set_derivatives(out, curve->a, 0.0, 0.0);
         break;
     case KT_FUNCTION_SINE: {
         const double sine = curve->b * sin(curve->c * t + curve->d), cosine = curve->b * cos(curve->c * t + curve->d);
-        set(out, curve->a + sine, curve->c * cosine, -curve->c * curve->c * sine);
+        set_derivatives(out, curve->a + sine, curve->c * cosine, -curve->c * curve->c * sine);
         break;
     }
     case KT_FUNCTION_RAMP:
@@ -334,7 +335,7 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
         else if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
             kt_curve_formula_evaluate(curve, numbers, t, out);
         else
-            set(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
+            set_derivatives(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
     }
     }
 }
@@ -351,7 +352,7 @@ static double table_speed(const double *rows, int count, double t) {
 static double parts_speed(const kt_curve *curve, const double *numbers, double t) {
     double y[3], size = 1.0, speed = 0.0;
     for (int i = 0; i < curve->count; i++) {
-        const kt_curve part = part_of(curve, numbers, i);
+        const kt_curve part = curve_part_of(curve, numbers, i);
         const double of_part = kt_curve_speed(&part, numbers, t);
         kt_curve_evaluate(&part, numbers, t, y);
         speed = curve->type == KT_FUNCTION_SUM ? speed + of_part : speed * fabs(y[0]) + size * of_part;
@@ -432,7 +433,7 @@ static kt_breakpoint breakpoint_of_parts(const kt_curve *curve, const double *nu
                                          int64_t *left) {
     kt_breakpoint first = {HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
     for (int i = 0; i < curve->count; i++) {
-        const kt_curve part = part_of(curve, numbers, i);
+        const kt_curve part = curve_part_of(curve, numbers, i);
         const kt_breakpoint breakpoint = kt_curve_next_breakpoint(&part, numbers, t, until, left);
         if (breakpoint.time < first.time || (breakpoint.time == first.time && breakpoint.order < first.order))
             first = breakpoint;
@@ -459,7 +460,7 @@ kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numb
 static double longest_step_of_parts(const kt_curve *curve, const double *numbers) {
     double longest = HUGE_VAL, inverse = 0.0;
     for (int i = 0; i < curve->count; i++) {
-        const kt_curve part = part_of(curve, numbers, i);
+        const kt_curve part = curve_part_of(curve, numbers, i);
         const double length = kt_curve_longest_step(&part, numbers);
         longest = fmin(longest, length);
         inverse += 1.0 / length;

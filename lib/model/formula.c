@@ -16,7 +16,7 @@ static bool joins(const char *text, const char *before, const char *name) {
 }
 
 /* Whether a name is that of the effect's own length or coordinate, or of its rate. Sets *variable if so. */
-static bool is_own(const kt_formula_names *names, const char *name, kt_variable *variable) {
+static bool is_own_variable(const kt_formula_names *names, const char *name, kt_variable *variable) {
     bool is_length = names->ends == 2 && strcmp(name, "length") == 0;
     bool is_speed = names->ends == 2 && strcmp(name, "speed") == 0;
     if (names->coordinate) {
@@ -38,10 +38,10 @@ static bool is_quaternion(const kt_formula_names *names, const kt_variable *vari
     return size.nq > size.nv && variable->component >= size.nq - 4;
 }
 
-static bool find(void *user, const char *name, kt_symbol *symbol) {
+static bool find_formula_symbol(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     kt_variable found;
-    if (!is_own(names, name, &found) && !kt_variable_find(names->description, name, &found))
+    if (!is_own_variable(names, name, &found) && !kt_variable_find(names->description, name, &found))
         return false;
     names->quaternion = names->quaternion || is_quaternion(names, &found);
     names->gravity = names->gravity || found.type == KT_VARIABLE_GRAVITY;
@@ -58,7 +58,7 @@ static bool find(void *user, const char *name, kt_symbol *symbol) {
     return true;
 }
 
-static const char *list(void *user, int k) {
+static const char *list_formula_name(void *user, int k) {
     static const char *const own[] = {"length", "speed"}, *const before[] = {"position.", "velocity."};
     kt_formula_names *names = user;
     kt_variable variable;
@@ -91,7 +91,7 @@ kt_formula_names kt_formula_names_of(const kt_description *description, const kt
 }
 
 kt_symbols kt_formula_symbols(kt_formula_names *names) {
-    return (kt_symbols){.find = find, .list = list, .user = names};
+    return (kt_symbols){.find = find_formula_symbol, .list = list_formula_name, .user = names};
 }
 
 /* ---- couplings --------------------------------------------------------------------------------------------------- */

@@ -7,19 +7,19 @@
 
 /* ---- constructors ------------------------------------------------------------------------------------------------ */
 
-static kt_function function_of(kt_function_type type) {
+static kt_function function_of_type(kt_function_type type) {
     kt_function function = {.type = type, .numbers = NULL};
     return function;
 }
 
 kt_function kt_function_constant(double value) {
-    kt_function function = function_of(KT_FUNCTION_CONSTANT);
+    kt_function function = function_of_type(KT_FUNCTION_CONSTANT);
     function.value = value;
     return function;
 }
 
 kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset) {
-    kt_function function = function_of(KT_FUNCTION_SINE);
+    kt_function function = function_of_type(KT_FUNCTION_SINE);
     function.amplitude = amplitude;
     function.frequency = frequency;
     function.phase = phase;
@@ -28,7 +28,7 @@ kt_function kt_function_sine(double amplitude, double frequency, double phase, d
 }
 
 kt_function kt_function_ramp(double from, double to, double start, double end) {
-    kt_function function = function_of(KT_FUNCTION_RAMP);
+    kt_function function = function_of_type(KT_FUNCTION_RAMP);
     function.from = from;
     function.to = to;
     function.start = start;
@@ -37,14 +37,14 @@ kt_function kt_function_ramp(double from, double to, double start, double end) {
 }
 
 kt_function kt_function_polynomial(const double *coefficients, int count) {
-    kt_function function = function_of(KT_FUNCTION_POLYNOMIAL);
+    kt_function function = function_of_type(KT_FUNCTION_POLYNOMIAL);
     function.numbers = coefficients;
     function.number_count = count;
     return function;
 }
 
 kt_function kt_function_table(const double *rows, int number_count, kt_interpolation interpolation) {
-    kt_function function = function_of(KT_FUNCTION_TABLE);
+    kt_function function = function_of_type(KT_FUNCTION_TABLE);
     function.numbers = rows;
     function.number_count = number_count;
     function.interpolation = interpolation;
@@ -52,7 +52,7 @@ kt_function kt_function_table(const double *rows, int number_count, kt_interpola
 }
 
 kt_function kt_function_bump(double height, double start, double end) {
-    kt_function function = function_of(KT_FUNCTION_BUMP);
+    kt_function function = function_of_type(KT_FUNCTION_BUMP);
     function.amplitude = height;
     function.start = start;
     function.end = end;
@@ -60,7 +60,7 @@ kt_function kt_function_bump(double height, double start, double end) {
 }
 
 static kt_function function_of_parts(kt_function_type type, const kt_function *parts, int part_count) {
-    kt_function function = function_of(type);
+    kt_function function = function_of_type(type);
     function.parts = parts;
     function.part_count = part_count;
     return function;
@@ -75,7 +75,7 @@ kt_function kt_function_product(const kt_function *parts, int part_count) {
 }
 
 kt_function kt_function_expression(const char *text) {
-    kt_function function = function_of(KT_FUNCTION_EXPRESSION);
+    kt_function function = function_of_type(KT_FUNCTION_EXPRESSION);
     function.text = text;
     return function;
 }

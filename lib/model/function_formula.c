@@ -57,7 +57,7 @@ void kt_curve_formula_compile(const kt_function *function, double *numbers, kt_c
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-static const kt_expression *formula_of(const kt_curve *curve, const double *numbers) {
+static const kt_expression *curve_formula_of(const kt_curve *curve, const double *numbers) {
     return (const kt_expression *)(const void *)(numbers + curve->first);
 }
 
@@ -79,7 +79,7 @@ void kt_curve_formula_evaluate(const kt_curve *curve, const double *numbers, dou
         evaluate_bump(curve, t, out);
         return;
     }
-    kt_expression_taylor(formula_of(curve, numbers), &t, &rate, NULL, out);
+    kt_expression_taylor(curve_formula_of(curve, numbers), &t, &rate, NULL, out);
 }
 
 double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, double t) {
@@ -88,7 +88,7 @@ double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, doub
         evaluate_bump(curve, t, y);
         return fabs(y[1]);
     }
-    return kt_expression_speed(formula_of(curve, numbers), t);
+    return kt_expression_speed(curve_formula_of(curve, numbers), t);
 }
 
 /* ---- breakpoints ------------------------------------------------------------------------------------------------- */
@@ -98,6 +98,6 @@ kt_breakpoint kt_curve_formula_breakpoint(const kt_curve *curve, const double *n
     kt_breakpoint first = {HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
     if (curve->type == KT_FUNCTION_BUMP)
         return (kt_breakpoint){t < curve->c ? curve->c : t < curve->d ? curve->d : HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};
-    first.time = kt_expression_next_breakpoint(formula_of(curve, numbers), t, until, left, &first.order);
+    first.time = kt_expression_next_breakpoint(curve_formula_of(curve, numbers), t, until, left, &first.order);
     return first;
 }

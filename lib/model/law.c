@@ -39,7 +39,7 @@ int kt_law_of_state(const kt_description *description, const char *state, int af
 /* ---- checks ------------------------------------------------------------------------------------------------------ */
 
 /* Whether a list can be read. */
-static bool check_list(kt_checker *checker, const char *field, const char *const *list, int count, int most) {
+static bool check_law_list(kt_checker *checker, const char *field, const char *const *list, int count, int most) {
     if (count < 0 || count > most)
         kt_checker_fault(checker, field, -1, "%s: the count is %d; it must be 0 to %d", field, count, most);
     else if (count > 0 && list == NULL)
@@ -67,7 +67,7 @@ static void check_variable(kt_checker *checker, kt_formula_names *names, const c
     }
 }
 
-static void check_state(kt_checker *checker, const kt_effect *effect, int k) {
+static void check_law_state(kt_checker *checker, const kt_effect *effect, int k) {
     const kt_description *d = checker->description;
     const char *name = effect->states[k];
     const int index = name != NULL ? kt_names_find(&checker->names, KT_SCOPE_STATE, name) : -1;
@@ -91,11 +91,11 @@ void kt_checker_law(kt_checker *checker, const kt_effect *effect) {
             kt_checker_fault(checker, "law", -1, "both a formula and a law are given; give one of them");
             return;
         }
-    if (check_list(checker, "variables", effect->variables, effect->variable_count, KT_FORMULA_VARIABLE_MAX))
+    if (check_law_list(checker, "variables", effect->variables, effect->variable_count, KT_FORMULA_VARIABLE_MAX))
         for (int k = 0; k < effect->variable_count && !kt_checker_is_done(checker); k++)
             check_variable(checker, &names, effect->variables[k], k);
     (void)kt_checker_gravity(checker, "variables", -1, &names);
-    if (check_list(checker, "states", effect->states, effect->state_count, KT_LAW_STATE_MAX))
+    if (check_law_list(checker, "states", effect->states, effect->state_count, KT_LAW_STATE_MAX))
         for (int k = 0; k < effect->state_count && !kt_checker_is_done(checker); k++)
-            check_state(checker, effect, k);
+            check_law_state(checker, effect, k);
 }

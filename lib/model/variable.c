@@ -8,19 +8,21 @@
 enum { TIME_COUNT = 1, POINT_COUNT = 6 /* coordinates and velocities of a marker */ };
 
 /* How many variables a body has: those of its joint with a gravity force for each velocity, and six for each marker. */
-static kt_joint_size size_of(const kt_body *body) {
+static kt_joint_size variable_sizes_of(const kt_body *body) {
     const bool known = (unsigned)body->joint.type < KT_JOINT_TYPE_COUNT;
     return known ? kt_joint_sizes[body->joint.type] : (kt_joint_size){0, 0};
 }
 static int markers_of(const kt_body *body) { return body->markers && body->marker_count > 0 ? body->marker_count : 0; }
-static int states_of(const kt_description *d) { return d->states && d->state_count > 0 ? d->state_count : 0; }
-static int count_of(const kt_body *body) {
-    return size_of(body).nq + 2 * size_of(body).nv + POINT_COUNT * markers_of(body);
+static int description_states_of(const kt_description *d) {
+    return d->states && d->state_count > 0 ? d->state_count : 0;
+}
+static int variable_count_of(const kt_body *body) {
+    return variable_sizes_of(body).nq + 2 * variable_sizes_of(body).nv + POINT_COUNT * markers_of(body);
 }
 
 /* The k-th variable of a body. */
-static kt_variable variable_of(const kt_body *body, int index, int k) {
-    const kt_joint_size size = size_of(body);
+static kt_variable body_variable_of(const kt_body *body, int index, int k) {
+    const kt_joint_size size = variable_sizes_of(body);
     kt_variable found = {.type = KT_VARIABLE_POSITION, .body = index, .marker = 0, .component = k};
     if (k < size.nq)
         return found;
@@ -47,15 +49,15 @@ bool kt_variable_at(const kt_description *description, int k, kt_variable *varia
         return true;
     }
     k -= TIME_COUNT;
-    if (k < states_of(description)) {
+    if (k < description_states_of(description)) {
         *variable = (kt_variable){.type = KT_VARIABLE_STATE, .body = -1, .marker = 0, .component = k};
         return true;
     }
-    k -= states_of(description);
+    k -= description_states_of(description);
     for (int i = 0; i < description->body_count; i++) {
-        const int count = count_of(&description->bodies[i]);
+        const int count = variable_count_of(&description->bodies[i]);
         if (k < count) {
-            *variable = variable_of(&description->bodies[i], i, k);
+            *variable = body_variable_of(&description->bodies[i], i, k);
             return true;
         }
         k -= count;
@@ -80,11 +82,11 @@ static int joint_entry(kt_variable_type type) {
 }
 
 static int components_of(const kt_body *body, kt_variable_type type) {
-    return type == KT_VARIABLE_POSITION ? size_of(body).nq : size_of(body).nv;
+    return type == KT_VARIABLE_POSITION ? variable_sizes_of(body).nq : variable_sizes_of(body).nv;
 }
 
 /* "position.crank", "velocity.ball[2]" */
-static int name_coordinate(const kt_body *body, const kt_variable *variable, char *text, size_t size) {
+static int name_coordinate_variable(const kt_body *body, const kt_variable *variable, char *text, size_t size) {
     const char *const begin = of_joints[joint_entry(variable->type)].begin;
     const int k = variable->component, count = components_of(body, variable->type);
     if (k < 0 || k >= count)
@@ -102,9 +104,10 @@ static int name_point(const kt_body *body, const kt_variable *variable, char *te
                     variable->type == KT_VARIABLE_MARKER ? "" : "v", "xyz"[k]);
 }
 
-static int name_state(const kt_description *d, const kt_variable *variable, char *text, size_t size) {
+static int name_state_variable(const kt_description *d, const kt_variable *variable, char *text, size_t size) {
     const int k = variable->component;
-    return k >= 0 && k < states_of(d) && d->states[k].name ? snprintf(text, size, "%s", d->states[k].name) : 0;
+    return k >= 0 && k < description_states_of(d) && d->states[k].name ? snprintf(text, size, "%s", d->states[k].name)
+                                                                       : 0;
 }
 
 int kt_variable_name(const kt_description *description, const kt_variable *variable, char *text, size_t size) {
@@ -115,18 +118,18 @@ int kt_variable_name(const kt_description *description, const kt_variable *varia
     if (variable->type == KT_VARIABLE_TIME)
         return snprintf(text, size, "t");
     if (variable->type == KT_VARIABLE_STATE)
-        return name_state(description, variable, text, size);
+        return name_state_variable(description, variable, text, size);
     if (variable->body < 0 || variable->body >= description->body_count)
         return 0;
     const kt_body *body = &description->bodies[variable->body];
-    return joint_entry(variable->type) >= 0 ? name_coordinate(body, variable, text, size)
+    return joint_entry(variable->type) >= 0 ? name_coordinate_variable(body, variable, text, size)
                                             : name_point(body, variable, text, size);
 }
 
 /* ---- by name ----------------------------------------------------------------------------------------------------- */
 
 /* Whether a name begins with `word`. If so, *name advances to the rest. */
-static bool begins(const char **name, const char *word) {
+static bool skip_word(const char **name, const char *word) {
     const size_t length = word != NULL ? strlen(word) : 0;
     if (length == 0 || strncmp(*name, word, length) != 0)
         return false;
@@ -158,12 +161,12 @@ static bool read_component(const char *text, kt_variable *found) {
 }
 
 /* `text` is the rest behind the name of the body. */
-static bool read_marker(const kt_body *body, const char *text, kt_variable *found) {
+static bool read_marker_variable(const kt_body *body, const char *text, kt_variable *found) {
     if (*text++ != '.')
         return false;
     for (found->marker = 0; found->marker < markers_of(body); found->marker++) {
         const char *rest = text;
-        if (begins(&rest, body->markers[found->marker].name) && read_component(rest, found))
+        if (skip_word(&rest, body->markers[found->marker].name) && read_component(rest, found))
             return true;
     }
     return false;
@@ -171,8 +174,8 @@ static bool read_marker(const kt_body *body, const char *text, kt_variable *foun
 
 /* "current", "state.current" */
 static bool find_state(const kt_description *d, const char *name, kt_variable *variable) {
-    (void)begins(&name, "state.");
-    for (int i = 0; i < states_of(d); i++)
+    (void)skip_word(&name, "state.");
+    for (int i = 0; i < description_states_of(d); i++)
         if (d->states[i].name && strcmp(d->states[i].name, name) == 0) {
             *variable = (kt_variable){.type = KT_VARIABLE_STATE, .body = -1, .marker = 0, .component = i};
             return true;
@@ -185,11 +188,11 @@ static bool begins_variable(const char *name, kt_variable_type *type, const char
     *rest = name;
     for (int i = 0; i < JOINT_KINDS; i++) {
         *type = of_joints[i].type;
-        if (begins(rest, of_joints[i].begin))
+        if (skip_word(rest, of_joints[i].begin))
             return true;
     }
     *type = KT_VARIABLE_MARKER;
-    return begins(rest, "marker.");
+    return skip_word(rest, "marker.");
 }
 
 bool kt_variable_find(const kt_description *description, const char *name, kt_variable *variable) {
@@ -207,10 +210,10 @@ bool kt_variable_find(const kt_description *description, const char *name, kt_va
     for (int i = 0; i < description->body_count; i++) {
         const kt_body *body = &description->bodies[i];
         const char *text = rest;
-        if (!begins(&text, is_joint ? kt_joint_name_of(body) : body->name))
+        if (!skip_word(&text, is_joint ? kt_joint_name_of(body) : body->name))
             continue;
         if (is_joint ? !read_index(text, components_of(body, found.type), &found.component)
-                     : !read_marker(body, text, &found))
+                     : !read_marker_variable(body, text, &found))
             continue;
         found.body = i;
         *variable = found;
