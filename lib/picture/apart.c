@@ -40,7 +40,7 @@ static void set_limits(double seconds) {
         (void)dup2(nothing, stream);
 }
 
-static bool write_all(int to, const void *data, size_t size) {
+static bool write_to_pipe(int to, const void *data, size_t size) {
     const char *at = data;
     while (size > 0) {
         const ssize_t done = write(to, at, size);
@@ -53,9 +53,9 @@ static bool write_all(int to, const void *data, size_t size) {
 }
 
 static bool write_answer(int to, const answer *a, const kt_triangles *mesh) {
-    return write_all(to, a, sizeof *a) &&
-           write_all(to, mesh->vertices, (size_t)a->vertex_count * sizeof *mesh->vertices) &&
-           write_all(to, mesh->triangles, (size_t)a->triangle_count * sizeof *mesh->triangles);
+    return write_to_pipe(to, a, sizeof *a) &&
+           write_to_pipe(to, mesh->vertices, (size_t)a->vertex_count * sizeof *mesh->vertices) &&
+           write_to_pipe(to, mesh->triangles, (size_t)a->triangle_count * sizeof *mesh->triangles);
 }
 
 /* ---- the parent -------------------------------------------------------------------------------------------------- */
@@ -68,7 +68,7 @@ static long long now(void) {
 }
 
 /* Reads all, until a time; false if it ends before, or takes longer. */
-static bool read_all(int from, void *data, size_t size, long long until) {
+static bool read_from_pipe(int from, void *data, size_t size, long long until) {
     char *at = data;
     while (size > 0) {
         const long long left = until - now();
@@ -96,7 +96,7 @@ static bool is_sound(const kt_triangles *mesh) {
 
 /* An answer and its mesh; false: it has not come whole. */
 static bool read_answer(int from, long long until, answer *a, kt_triangles *mesh) {
-    if (!read_all(from, a, sizeof *a, until) || !is_count(a->vertex_count) || !is_count(a->triangle_count))
+    if (!read_from_pipe(from, a, sizeof *a, until) || !is_count(a->vertex_count) || !is_count(a->triangle_count))
         return false;
     a->error.where[sizeof a->error.where - 1] = a->error.message[sizeof a->error.message - 1] = '\0';
     if (a->status != KT_OK)
@@ -110,8 +110,8 @@ static bool read_answer(int from, long long until, answer *a, kt_triangles *mesh
     }
     mesh->vertex_count = a->vertex_count;
     mesh->triangle_count = a->triangle_count;
-    return read_all(from, mesh->vertices, vertices * sizeof *mesh->vertices, until) &&
-           read_all(from, mesh->triangles, triangles * sizeof *mesh->triangles, until);
+    return read_from_pipe(from, mesh->vertices, vertices * sizeof *mesh->vertices, until) &&
+           read_from_pipe(from, mesh->triangles, triangles * sizeof *mesh->triangles, until);
 }
 
 static int wait_for(pid_t child) {
@@ -134,7 +134,7 @@ static kt_status explain(int status, double seconds, bool is_late, kt_error *err
                         "it could not be read: the process that reads it gave no answer; is the file damaged?");
 }
 
-static kt_status take_answer(pid_t child, int from, double seconds, kt_triangles *mesh, kt_error *error) {
+static kt_status take_mesh(pid_t child, int from, double seconds, kt_triangles *mesh, kt_error *error) {
     const long long until = now() + (long long)(1e3 * seconds);
     kt_triangles made = {.vertices = NULL};
     answer a = {.status = KT_OK};
@@ -181,7 +181,7 @@ kt_status kt_mesh_read_apart(kt_mesh_reader *reader, double seconds, const char 
         _exit(write_answer(to, &a, &made) ? 0 : 1);
     }
     (void)close(ends[1]);
-    const kt_status status = take_answer(child, ends[0], seconds, mesh, error);
+    const kt_status status = take_mesh(child, ends[0], seconds, mesh, error);
     (void)close(ends[0]);
     return status;
 }

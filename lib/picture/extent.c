@@ -14,7 +14,7 @@ kt_bounds kt_bounds_empty(void) {
     return (kt_bounds){.low = {DBL_MAX, DBL_MAX, DBL_MAX}, .high = {-DBL_MAX, -DBL_MAX, -DBL_MAX}};
 }
 
-static void widen(kt_bounds *b, kt_vec3 point) {
+static void widen_bounds(kt_bounds *b, kt_vec3 point) {
     b->low = kt_vec3_make(fmin(b->low.x, point.x), fmin(b->low.y, point.y), fmin(b->low.z, point.z));
     b->high = kt_vec3_make(fmax(b->high.x, point.x), fmax(b->high.y, point.y), fmax(b->high.z, point.z));
 }
@@ -24,8 +24,8 @@ static void widen_by_solid(kt_bounds *bounds, const kt_solid *solid, const kt_po
     const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).x),
                                        kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).y),
                                        kt_solid_reach(solid, kt_mat3_transpose(pose.rotation).z));
-    widen(bounds, kt_vec3_sub(pose.position, reach));
-    widen(bounds, kt_vec3_add(pose.position, reach));
+    widen_bounds(bounds, kt_vec3_sub(pose.position, reach));
+    widen_bounds(bounds, kt_vec3_add(pose.position, reach));
 }
 
 bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
@@ -34,8 +34,8 @@ bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
 }
 
 static void widen_by_line(void *user, kt_vec3 from, kt_vec3 to) {
-    widen(user, from);
-    widen(user, to);
+    widen_bounds(user, from);
+    widen_bounds(user, to);
 }
 
 kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
@@ -43,17 +43,18 @@ kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds 
         widen_by_solid(&bounds, &p->solids[i], poses);
     for (int i = 0; i < p->joint_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
-            widen(&bounds, kt_body_frame_pose(&p->joints[i].frame, poses).position);
+            widen_bounds(&bounds, kt_body_frame_pose(&p->joints[i].frame, poses).position);
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
-            widen(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
+            widen_bounds(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < p->loops[i].stroke_count; k++)
-            widen(&bounds, kt_pose_apply(kt_body_frame_pose(&p->loops[i].ends[0], poses), p->loops[i].strokes[k].to));
+            widen_bounds(&bounds,
+                         kt_pose_apply(kt_body_frame_pose(&p->loops[i].ends[0], poses), p->loops[i].strokes[k].to));
     for (int i = 0; i < p->effect_count; i++)
         for (int k = 0; k < p->effects[i].end_count; k++)
             if (kt_picture_shows_end(&p->effects[i], k))
-                widen(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+                widen_bounds(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
     for (int i = 0; i < p->effect_count; i++)
         kt_picture_path(p, &p->effects[i], poses, widen_by_line, &bounds);
     return bounds;
@@ -87,9 +88,9 @@ kt_bounds kt_picture_measure(kt_picture_maker *m, double *lengths) {
     kt_bounds bounds = kt_picture_widen(p, m->poses, kt_bounds_empty());
     for (int body = 1; body < p->body_count; body++)
         if (!kt_picture_has_own(m, body) && kt_picture_source(m, body)->mass > 0.0)
-            widen(&bounds, kt_pose_apply(m->poses[body], kt_picture_source(m, body)->com));
+            widen_bounds(&bounds, kt_pose_apply(m->poses[body], kt_picture_source(m, body)->com));
     if (bounds.low.x > bounds.high.x)
-        widen(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
+        widen_bounds(&bounds, kt_vec3_make(0.0, 0.0, 0.0));
     p->size = kt_vec3_norm_wide(kt_vec3_sub(bounds.high, bounds.low));
     p->size = p->size > 0.0 && isfinite(p->size) ? p->size : 1.0;
     const double median = median_length(m, lengths);

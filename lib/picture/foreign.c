@@ -18,7 +18,7 @@
 enum { MOST = KT_TRIANGLES_MOST }; /* vertices, and triangles */
 static const double seconds_most = 60.0;
 
-static kt_status count(const struct aiScene *scene, size_t *vertices, size_t *triangles, kt_error *error) {
+static kt_status count_foreign(const struct aiScene *scene, size_t *vertices, size_t *triangles, kt_error *error) {
     *vertices = *triangles = 0;
     for (unsigned i = 0; i < scene->mNumMeshes; i++) {
         *vertices += scene->mMeshes[i]->mNumVertices;
@@ -30,7 +30,7 @@ static kt_status count(const struct aiScene *scene, size_t *vertices, size_t *tr
 }
 
 /* Faces of points and lines are left out. */
-static void add_mesh(const struct aiMesh *from, kt_triangles *to) {
+static void add_foreign_mesh(const struct aiMesh *from, kt_triangles *to) {
     const int first = to->vertex_count;
     for (unsigned i = 0; i < from->mNumVertices; i++) {
         const struct aiVector3D v = from->mVertices[i];
@@ -44,17 +44,17 @@ static void add_mesh(const struct aiMesh *from, kt_triangles *to) {
     }
 }
 
-static bool is_finite(const kt_triangles *mesh) {
+static bool triangles_are_finite(const kt_triangles *mesh) {
     bool finite = true;
     for (int i = 0; i < mesh->vertex_count; i++)
         finite = finite && kt_vec3_is_finite(mesh->vertices[i]);
     return finite;
 }
 
-static kt_status take(const struct aiScene *scene, kt_triangles *mesh, kt_error *error) {
+static kt_status take_foreign_scene(const struct aiScene *scene, kt_triangles *mesh, kt_error *error) {
     size_t vertices, triangles;
     kt_triangles made = {.vertices = NULL};
-    kt_status status = count(scene, &vertices, &triangles, error);
+    kt_status status = count_foreign(scene, &vertices, &triangles, error);
     if (status != KT_OK)
         return status;
     made.vertices = calloc(vertices + 1, sizeof *made.vertices);
@@ -63,8 +63,8 @@ static kt_status take(const struct aiScene *scene, kt_triangles *mesh, kt_error 
         status = kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
     } else {
         for (unsigned i = 0; i < scene->mNumMeshes; i++)
-            add_mesh(scene->mMeshes[i], &made);
-        if (!is_finite(&made))
+            add_foreign_mesh(scene->mMeshes[i], &made);
+        if (!triangles_are_finite(&made))
             status = kt_error_set(error, KT_ERROR_SCENE, "", "a vertex of the mesh is not finite");
     }
     if (status == KT_OK)
@@ -103,7 +103,7 @@ static kt_status read_by_assimp(const char *path, const char *text, size_t size,
     const struct aiScene *scene = aiImportFileFromMemoryWithProperties(
         text, (unsigned)size, aiProcess_Triangulate | aiProcess_PreTransformVertices, dot != NULL ? dot + 1 : "", how);
     const kt_status status = scene != NULL
-                                 ? take(scene, mesh, error)
+                                 ? take_foreign_scene(scene, mesh, error)
                                  : kt_error_set(error, KT_ERROR_SCENE, "", "assimp: %.200s", aiGetErrorString());
     aiReleaseImport(scene);
     aiReleasePropertyStore(how);

@@ -88,7 +88,7 @@ typedef struct shown {
     bool shines, lets_shine;
 } shown;
 
-static shown show(const kt_piece *piece) {
+static shown show_piece(const kt_piece *piece) {
     const bool is_whole = piece->high - piece->low == 2.0 * piece->solid.half.z;
     shown s = {.solid = kt_piece_solid(piece),
                .shines = piece->shines && is_whole,
@@ -122,7 +122,7 @@ typedef struct relation {
     bool a_inside, b_inside; /* of the other, everywhere */
 } relation;
 
-static void sample(const shown *a, const shown *b, kt_outline_point at, bool is_diagram, relation *r) {
+static void sample_overlap(const shown *a, const shown *b, kt_outline_point at, bool is_diagram, relation *r) {
     double back_a, front_a, back_b, front_b;
     if (!depth_at(&a->solid, at, &back_a, &front_a) || !depth_at(&b->solid, at, &back_b, &front_b))
         return;
@@ -137,7 +137,7 @@ static void sample(const shown *a, const shown *b, kt_outline_point at, bool is_
 }
 
 /* Samples the corners of the overlap and the middles of its edges, drawn inwards by some shares, and its centre. */
-static relation relate(const shown *a, const shown *b, bool is_diagram) {
+static relation relate_pieces(const shown *a, const shown *b, bool is_diagram) {
     relation r = {-DBL_MAX, -DBL_MAX, false, true, true};
     if (a->left >= b->right || b->left >= a->right || a->bottom >= b->top || b->bottom >= a->top)
         return r;
@@ -149,14 +149,14 @@ static relation relate(const shown *a, const shown *b, bool is_diagram) {
         centre.x += part.corners[i].x / part.count;
         centre.y += part.corners[i].y / part.count;
     }
-    sample(a, b, centre, is_diagram, &r);
+    sample_overlap(a, b, centre, is_diagram, &r);
     for (int i = 0; i < 2 * part.count; i++) {
         const kt_outline_point p = part.corners[i / 2], q = part.corners[(i / 2 + i % 2) % part.count];
         const kt_outline_point edge = {0.5 * (p.x + q.x) - centre.x, 0.5 * (p.y + q.y) - centre.y};
         static const double shares[] = {0.97, 0.6};
         for (int k = 0; k < 2; k++)
-            sample(a, b, (kt_outline_point){centre.x + shares[k] * edge.x, centre.y + shares[k] * edge.y}, is_diagram,
-                   &r);
+            sample_overlap(a, b, (kt_outline_point){centre.x + shares[k] * edge.x, centre.y + shares[k] * edge.y},
+                           is_diagram, &r);
     }
     const bool a_in_b = a->shines && b->lets_shine && r.a_inside && kt_outline_area(&part) > 0.98 * a->area;
     const bool b_in_a = b->shines && a->lets_shine && r.b_inside && kt_outline_area(&part) > 0.98 * b->area;
@@ -304,7 +304,7 @@ static bool relate_pair(graph *g, const kt_pieces *pieces, int i, int j, double 
         const double order = order_in_solid(a, b);
         return order == 0.0 || add_edge(g, order > 0.0 ? j : i, order > 0.0 ? i : j, DBL_MIN);
     }
-    const relation r = relate(&g->shown[i], &g->shown[j], is_diagram);
+    const relation r = relate_pieces(&g->shown[i], &g->shown[j], is_diagram);
     if (r.nearer <= tolerance && r.further <= tolerance)
         return true;
     const double slight = fmax(tolerance, fmin(thickness_of(&a->solid), thickness_of(&b->solid)));
@@ -336,7 +336,7 @@ static bool relate_all(graph *g, const kt_pieces *pieces, double tolerance, bool
     g->any_cut = false;
     memset(g->cuts, 0, (size_t)n * sizeof *g->cuts);
     for (int i = 0; i < n; i++) {
-        g->shown[i] = show(&pieces->items[i]);
+        g->shown[i] = show_piece(&pieces->items[i]);
         g->beginnings[i] = (beginning){g->shown[i].left, i};
     }
     qsort(g->beginnings, (size_t)n, sizeof *g->beginnings, compare_beginnings);
@@ -351,7 +351,9 @@ static bool relate_all(graph *g, const kt_pieces *pieces, double tolerance, bool
 
 /* ---- sorting ----------------------------------------------------------------------------------------------------- */
 
-static int compare_edges(const void *a, const void *b) { return ((const edge *)a)->behind - ((const edge *)b)->behind; }
+static int compare_graph_edges(const void *a, const void *b) {
+    return ((const edge *)a)->behind - ((const edge *)b)->behind;
+}
 
 /* The first piece that waits for none; -1 if all are in cycles, or behind them. */
 static int next_piece(const graph *g, int count) {
@@ -421,7 +423,7 @@ static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool 
 /* Kahn's algorithm. `order` receives all pieces. Returns -1, or a piece that is to be halved, to open a cycle. */
 static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut, int *order) {
     if (g->edge_count > 0)
-        qsort(g->edges, (size_t)g->edge_count, sizeof *g->edges, compare_edges);
+        qsort(g->edges, (size_t)g->edge_count, sizeof *g->edges, compare_graph_edges);
     memset(g->waiting, 0, (size_t)pieces->count * sizeof *g->waiting);
     memset(g->is_taken, 0, (size_t)pieces->count * sizeof *g->is_taken);
     for (int i = 0; i < g->edge_count; i++)
@@ -444,7 +446,7 @@ static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool 
 /* ---- mending cuts ------------------------------------------------------------------------------------------------ */
 
 /* Whether nothing that piece `which` must stay behind (or, if is_before, in front of) is painted between two places. */
-static bool is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
+static bool place_is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
     for (int i = 0; i < g->edge_count; i++) {
         const edge e = g->edges[i];
         const int other = is_before ? e.behind : e.before;
@@ -459,10 +461,10 @@ static bool is_neighbour(const kt_piece *a, const kt_piece *b) {
 }
 
 /* Joins the pieces at places i < k, if one of them may be painted together with the other. */
-static bool join(graph *g, kt_pieces *pieces, int *order, int *place, int i, int k) {
+static bool join_two_pieces(graph *g, kt_pieces *pieces, int *order, int *place, int i, int k) {
     const int a = order[i], b = order[k];
-    const bool at_last = is_free(g, place, a, false, i, k);
-    if (!at_last && !is_free(g, place, b, true, i, k))
+    const bool at_last = place_is_free(g, place, a, false, i, k);
+    if (!at_last && !place_is_free(g, place, b, true, i, k))
         return false;
     const int kept = at_last ? b : a, gone = at_last ? a : b;
     kt_piece *piece = &pieces->items[kept];
@@ -490,7 +492,7 @@ static void join_pieces(graph *g, kt_pieces *pieces, int *order) {
         for (int i = 0; i < pieces->count; i++)
             for (int k = i + 1; k < pieces->count && order[i] >= 0; k++)
                 if (order[k] >= 0 && is_neighbour(&pieces->items[order[i]], &pieces->items[order[k]]))
-                    any = join(g, pieces, order, place, i, k) || any;
+                    any = join_two_pieces(g, pieces, order, place, i, k) || any;
     }
 }
 

@@ -66,7 +66,7 @@ static void attach_to(kt_picture_maker *m, int body, kt_vec3 point, int only) {
 }
 
 /* Among bodies that are fixed to the world, only the solids of the body itself count. */
-static void attach(kt_picture_maker *m, int body, kt_vec3 point) {
+static void attach_point(kt_picture_maker *m, int body, kt_vec3 point) {
     attach_to(m, body, point, m->picture->part[body] == 0 ? body : -1);
 }
 
@@ -87,7 +87,7 @@ static void begin_star(kt_picture_maker *m, int body, kt_vec3 point) {
     if (has_place && !has_solid(m, body) && kt_vec3_norm(point) > 1.5 * m->picture->radius)
         kt_picture_add_solid(m, thin_rod(m, body, kt_vec3_make(0.0, 0.0, 0.0), point));
     else
-        attach(m, body, point);
+        attach_point(m, body, point);
 }
 
 /* A body that is fixed to one without any solid is at the end of a rod, as a joint there would be. */
@@ -141,7 +141,7 @@ void kt_picture_imply_solids(kt_picture_maker *m) {
         imply_mass(m, body);
     for (int body = 1; body < p->body_count; body++) {
         if (is_pivot(kt_picture_source(m, body)->joint.type))
-            attach(m, body, kt_vec3_make(0.0, 0.0, 0.0));
+            attach_point(m, body, kt_vec3_make(0.0, 0.0, 0.0));
     }
     for (int i = 0; i < p->joint_count + p->coordinate_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)

@@ -12,7 +12,7 @@ static kt_mat3 frame_along(kt_mat3 frame, kt_vec3 axis) {
                                          : frame;
 }
 
-static kt_body_frame frame_of(const kt_picture_maker *m, const kt_end *end, kt_vec3 axis) {
+static kt_body_frame picture_frame_of(const kt_picture_maker *m, const kt_end *end, kt_vec3 axis) {
     kt_body_frame frame = {.body = end->body != NULL ? kt_body_find(m->model, end->body) : 0};
     frame.body = frame.body > 0 ? frame.body : 0;
     const int marker = end->marker != NULL ? kt_marker_find(m->model, frame.body, end->marker) : -1;
@@ -72,7 +72,7 @@ void kt_picture_list_joints(kt_picture_maker *m) {
 }
 
 /* Whether a key of the type refers to the member at this offset. */
-static bool has_key(const kt_descriptor *type, size_t offset) {
+static bool has_member_key(const kt_descriptor *type, size_t offset) {
     for (int i = 0; i < type->key_count; i++)
         if (type->keys[i].offset == offset)
             return true;
@@ -84,14 +84,14 @@ void kt_picture_list_loops(kt_picture_maker *m) {
     for (int i = 0; i < m->description->loop_count; i++) {
         const kt_loop *loop = &m->description->loops[i];
         const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        const bool two_axes = has_key(type, offsetof(kt_loop, axis2));
-        if (!has_key(type, offsetof(kt_loop, between)))
+        const bool two_axes = has_member_key(type, offsetof(kt_loop, axis2));
+        if (!has_member_key(type, offsetof(kt_loop, between)))
             continue;
         p->loops[p->loop_count++] =
             (kt_picture_loop){.type = loop->type,
                               .loop = i,
-                              .ends = {frame_of(m, &loop->between[0], loop->axis),
-                                       frame_of(m, &loop->between[1], two_axes ? loop->axis2 : loop->axis)},
+                              .ends = {picture_frame_of(m, &loop->between[0], loop->axis),
+                                       picture_frame_of(m, &loop->between[1], two_axes ? loop->axis2 : loop->axis)},
                               .radius = loop->radius,
                               .name = loop->name};
     }
@@ -103,7 +103,7 @@ int kt_body_of_joint(const kt_model *model, const char *name) {
     return kt_joint_find(model, name, &body, &ignored) == KT_OK ? body : -1;
 }
 
-static int joint_of(const kt_picture_maker *m, const char *name) {
+static int picture_joint_of(const kt_picture_maker *m, const char *name) {
     const int body = name != NULL ? kt_body_of_joint(m->model, name) : -1;
     for (int i = 0; i < m->picture->joint_count && body > 0; i++)
         if (m->picture->joints[i].body == body)
@@ -111,7 +111,7 @@ static int joint_of(const kt_picture_maker *m, const char *name) {
     return -1;
 }
 
-static void add_relation(kt_picture_maker *m, int loop, int joint, int other) {
+static void add_picture_relation(kt_picture_maker *m, int loop, int joint, int other) {
     kt_picture *p = m->picture;
     const kt_loop *source = &m->description->loops[loop];
     p->relations[p->relation_count++] = (kt_picture_relation){source->type, loop, joint, other, source->name};
@@ -121,12 +121,13 @@ void kt_picture_list_relations(kt_picture_maker *m) {
     for (int i = 0; i < m->description->loop_count; i++) {
         const kt_loop *loop = &m->description->loops[i];
         const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        if (has_key(type, offsetof(kt_loop, joint)) && joint_of(m, loop->joint) >= 0)
-            add_relation(m, i, joint_of(m, loop->joint), -1);
-        for (int k = 1; k < loop->term_count && has_key(type, offsetof(kt_loop, terms)); k++) {
-            const int joint = joint_of(m, loop->terms[k - 1].joint), other = joint_of(m, loop->terms[k].joint);
+        if (has_member_key(type, offsetof(kt_loop, joint)) && picture_joint_of(m, loop->joint) >= 0)
+            add_picture_relation(m, i, picture_joint_of(m, loop->joint), -1);
+        for (int k = 1; k < loop->term_count && has_member_key(type, offsetof(kt_loop, terms)); k++) {
+            const int joint = picture_joint_of(m, loop->terms[k - 1].joint),
+                      other = picture_joint_of(m, loop->terms[k].joint);
             if (joint >= 0 && other >= 0)
-                add_relation(m, i, joint, other);
+                add_picture_relation(m, i, joint, other);
         }
     }
 }
@@ -143,7 +144,7 @@ static int end_count_of(const kt_effect *effect) {
 }
 
 /* An end of an effect; of a path its first or last point. */
-static const kt_end *end_of(const kt_effect *effect, int k) {
+static const kt_end *picture_end_of(const kt_effect *effect, int k) {
     if (effect->path_count == 0)
         return &effect->between[k];
     return &effect->path[k == 0 ? 0 : effect->path_count - 1].end;
@@ -167,10 +168,10 @@ static int coordinate_of(kt_picture_maker *m, int effect) {
     p->joints[p->joint_count + p->coordinate_count] =
         (kt_picture_joint){.type = slides ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE,
                            .body = kt_effect_body(m->model, effect, 1),
-                           .frame = frame_of(m, &loop->between[second],
-                                             !slides || !in_plane ? triad.z
-                                             : k == 0             ? triad.x
-                                                                  : triad.y),
+                           .frame = picture_frame_of(m, &loop->between[second],
+                                                     !slides || !in_plane ? triad.z
+                                                     : k == 0             ? triad.x
+                                                                          : triad.y),
                            .child = kt_mat3_identity(),
                            .axis2 = triad.x,
                            .name = loop->name};
@@ -200,7 +201,7 @@ void kt_picture_list_effects(kt_picture_maker *m) {
                                      .line_count = KT_HAS_PATHS ? kt_path_lines(m->model, i, NULL, NULL, NULL) : 0,
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
-            shown->ends[k] = frame_of(m, end_of(effect, k), is_contact && k == 1 ? effect->axis : none);
+            shown->ends[k] = picture_frame_of(m, picture_end_of(effect, k), is_contact && k == 1 ? effect->axis : none);
         if (shown->end_count == 0)
             shown->joint = coordinate_of(m, i);
     }

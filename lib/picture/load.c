@@ -23,7 +23,7 @@ enum { AROUND_MOST = 64 }; /* triangles at a vertex of which means are taken */
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
 /* Formats that are read here, by the ending of the file's name; one without an ending is, too. */
-static bool is_own(const char *path) {
+static bool is_own_format(const char *path) {
     static const char *const endings[] = {".stl", ".obj", ".msh"};
     const char *dot = strrchr(path, '.');
     bool own = dot == NULL || strchr(dot, '/') != NULL;
@@ -32,13 +32,13 @@ static bool is_own(const char *path) {
     return own;
 }
 
-static kt_status read_file(const char *path, kt_triangles *mesh, kt_error *error) {
+static kt_status read_mesh_file(const char *path, kt_triangles *mesh, kt_error *error) {
     char *text = NULL;
     size_t size = 0;
     kt_status status = kt_file_read(path, &text, &size, error);
     if (status == KT_OK)
-        status = is_own(path) ? kt_triangles_parse(text, size, mesh, error)
-                              : kt_foreign_parse(path, text, size, mesh, error);
+        status = is_own_format(path) ? kt_triangles_parse(text, size, mesh, error)
+                                     : kt_foreign_parse(path, text, size, mesh, error);
     if (status == KT_ERROR_SCENE)
         (void)snprintf(error->where, sizeof error->where, "%.150s", path);
     free(text);
@@ -64,7 +64,7 @@ static kt_vec3 centre_mesh(kt_triangles *mesh, kt_vec3 scale, kt_vec3 *half) {
 /* ---- normals ----------------------------------------------------------------------------------------------------- */
 
 /* Twice the area along the normal. */
-static kt_vec3 area_of(const kt_triangles *mesh, int triangle) {
+static kt_vec3 triangle_area_of(const kt_triangles *mesh, int triangle) {
     const int *v = mesh->triangles[triangle].corner;
     return kt_vec3_cross(kt_vec3_sub(mesh->vertices[v[1]], mesh->vertices[v[0]]),
                          kt_vec3_sub(mesh->vertices[v[2]], mesh->vertices[v[0]]));
@@ -90,12 +90,12 @@ static void list_around(const kt_triangles *mesh, int *first, int *list) {
 }
 
 static kt_vec3 corner_normal(const kt_triangles *mesh, const int *first, const int *list, int triangle, int vertex) {
-    const kt_vec3 own = area_of(mesh, triangle), n = unit(own);
+    const kt_vec3 own = triangle_area_of(mesh, triangle), n = unit(own);
     kt_vec3 sum = kt_vec3_make(0.0, 0.0, 0.0);
     if (first[vertex + 1] - first[vertex] > AROUND_MOST)
         return n;
     for (int i = first[vertex]; i < first[vertex + 1]; i++) {
-        const kt_vec3 area = area_of(mesh, list[i]);
+        const kt_vec3 area = triangle_area_of(mesh, list[i]);
         if (kt_vec3_dot(area, n) >= cos_crease * kt_vec3_norm(area))
             sum = kt_vec3_add(sum, area);
     }
@@ -141,7 +141,7 @@ static kt_status make_surface(const kt_triangles *mesh, kt_mesh *surface, kt_err
 
 kt_status kt_mesh_load(const kt_scene_mesh *from, int most, kt_mesh *surface, kt_solid *solid, kt_error *error) {
     kt_triangles mesh = {.vertices = NULL};
-    kt_status status = read_file(from->file, &mesh, error);
+    kt_status status = read_mesh_file(from->file, &mesh, error);
     if (status == KT_OK)
         status = kt_triangles_decimate(&mesh, most, error);
     if (status == KT_OK && mesh.triangle_count == 0)

@@ -13,7 +13,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static bool grow(void **array, size_t size, int count) {
+static bool grow_mesh_array(void **array, size_t size, int count) {
     void *larger = realloc(*array, (size_t)count * size);
     if (larger == NULL)
         return false;
@@ -21,11 +21,12 @@ static bool grow(void **array, size_t size, int count) {
     return true;
 }
 
-static bool make_room(kt_mesh *mesh, int points, int triangles) {
+static bool make_mesh_room(kt_mesh *mesh, int points, int triangles) {
     if (mesh->point_count + points > mesh->point_room) {
         const int room = 2 * mesh->point_room + points;
         void *places = mesh->points, *normals = mesh->normals;
-        const bool fine = grow(&places, sizeof *mesh->points, room) && grow(&normals, sizeof *mesh->normals, room);
+        const bool fine = grow_mesh_array(&places, sizeof *mesh->points, room) &&
+                          grow_mesh_array(&normals, sizeof *mesh->normals, room);
         mesh->points = places;
         mesh->normals = normals;
         if (!fine)
@@ -35,7 +36,7 @@ static bool make_room(kt_mesh *mesh, int points, int triangles) {
     if (mesh->triangle_count + triangles > mesh->triangle_room) {
         const int room = 2 * mesh->triangle_room + triangles;
         void *corners = mesh->corners;
-        if (!grow(&corners, 3 * sizeof *mesh->corners, room))
+        if (!grow_mesh_array(&corners, 3 * sizeof *mesh->corners, room))
             return false;
         mesh->corners = corners;
         mesh->triangle_room = room;
@@ -52,13 +53,13 @@ void kt_mesh_free(kt_mesh *mesh) {
 
 /* ---- rings ------------------------------------------------------------------------------------------------------- */
 
-static int add_point(kt_mesh *mesh, kt_pose pose, kt_vec3 point, kt_vec3 normal) {
+static int add_mesh_point(kt_mesh *mesh, kt_pose pose, kt_vec3 point, kt_vec3 normal) {
     mesh->points[mesh->point_count] = kt_pose_apply(pose, point);
     mesh->normals[mesh->point_count] = kt_mat3_apply(pose.rotation, normal);
     return mesh->point_count++;
 }
 
-static void add_triangle(kt_mesh *mesh, int a, int b, int c) {
+static void add_mesh_triangle(kt_mesh *mesh, int a, int b, int c) {
     int *corners = mesh->corners + 3 * mesh->triangle_count++;
     corners[0] = a;
     corners[1] = b;
@@ -71,35 +72,35 @@ static int add_ring(kt_mesh *mesh, kt_pose pose, int sides, double radius, doubl
     for (int i = 0; i < sides; i++) {
         const double angle = 2.0 * pi * i / sides, c = cos(angle), s = sin(angle);
         const kt_vec3 normal = kt_vec3_make(c * cos(slope), s * cos(slope), sin(slope));
-        (void)add_point(mesh, pose, kt_vec3_make(radius * c, radius * s, z), normal);
+        (void)add_mesh_point(mesh, pose, kt_vec3_make(radius * c, radius * s, z), normal);
     }
     return first;
 }
 
 static int add_pole(kt_mesh *mesh, kt_pose pose, double z, double slope) {
-    return add_point(mesh, pose, kt_vec3_make(0.0, 0.0, z), kt_vec3_make(0.0, 0.0, sin(slope)));
+    return add_mesh_point(mesh, pose, kt_vec3_make(0.0, 0.0, z), kt_vec3_make(0.0, 0.0, sin(slope)));
 }
 
 /* Triangles between two rings, the upper one having the larger z. */
 static void add_band(kt_mesh *mesh, int sides, int lower, int upper) {
     for (int i = 0; i < sides; i++) {
         const int j = (i + 1) % sides;
-        add_triangle(mesh, lower + i, lower + j, upper + j);
-        add_triangle(mesh, lower + i, upper + j, upper + i);
+        add_mesh_triangle(mesh, lower + i, lower + j, upper + j);
+        add_mesh_triangle(mesh, lower + i, upper + j, upper + i);
     }
 }
 
 static void add_fan(kt_mesh *mesh, int sides, int ring, int pole, bool is_top) {
     for (int i = 0; i < sides; i++) {
         const int j = (i + 1) % sides;
-        add_triangle(mesh, pole, ring + (is_top ? i : j), ring + (is_top ? j : i));
+        add_mesh_triangle(mesh, pole, ring + (is_top ? i : j), ring + (is_top ? j : i));
     }
 }
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
 
 static bool add_box(kt_mesh *mesh, const kt_solid *solid) {
-    if (!make_room(mesh, 24, 12))
+    if (!make_mesh_room(mesh, 24, 12))
         return false;
     for (int face = 0; face < 6; face++) {
         const double sign = face % 2 == 0 ? 1.0 : -1.0, h[3] = {solid->half.x, solid->half.y, solid->half.z};
@@ -110,17 +111,17 @@ static bool add_box(kt_mesh *mesh, const kt_solid *solid) {
             p[out] = sign * h[out];
             p[u] = (corner == 1 || corner == 2 ? sign : -sign) * h[u];
             p[v] = (corner >= 2 ? 1.0 : -1.0) * h[v];
-            (void)add_point(mesh, solid->pose, kt_vec3_make(p[0], p[1], p[2]), kt_vec3_make(n[0], n[1], n[2]));
+            (void)add_mesh_point(mesh, solid->pose, kt_vec3_make(p[0], p[1], p[2]), kt_vec3_make(n[0], n[1], n[2]));
         }
-        add_triangle(mesh, first, first + 1, first + 2);
-        add_triangle(mesh, first, first + 2, first + 3);
+        add_mesh_triangle(mesh, first, first + 1, first + 2);
+        add_mesh_triangle(mesh, first, first + 2, first + 3);
     }
     return true;
 }
 
 static bool add_cylinder(kt_mesh *mesh, const kt_solid *solid, int sides) {
     const double r = solid->half.x, z = solid->half.z;
-    if (!make_room(mesh, 4 * sides + 2, 4 * sides))
+    if (!make_mesh_room(mesh, 4 * sides + 2, 4 * sides))
         return false;
     const int bottom = add_pole(mesh, solid->pose, -z, -0.5 * pi);
     const int foot = add_ring(mesh, solid->pose, sides, r, -z, -0.5 * pi);
@@ -140,7 +141,7 @@ static bool add_round(kt_mesh *mesh, const kt_solid *solid, int sides) {
     const int rings = sides / 4 > 1 ? sides / 4 : 1; /* of a hemisphere, the equator included */
     const bool is_long = z > 0.0;
     const int count = 2 * rings - (is_long ? 0 : 1);
-    if (!make_room(mesh, count * sides + 2, 2 * count * sides))
+    if (!make_mesh_room(mesh, count * sides + 2, 2 * count * sides))
         return false;
     const int bottom = add_pole(mesh, solid->pose, -z - r, -0.5 * pi);
     int below = -1;
@@ -164,13 +165,13 @@ static bool add_round(kt_mesh *mesh, const kt_solid *solid, int sides) {
 static bool add_surface(kt_mesh *mesh, const kt_solid *solid) {
     const kt_mesh *from = solid->mesh;
     const int first = mesh->point_count;
-    if (!make_room(mesh, from->point_count, from->triangle_count))
+    if (!make_mesh_room(mesh, from->point_count, from->triangle_count))
         return false;
     for (int i = 0; i < from->point_count; i++)
-        (void)add_point(mesh, solid->pose, from->points[i], from->normals[i]);
+        (void)add_mesh_point(mesh, solid->pose, from->points[i], from->normals[i]);
     for (int i = 0; i < from->triangle_count; i++)
-        add_triangle(mesh, first + from->corners[3 * i], first + from->corners[3 * i + 1],
-                     first + from->corners[3 * i + 2]);
+        add_mesh_triangle(mesh, first + from->corners[3 * i], first + from->corners[3 * i + 1],
+                          first + from->corners[3 * i + 2]);
     return true;
 }
 

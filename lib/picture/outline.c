@@ -11,7 +11,7 @@ enum { CIRCLE = 16 /* corners that replace a circle */ };
 
 static const double pi = 3.14159265358979323846;
 
-static double turn(kt_outline_point a, kt_outline_point b, kt_outline_point c) {
+static double turn_of_corner(kt_outline_point a, kt_outline_point b, kt_outline_point c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
@@ -29,7 +29,7 @@ static kt_outline hull_of(kt_outline_point *points, int count) {
         for (int i = 0; i < count; i++) {
             const kt_outline_point point = points[pass == 0 ? i : count - 1 - i];
             while (hull.count >= start + 2 &&
-                   turn(hull.corners[hull.count - 2], hull.corners[hull.count - 1], point) <= 0.0)
+                   turn_of_corner(hull.corners[hull.count - 2], hull.corners[hull.count - 1], point) <= 0.0)
                 hull.count--;
             hull.corners[hull.count++] = point;
         }
@@ -69,7 +69,7 @@ kt_outline kt_outline_overlap(const kt_outline *a, const kt_outline *b) {
         kt_outline rest = {0};
         for (int k = 0; k < part.count && rest.count + 2 <= KT_OUTLINE_CORNERS; k++) {
             const kt_outline_point p = part.corners[k], q = part.corners[(k + 1) % part.count];
-            const double inside = turn(from, to, p), next = turn(from, to, q);
+            const double inside = turn_of_corner(from, to, p), next = turn_of_corner(from, to, q);
             if (inside >= 0.0)
                 rest.corners[rest.count++] = p;
             if ((inside > 0.0 && next < 0.0) || (inside < 0.0 && next > 0.0)) {
@@ -85,6 +85,6 @@ kt_outline kt_outline_overlap(const kt_outline *a, const kt_outline *b) {
 double kt_outline_area(const kt_outline *outline) {
     double sum = 0.0;
     for (int i = 1; i + 1 < outline->count; i++)
-        sum += 0.5 * turn(outline->corners[0], outline->corners[i], outline->corners[i + 1]);
+        sum += 0.5 * turn_of_corner(outline->corners[0], outline->corners[i], outline->corners[i + 1]);
     return sum;
 }

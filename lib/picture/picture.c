@@ -31,7 +31,7 @@ KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
 /* An upper bound of the solids. A body has at most a solid for each shape, a point at its mass, and a rod to each
  * joint, loop and effect on it. Two rods connect it with the body to which it is fixed. */
-static counts count(const kt_scene *scene, const kt_model *model) {
+static counts count_picture(const kt_scene *scene, const kt_model *model) {
     const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,
                  effects = (size_t)d->effect_count;
@@ -129,7 +129,7 @@ static void find_plane(kt_picture_maker *m) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
-static kt_status fill(kt_picture_maker *m, double *lengths, kt_error *error) {
+static kt_status fill_picture(kt_picture_maker *m, double *lengths, kt_error *error) {
     kt_status status = KT_OK;
     kt_picture *p = m->picture;
     for (int i = 0; i < p->body_count; i++)
@@ -157,7 +157,7 @@ static kt_status fill(kt_picture_maker *m, double *lengths, kt_error *error) {
 kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const kt_pose *poses,
                             const kt_picture_options *options, kt_picture **picture, kt_error *error) {
     static const kt_picture_options standard;
-    const counts n = count(scene, model);
+    const counts n = count_picture(scene, model);
     kt_picture *made = calloc(1, lay_out(NULL, &n));
     int *chains = calloc(n.bodies + n.solids, sizeof *chains);
     double *lengths = calloc(n.solids + n.joints, sizeof *lengths);
@@ -175,7 +175,7 @@ kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const 
                               .poses = poses,
                               .first = chains,
                               .next = chains + n.bodies};
-        status = fill(&m, lengths, error);
+        status = fill_picture(&m, lengths, error);
     } else {
         (void)kt_error_set(error, KT_ERROR_MEMORY, "picture", "there is not enough memory for the picture");
     }

@@ -56,7 +56,7 @@ bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid) {
 }
 
 /* A corner of a polygon on one of its faces, body frame. */
-static kt_vec3 corner_of(const kt_shape *shape, size_t i, double side) {
+static kt_vec3 polygon_corner_of(const kt_shape *shape, size_t i, double side) {
     const double *p = shape->points + 2 * (i % (size_t)shape->point_count);
     return kt_vec3_add(shape->at, kt_mat3_apply(kt_solid_rotation(&shape->rotation),
                                                 kt_vec3_make(p[0], p[1], 0.5 * side * shape->length)));
@@ -69,7 +69,8 @@ size_t kt_solid_edge_count(const kt_shape *shape) {
 kt_solid kt_solid_edge(const kt_shape *shape, size_t k) {
     const size_t i = k / 3;
     const double from = k % 3 == 1 ? 1.0 : -1.0, to = k % 3 == 0 ? -1.0 : 1.0;
-    kt_solid edge = kt_solid_rod(corner_of(shape, i, from), corner_of(shape, k % 3 < 2 ? i + 1 : i, to), 0.0);
+    kt_solid edge =
+        kt_solid_rod(polygon_corner_of(shape, i, from), polygon_corner_of(shape, k % 3 < 2 ? i + 1 : i, to), 0.0);
     edge.source = KT_SOURCE_SLENDER;
     return edge;
 }
@@ -88,7 +89,7 @@ double kt_solid_reach(const kt_solid *solid, kt_vec3 d) {
     }
 }
 
-static double clamp(double x, double limit) { return fmin(fmax(x, -limit), limit); }
+static double clamp_magnitude(double x, double limit) { return fmin(fmax(x, -limit), limit); }
 
 kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 p) {
     const kt_vec3 h = solid->half;
@@ -96,13 +97,13 @@ kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 p) {
     const double share = out > h.x ? h.x / out : 1.0;
     switch (solid->type) {
     case KT_SOLID_BOX:
-        return kt_vec3_make(clamp(p.x, h.x), clamp(p.y, h.y), clamp(p.z, h.z));
+        return kt_vec3_make(clamp_magnitude(p.x, h.x), clamp_magnitude(p.y, h.y), clamp_magnitude(p.z, h.z));
     case KT_SOLID_SPHERE:
         return kt_vec3_scale(share, p);
     case KT_SOLID_CYLINDER:
-        return kt_vec3_make(share * p.x, share * p.y, clamp(p.z, h.z));
+        return kt_vec3_make(share * p.x, share * p.y, clamp_magnitude(p.z, h.z));
     default:
-        return kt_vec3_make(0.0, 0.0, clamp(p.z, h.z));
+        return kt_vec3_make(0.0, 0.0, clamp_magnitude(p.z, h.z));
     }
 }
 

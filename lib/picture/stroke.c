@@ -14,7 +14,7 @@ typedef struct pencil {
     int count;
 } pencil;
 
-static void draw(pencil *p, kt_vec3 from, kt_vec3 to) {
+static void draw_stroke(pencil *p, kt_vec3 from, kt_vec3 to) {
     if (p->count < KT_STROKES_MOST)
         p->strokes[p->count++] = (kt_stroke){from, to};
 }
@@ -26,7 +26,7 @@ static void draw_circle(pencil *p, kt_vec3 centre, kt_vec3 first, kt_vec3 second
         const double a = turn * k / ROUND;
         const kt_vec3 direction = kt_vec3_add(kt_vec3_scale(cos(a), first), kt_vec3_scale(sin(a), second));
         const kt_vec3 next = kt_vec3_add(centre, direction);
-        draw(p, last, next);
+        draw_stroke(p, last, next);
         last = next;
     }
 }
@@ -44,7 +44,7 @@ static void draw_helix(pencil *p, const kt_track *track, double middle, double r
         const double a = first + turn * k / ROUND;
         const kt_vec3 next = {track->radius * cos(a), track->radius * sin(a), track->pitch * a};
         if (k > 0)
-            draw(p, last, next);
+            draw_stroke(p, last, next);
         last = next;
     }
 }
@@ -72,7 +72,7 @@ static void draw_spline(pencil *p, const kt_track *track) {
             if (kt_function_evaluate(&along[k], length * i / STEPS, x[k], NULL) != KT_OK)
                 x[k][0] = 0.0;
         const kt_vec3 next = {x[0][0], x[1][0], x[2][0]};
-        draw(p, last, next);
+        draw_stroke(p, last, next);
         last = next;
     }
     free(rows);
@@ -80,7 +80,7 @@ static void draw_spline(pencil *p, const kt_track *track) {
 
 static void draw_track(pencil *p, const kt_track *track, kt_vec3 middle, double reach) {
     if (track->type == KT_TRACK_LINE)
-        draw(p, kt_vec3_make(0.0, 0.0, middle.z - reach), kt_vec3_make(0.0, 0.0, middle.z + reach));
+        draw_stroke(p, kt_vec3_make(0.0, 0.0, middle.z - reach), kt_vec3_make(0.0, 0.0, middle.z + reach));
     else if (track->type == KT_TRACK_CIRCLE)
         draw_ring(p, track->radius, 0.0);
     else if (track->type == KT_TRACK_HELIX)
@@ -92,15 +92,17 @@ static void draw_track(pencil *p, const kt_track *track, kt_vec3 middle, double 
 static void draw_plane(pencil *p, kt_vec3 middle, double reach) {
     for (int k = -LINES; k <= LINES; k++) {
         const double at = reach * k / LINES;
-        draw(p, kt_vec3_make(middle.x + at, middle.y - reach, 0.0), kt_vec3_make(middle.x + at, middle.y + reach, 0.0));
-        draw(p, kt_vec3_make(middle.x - reach, middle.y + at, 0.0), kt_vec3_make(middle.x + reach, middle.y + at, 0.0));
+        draw_stroke(p, kt_vec3_make(middle.x + at, middle.y - reach, 0.0),
+                    kt_vec3_make(middle.x + at, middle.y + reach, 0.0));
+        draw_stroke(p, kt_vec3_make(middle.x - reach, middle.y + at, 0.0),
+                    kt_vec3_make(middle.x + reach, middle.y + at, 0.0));
     }
 }
 
 static void draw_cylinder(pencil *p, double radius, double middle, double reach) {
     for (int k = 0; k < 8; k++) {
         const double x = radius * cos(turn * k / 8.0), y = radius * sin(turn * k / 8.0);
-        draw(p, kt_vec3_make(x, y, middle - reach), kt_vec3_make(x, y, middle + reach));
+        draw_stroke(p, kt_vec3_make(x, y, middle - reach), kt_vec3_make(x, y, middle + reach));
     }
     for (int k = -1; k <= 1; k++)
         draw_ring(p, radius, middle + k * reach);
@@ -140,7 +142,7 @@ int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke s
     return p.count;
 }
 
-static kt_pose pose_of(const kt_body_frame *frame, const kt_pose *poses) {
+static kt_pose frame_pose_of(const kt_body_frame *frame, const kt_pose *poses) {
     return kt_pose_compose(poses[frame->body], frame->pose);
 }
 
@@ -151,8 +153,8 @@ void kt_strokes_list(kt_picture *p, const kt_loop *loops, const kt_pose *poses, 
         kt_picture_loop *loop = &p->loops[i];
         if (loop->type != KT_LOOP_CURVE && loop->type != KT_LOOP_SURFACE)
             continue;
-        const kt_pose first = pose_of(&loop->ends[0], poses);
-        const kt_vec3 apart = kt_vec3_sub(pose_of(&loop->ends[1], poses).position, first.position);
+        const kt_pose first = frame_pose_of(&loop->ends[0], poses);
+        const kt_vec3 apart = kt_vec3_sub(frame_pose_of(&loop->ends[1], poses).position, first.position);
         const kt_vec3 middle = kt_mat3_apply_transposed(first.rotation, apart);
         loop->strokes = next;
         loop->stroke_count = kt_strokes_of(&loops[loop->loop], middle, reach > 0.0 ? reach : 1.0, next);
