@@ -32,7 +32,7 @@ typedef struct sweep {
 } sweep;
 
 /* The step that completes a loop. */
-static int32_t step_of(const kt_front *f, const kt_loop_record *loop) {
+static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop) {
     int32_t last = -1;
     for (int k = 0; k < (loop->term_count ? loop->term_count : 2); k++) {
         const int32_t link = loop->term_count ? f->model->term[loop->term + k].link : loop->link[k];
@@ -54,7 +54,8 @@ static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
 /* Finds the equations: all that are not void, or only the independent ones. The latter are all, or those chosen at
  * generic positions. Returns false if there are more than KT_DELASSUS_MAX. For independent ones, returns false unless
  * their number is the rank. */
-static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent, sweep *s) {
+static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent,
+                                    sweep *s) {
     s->model = model;
     s->data = data;
     s->unit = NULL;
@@ -72,7 +73,7 @@ static bool find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, b
                 return false;
             s->row[s->count].loop = loop;
             s->row[s->count].slot = slot[r];
-            s->row[s->count++].step = step_of(&s->f, loop);
+            s->row[s->count++].step = completing_step_of(&s->f, loop);
         }
     }
     return !independent || s->count == most;
@@ -299,7 +300,7 @@ static void square_all(const sweep *s, kt_real4 *square) {
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
-    if (!find(model, data, g, rows, true, &s))
+    if (!find_delassus_equations(model, data, g, rows, true, &s))
         return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
         square[r] = c[r] = s.d.transform[r] = kt_zero4();
@@ -348,7 +349,7 @@ static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
     kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
-    (void)find(model, data, g, data->factored[g], true, &s);
+    (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
     for (int r = 0; r < s.count; r++)
         mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
     for (int r = 0; r < s.count; r++)
@@ -529,7 +530,7 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
     sweep s;
-    (void)find(model, data, g, data->factored[g], true, &s);
+    (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     place_loads(&s, -1.0);
     if (planar)
@@ -562,7 +563,7 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
 bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size) {
     kt_v4 square[KT_DELASSUS_MAX];
     sweep s;
-    if (!find(model, data, g, rows, false, &s))
+    if (!find_delassus_equations(model, data, g, rows, false, &s))
         return false;
     s.unit = model->unit + s.f.group->v;
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
@@ -582,7 +583,7 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
                                  double *step) {
     kt_v4 square[KT_DELASSUS_MAX], lambda = kt_v4_splat(0.0);
     sweep s;
-    (void)find(model, data, g, data->factored[g], false, &s);
+    (void)find_delassus_equations(model, data, g, data->factored[g], false, &s);
     s.unit = model->unit + s.f.group->v;
     memcpy(square, s.d.transform, sizeof square);
     for (int r = 0; r < s.count; r++) {

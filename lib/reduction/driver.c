@@ -4,7 +4,7 @@
 #include "reduction/half_columns.h"
 
 /* A' lambda = M x + F' A - (tau - h) */
-static void multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {
+static void driver_multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {
     KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
     data->motion[0].linear = -model->gravity;
     for (size_t i = 1; i < model->n.link; i++)
@@ -37,7 +37,7 @@ static void multipliers(const kt_model *model, kt_data *data, const double *v, c
     }
 }
 
-static void basis(const kt_model *model, kt_data *data) {
+static void driver_basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         if (!kt_group_has_fronts(&model->group[g]))
@@ -46,9 +46,9 @@ static void basis(const kt_model *model, kt_data *data) {
 }
 
 #if KT_HAS_SWITCHES
-static void pose(const kt_model *model, kt_data *data, const double *q) { set_pose(model, data, q); }
+static void driver_pose(const kt_model *model, kt_data *data, const double *q) { set_pose(model, data, q); }
 
-static void move(const kt_model *model, kt_data *data, const double *v) {
+static void driver_move(const kt_model *model, kt_data *data, const double *v) {
     KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
 }
 
@@ -85,10 +85,11 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
     return (kt_relation_row){.residual = rows[0].holonomic ? rows[0].residual : 0.0,
                              .rate = kt_dot3(rows[0].moment, w) + kt_dot3(rows[0].force, u) + rows[0].rate};
 }
-#define KT_FIRST_ROW_KERNELS , .pose = pose, .move = move, .first_row = first_row
+#define KT_FIRST_ROW_KERNELS , .pose = driver_pose, .move = driver_move, .first_row = first_row
 #else
 #define KT_FIRST_ROW_KERNELS
 #endif
 
-const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {
-    KT_DRIVER_KERNELS, .multipliers = multipliers, .basis = basis, .react = KT_KERNEL(kt_react) KT_FIRST_ROW_KERNELS};
+const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {KT_DRIVER_KERNELS, .multipliers = driver_multipliers,
+                                                              .basis = driver_basis,
+                                                              .react = KT_KERNEL(kt_react) KT_FIRST_ROW_KERNELS};

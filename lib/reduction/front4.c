@@ -189,7 +189,7 @@ KT_INLINE void impose(front4 *s, const kt_front4_step *kept, int left) {
 
 /* Computes p = H^-1 g of n parameters by Cholesky's method. Returns false if there is no inertia along one of them
  * beyond rounding errors (maggi_kane.h). */
-static bool minimise(const front4 *s, int n, kt_v4 *out) {
+static bool minimise_parameters(const front4 *s, int n, kt_v4 *out) {
     double l[KT_FRONT4_PARAMS][KT_FRONT4_PARAMS], x[KT_FRONT4_PARAMS] = {0.0};
     for (int j = 0; j < n; j++) {
         for (int i = j; i < n; i++) {
@@ -239,7 +239,7 @@ KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau
     kept->ends = !s->open;
     if (!kept->ends)
         return true;
-    if (!minimise(s, *n, &kept->last))
+    if (!minimise_parameters(s, *n, &kept->last))
         return false;
     *n = 0;
     for (int i = 0; i < KT_FRONT4_PARAMS; i++)
@@ -260,7 +260,7 @@ static __attribute__((noinline)) bool advance_armature(front4 *s, const double *
     return advance_all(s, usual, tau, true);
 }
 
-static void respond(const front4 *s, double *a) {
+static void respond_to_front4(const front4 *s, double *a) {
     kt_v4 p = kt_v4_splat(0.0);
     for (int at = s->f.group->link_count - 1; at >= 0; at--) {
         const kt_front4_step *kept = &s->kept[at];
@@ -291,6 +291,6 @@ bool KT_KERNEL(kt_front4_solve)(const kt_model *model, kt_data *data, size_t g, 
     data->near[g] = false;
     data->last[g] = s.last;
     data->rank[g] = s.f.group->rank[rows];
-    respond(&s, a);
+    respond_to_front4(&s, a);
     return true;
 }

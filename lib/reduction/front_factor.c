@@ -202,7 +202,7 @@ KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n,
     }
 }
 
-static bool is_zero(const double *x, int n) {
+static bool is_zero_column(const double *x, int n) {
     int i = 0;
     while (i < n && x[i] == 0.0)
         i++;
@@ -217,7 +217,7 @@ KT_INLINE int copy_coupled(const kt_front *f, int n) {
         const double *t = kt_front_vector(f, f->live[l]);
         for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width) {
             double *to = f->copy + count * end;
-            if (is_zero(t, n))
+            if (is_zero_column(t, n))
                 continue;
             if (++count >= n)
                 return n;

@@ -16,7 +16,7 @@
 #include <string.h>
 
 /* Adds to x the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
-static void add_shifted(int components, kt_v4 r, const double *w, double *x) {
+static void add_shifted_wrench(int components, kt_v4 r, const double *w, double *x) {
     double shifted[KT_FRONT_SPACE];
     memcpy(shifted, w, sizeof shifted);
     kt_wrench_shift(components, r, shifted);
@@ -25,7 +25,7 @@ static void add_shifted(int components, kt_v4 r, const double *w, double *x) {
 }
 
 /* r of all coordinates, in f->w.free. Requires the accelerations of the links. */
-static void find_forces(const kt_front *f, const double *a) {
+static void find_joint_forces(const kt_front *f, const double *a) {
     for (int s = 0; s < f->group->link_count; s++)
         memset(kt_front_constant(f, s), 0, KT_FRONT_SPACE * sizeof(double));
     for (int s = f->group->link_count - 1; s >= 0; s--) {
@@ -47,7 +47,7 @@ static void find_forces(const kt_front *f, const double *a) {
             f->w.free[local + d] = kt_dense_dot(own + d * KT_FRONT_SPACE, w, KT_FRONT_SPACE) - f->w.bias[local + d] +
                                    f->model->armature[v + d] * a[v + d];
         if (step->up >= 0)
-            add_shifted(f->components, m->offset, w, kt_front_constant(f, step->up));
+            add_shifted_wrench(f->components, m->offset, w, kt_front_constant(f, step->up));
         memset(w, 0, KT_FRONT_SPACE * sizeof *w); /* for the link that has the slot before */
     }
 }
@@ -132,7 +132,7 @@ static void undo_step(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     double *w = kt_front_constant(f, s);
     if (step->up >= 0)
-        add_shifted(f->components, kt_front_offset(f, step->link), w, kt_front_constant(f, step->up));
+        add_shifted_wrench(f->components, kt_front_offset(f, step->link), w, kt_front_constant(f, step->up));
     memset(w, 0, KT_FRONT_SPACE * sizeof *w);
     kt_front_release(f, s);
     for (int i = step->term; i < step->term + step->term_count; i++)
@@ -141,7 +141,7 @@ static void undo_step(kt_front *f, int s) {
 }
 
 /* lambda, of the forces r; the links' slots hold zeros. */
-static void find_multipliers(kt_front *f, double *lambda) {
+static void find_front_multipliers(kt_front *f, double *lambda) {
     const kt_model *model = f->model;
     find_covectors(f);
     for (int r = 0; r < f->w.k; r++)
@@ -166,8 +166,8 @@ static void find_multipliers(kt_front *f, double *lambda) {
 void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda) {
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
-    find_forces(&f, a);
-    find_multipliers(&f, lambda);
+    find_joint_forces(&f, a);
+    find_front_multipliers(&f, lambda);
 }
 
 void KT_KERNEL(kt_front_multipliers_of)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
@@ -175,5 +175,5 @@ void KT_KERNEL(kt_front_multipliers_of)(const kt_model *model, kt_data *data, si
     kt_front_find(model, data, g, data->factored[g], &f);
     for (int s = 0; s < f.group->link_count; s++)
         memset(kt_front_constant(&f, s), 0, KT_FRONT_SPACE * sizeof(double));
-    find_multipliers(&f, lambda);
+    find_front_multipliers(&f, lambda);
 }

@@ -49,7 +49,7 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
 
 /* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
  * whole is left there, too: it then stays at rest to the last bit. */
-static bool choose(const kt_model *model, const kt_data *data, size_t g) {
+static bool choose_half_equations(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     int count = 0;
@@ -67,7 +67,7 @@ static bool choose(const kt_model *model, const kt_data *data, size_t g) {
 }
 
 bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) {
-    if (!kt_group_is_locked(model, &model->group[g]) && !choose(model, data, g))
+    if (!kt_group_is_locked(model, &model->group[g]) && !choose_half_equations(model, data, g))
         return false;
     data->factored[g] = KT_ROWS_ALL;
     data->near[g] = false;
@@ -251,8 +251,8 @@ KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
     h->given[local] = 1;
 }
 
-static void find_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
-                         const batch *b) {
+static void find_half_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
+                              const batch *b) {
     const int32_t *link = model->group_link + group->link;
     bool from_child = false;
     wrenches p;
@@ -294,7 +294,7 @@ static batch equations(const kt_group_work *w, const kt_half *h, int index) {
 /* ---- S ----------------------------------------------------------------------------------------------------------- */
 
 /* Rows of vector i and columns of vector j, j <= i. */
-static void find_block(const kt_half *h, int i, int j) {
+static void find_half_block(const kt_half *h, int i, int j) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;
     const uint8_t *live[2] = {h->live + (size_t)i * m, h->live + (size_t)j * m};
@@ -311,7 +311,7 @@ static void find_block(const kt_half *h, int i, int j) {
 }
 
 /* lambda = b'' - A M^-1 f */
-static void find_right(const kt_group_work *w, const kt_half *h, int index) {
+static void find_right_side(const kt_group_work *w, const kt_half *h, int index) {
     const kt_v4 *u = h->column + (size_t)index * (size_t)h->m;
     const uint8_t *live = h->live + (size_t)index * (size_t)h->m;
     kt_v4 sum = kt_v4_splat(0.0);
@@ -341,7 +341,7 @@ static void substitute(const kt_half *h, double *x) {
 }
 
 /* Solves S lambda = right by Cholesky's method. */
-static bool find_multipliers(const kt_half *h) {
+static bool find_half_multipliers(const kt_half *h) {
     const size_t stride = LANES * (size_t)h->n;
     double *l = h->square, sum = 0.0;
     bool independent = true;
@@ -404,12 +404,12 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
         const batch rows = equations(&w, &h, b);
-        find_columns(model, data, group, &h, &rows);
-        find_right(&w, &h, b);
+        find_half_columns(model, data, group, &h, &rows);
+        find_right_side(&w, &h, b);
         for (int j = 0; j <= b; j++)
-            find_block(&h, b, j);
+            find_half_block(&h, b, j);
     }
-    if (!find_multipliers(&h))
+    if (!find_half_multipliers(&h))
         return false;
     memset(w.multiplier, 0, (size_t)w.k * sizeof *w.multiplier);
     for (int r = 0; r < h.rank; r++)
@@ -429,12 +429,12 @@ static void find_force_columns(const kt_model *model, const kt_data *data, const
         batch b = {.column = column + (size_t)(j / LANES) * (size_t)h->m, .of_model = true};
         for (int r = 0; r < LANES; r++)
             b.force[r] = j + r < count ? force + (size_t)(j + r) * model->n.v : NULL;
-        find_columns(model, data, group, h, &b);
+        find_half_columns(model, data, group, h, &b);
     }
 }
 
 /* The change of lambda due to one force, whose half column is in a lane: S change = -A M^-1 f. */
-static void find_change(const kt_half *h, const double *u, double *change) {
+static void find_multiplier_change(const kt_half *h, const double *u, double *change) {
     for (int b = 0; b < h->n; b++) {
         const kt_v4 *row = h->column + (size_t)b * (size_t)h->m;
         kt_v4 sum = kt_v4_splat(0.0);
@@ -447,7 +447,7 @@ static void find_change(const kt_half *h, const double *u, double *change) {
 }
 
 /* Adds f_i' M^-1 (f_j + A' change) for all forces i. */
-static void add_rates(const kt_half *h, const kt_v4 *column, const double *u, int count, double *rate) {
+static void add_force_rates(const kt_half *h, const kt_v4 *column, const double *u, int count, double *rate) {
     double *y = h->free; /* y and K A0 are not needed any more */
     for (int l = 0; l < h->m; l++)
         y[l] = h->inverse[l] * u[LANES * l] + response_of(h, l);
@@ -471,12 +471,12 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
     for (int j = 0; j < count; j++) {
         const double *own = (const double *)(u + (size_t)(j / LANES) * (size_t)h.m) + j % LANES;
         double *to = change + (size_t)j * (size_t)group->row_count;
-        find_change(&h, own, h.multiplier);
+        find_multiplier_change(&h, own, h.multiplier);
         memset(to, 0, (size_t)group->row_count * sizeof *to);
         for (int r = 0; r < h.rank; r++)
             to[h.slot[r]] = h.multiplier[r];
         if (rate)
-            add_rates(&h, u, own, count, rate + (size_t)j * (size_t)count);
+            add_force_rates(&h, u, own, count, rate + (size_t)j * (size_t)count);
     }
 }
 

@@ -108,8 +108,8 @@ static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t 
 #ifndef KT_LANES
 
 /* The same by fronts, after the bias. */
-static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau,
-                            double *a) {
+static bool eliminate_planar_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau,
+                                   double *a) {
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};
     kt_front_total total;
     if (!KT_KERNEL(kt_front_reduce)(model, data, (size_t)g, &aim, &total))
@@ -137,7 +137,7 @@ static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int
     if (data->special_form[g])
         return KT_KERNEL(kt_front4_solve)(model, data, (size_t)g, tau, a);
     if (kt_group_has_fronts(group))
-        return eliminate_front(model, data, g, top, tau, a);
+        return eliminate_planar_front(model, data, g, top, tau, a);
     if (group->has_armature)
         return eliminate_dense_armature(model, data, group, &w, top, tau, a);
     return eliminate_dense(model, data, group, &w, top, tau, false, a);
@@ -180,7 +180,7 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 
 /* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
  * n.group. */
-static size_t solve_delassus(const closure *c, const kt_plane *plane) {
+static size_t solve_planar_delassus(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
@@ -266,8 +266,9 @@ KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_m
     return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_joint);
 }
 
-static kt_elimination eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
-                                         kt_planar_carried *x, kt_planar_response *response, void *context) {
+static kt_elimination eliminate_planar_armature(const kt_planar_link *link, const kt_planar_motion *m,
+                                                const kt_real1 *tau, kt_planar_carried *x, kt_planar_response *response,
+                                                void *context) {
     return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
 }
 
@@ -289,7 +290,7 @@ KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *res
 
 static __attribute__((noinline)) size_t backward_armature(const kt_model *model, kt_data *data, const kt_plane *plane,
                                                           const kt_real1 *tau, closure *c) {
-    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_armature, c);
+    return kt_planar_articulated_backward(model, data, plane, tau, eliminate_planar_armature, c);
 }
 
 size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *v,
@@ -302,7 +303,7 @@ size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *dat
                                   : kt_planar_articulated_backward(model, data, plane, tau, eliminate, &c);
         if (failed)
             return model->n.spatial + failed - 1;
-        const size_t singular = model->has_delassus ? solve_delassus(&c, plane) : model->n.group;
+        const size_t singular = model->has_delassus ? solve_planar_delassus(&c, plane) : model->n.group;
         if (singular < model->n.group)
             return (size_t)model->group_link[model->group[singular].link];
         kt_planar_articulated_forward(model, data, plane, c.gravity, respond, a, &c);

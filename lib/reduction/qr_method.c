@@ -151,7 +151,7 @@ KT_INLINE void basis(const kt_group_work *w, int rank) {
     apply(w, rank, false, w->basis, w->m - rank);
 }
 
-static kt_condition solve(const kt_group_work *w, int rank, int width) {
+static kt_condition solve_by_qr(const kt_group_work *w, int rank, int width) {
     kt_group_work known;
     if (is_four_bar(w, rank, &known))
         return kt_group_solve(particular, basis, &known, 2, width);
@@ -160,7 +160,7 @@ static kt_condition solve(const kt_group_work *w, int rank, int width) {
 
 #ifndef KT_LANES
 
-static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+static void qr_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const kt_qr qr = qr_of(w);
     apply(w, rank, true, g, 1);
     kt_qr_solve(&qr, w->m, rank, g);
@@ -168,7 +168,7 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
         lambda[w->pivot[i]] = i < rank ? g[i] : 0.0;
 }
 
-static double size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
+static double qr_size(const kt_group_work *w, int i) { return fabs(w->factor[(size_t)i * (size_t)(w->m + 1)]); }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .chooses = true,
@@ -177,11 +177,11 @@ const kt_reduction_kind KT_KERNEL(kt_reduction_qr) = {.least = true,
                                                       .large = KT_LARGE,
                                                       .open = kt_lapack_open,
                                                       .factor = factor_qr_method,
-                                                      .size = size,
+                                                      .size = qr_size,
                                                       .particular = particular,
                                                       .basis = basis,
-                                                      .solve = solve,
-                                                      .multipliers = multipliers};
+                                                      .solve = solve_by_qr,
+                                                      .multipliers = qr_multipliers};
 
 #else
 
@@ -196,6 +196,8 @@ void KT_KERNEL(kt_qr_particular)(const kt_group_work *w, int rank, const kt_real
     particular(w, rank, b, x);
 }
 
-kt_condition KT_KERNEL(kt_qr_solve_group)(const kt_group_work *w, int rank, int width) { return solve(w, rank, width); }
+kt_condition KT_KERNEL(kt_qr_solve_group)(const kt_group_work *w, int rank, int width) {
+    return solve_by_qr(w, rank, width);
+}
 
 #endif
