@@ -22,7 +22,7 @@ bool kt_scene_sets(const kt_scene *scene) {
 
 /* ---- checksums --------------------------------------------------------------------------------------------------- */
 
-static uint64_t sum_of_text(uint64_t sum, const char *text) {
+static uint64_t assignment_text_sum(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
@@ -41,14 +41,14 @@ static uint64_t sum_of_place(uint64_t sum, const kt_assigned_number *number) {
     const kt_parameter *of = &number->target.parameter;
     const int place[] = {is_target, (int)of->kind, is_target ? of->item : number->parameter, number->target.component};
     sum = kt_sum_add(sum, place, sizeof place);
-    return is_target && of->key != NULL ? sum_of_text(sum, of->key->name) : sum;
+    return is_target && of->key != NULL ? assignment_text_sum(sum, of->key->name) : sum;
 }
 
 /* A checksum of the numbers that follow from the parameters that events set: their formulas and places. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
     const kt_assigned_number *number;
     for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
-        sum = sum_of_text(sum, scene->parameters[k].name);
+        sum = assignment_text_sum(sum, scene->parameters[k].name);
     for (size_t k = 0; (number = kt_assignments_next(scene, &k)) != NULL;)
         if (number->expression != NULL)
             sum = sum_of_place(sum_of_formula(sum, number->expression), number);
@@ -56,13 +56,14 @@ static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
 }
 
 static uint64_t sum_of_fmu(uint64_t sum, const kt_scene_fmu *fmu) {
-    sum = kt_sum_add(sum_of_text(sum, fmu->file), &fmu->step, sizeof fmu->step);
+    sum = kt_sum_add(assignment_text_sum(sum, fmu->file), &fmu->step, sizeof fmu->step);
     for (int i = 0; i < fmu->input_count; i++)
-        sum = sum_of_text(sum_of_text(sum, fmu->inputs[i].variable), fmu->inputs[i].text);
+        sum = assignment_text_sum(assignment_text_sum(sum, fmu->inputs[i].variable), fmu->inputs[i].text);
     for (int i = 0; i < fmu->output_count; i++)
-        sum = sum_of_text(sum, fmu->outputs[i].variable);
+        sum = assignment_text_sum(sum, fmu->outputs[i].variable);
     for (int i = 0; i < fmu->parameter_count; i++)
-        sum = kt_sum_add(sum_of_text(sum, fmu->parameters[i].variable), &fmu->parameters[i].value, sizeof(double));
+        sum = kt_sum_add(assignment_text_sum(sum, fmu->parameters[i].variable), &fmu->parameters[i].value,
+                         sizeof(double));
     return sum;
 }
 
@@ -70,16 +71,16 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
     if (!scene || !event)
         return 0;
     const int numbers[] = {(int)event->direction, event->record, event->stop, event->limit, event->switch_count};
-    uint64_t sum = sum_of_text(sum_of_text(KT_SUM_START, event->name), event->when);
+    uint64_t sum = assignment_text_sum(assignment_text_sum(KT_SUM_START, event->name), event->when);
     sum = kt_sum_add(sum, numbers, sizeof numbers);
     for (int i = 0; i < event->switch_count; i++) {
         const int on = event->switches[i].on;
-        sum = kt_sum_add(sum_of_text(sum, event->switches[i].name), &on, sizeof on);
+        sum = kt_sum_add(assignment_text_sum(sum, event->switches[i].name), &on, sizeof on);
     }
     for (int i = 0; i < event->set_count; i++)
-        sum = sum_of_text(sum_of_text(sum, event->sets[i].name), event->sets[i].value);
+        sum = assignment_text_sum(assignment_text_sum(sum, event->sets[i].name), event->sets[i].value);
     for (int i = 0; i < event->call_count; i++)
-        sum = sum_of_text(sum, event->call[i]);
+        sum = assignment_text_sum(sum, event->call[i]);
     if (event->fmu != NULL)
         sum = sum_of_fmu(sum, event->fmu);
     return event->set_count > 0 ? sum_of_numbers(sum, scene) : sum;
@@ -112,7 +113,7 @@ struct kt_assignments {
 };
 
 /* The parameter of the model that a parameter of the description is. */
-static bool find_parameter(const kt_scene *scene, const kt_model *model, kt_parameter *parameter) {
+static bool find_model_parameter(const kt_scene *scene, const kt_model *model, kt_parameter *parameter) {
     const kt_description *d = &scene->description;
     const int item = parameter->item;
     parameter->item = -1;
@@ -138,15 +139,15 @@ static bool find_parameter(const kt_scene *scene, const kt_model *model, kt_para
     return parameter->item >= 0;
 }
 
-static bool is_same(const kt_parameter *a, const kt_parameter *b) {
+static bool parameters_are_same(const kt_parameter *a, const kt_parameter *b) {
     return a->kind == b->kind && a->item == b->item && a->key == b->key;
 }
 
 /* The index of the change of this parameter, a new one if need be. */
-static kt_status find_change(kt_assignments *to, const kt_model *model, const kt_parameter *parameter, int *index,
-                             kt_error *error) {
+static kt_status find_parameter_change(kt_assignments *to, const kt_model *model, const kt_parameter *parameter,
+                                       int *index, kt_error *error) {
     for (*index = 0; *index < to->change_count; (*index)++)
-        if (is_same(&to->changes[*index].parameter, parameter))
+        if (parameters_are_same(&to->changes[*index].parameter, parameter))
             return KT_OK;
     kt_parameter_change *change = &to->changes[to->change_count++];
     change->parameter = *parameter;
@@ -158,31 +159,31 @@ static kt_status add_inertia(kt_assignments *to, const kt_model *model, int mass
     const kt_parameter parameter = {.kind = KT_PARAMETER_INERTIA, .item = to->changes[mass].parameter.item, .count = 6};
     double *a_kg = to->inertia + 6 * (size_t)to->change_count;
     int index;
-    const kt_status status = find_change(to, model, &parameter, &index, error);
+    const kt_status status = find_parameter_change(to, model, &parameter, &index, error);
     for (int k = 0; status == KT_OK && k < 6; k++)
         a_kg[k] = to->changes[index].values[k] / to->changes[mass].values[0];
     return status;
 }
 
-static kt_status add_number(kt_assignments *to, const kt_scene *scene, const kt_model *model,
-                            const kt_assigned_number *number, size_t varied, kt_error *error) {
+static kt_status add_assigned_number(kt_assignments *to, const kt_scene *scene, const kt_model *model,
+                                     const kt_assigned_number *number, size_t varied, kt_error *error) {
     const kt_parameter *of = &number->target.parameter;
     kt_parameter parameter = *of;
-    if (!find_parameter(scene, model, &parameter))
+    if (!find_model_parameter(scene, model, &parameter))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create",
                             "a number that follows from a parameter which an event sets is not in the model");
     bound_number *f = &to->bound[to->bound_count++];
     *f = (bound_number){
         .expression = number->expression, .varied = varied, .parameter = -1, .component = number->target.component};
     const int before = to->change_count;
-    kt_status status = find_change(to, model, &parameter, &f->change, error);
+    kt_status status = find_parameter_change(to, model, &parameter, &f->change, error);
     if (status == KT_OK && to->change_count > before && of->kind == KT_PARAMETER_MASS &&
         scene->description.bodies[of->item].inertia_of_shape)
         status = add_inertia(to, model, f->change, error);
     return status;
 }
 
-static bool take_memory(kt_pool *pool, kt_assignments *to, size_t numbers) {
+static bool take_assignment_memory(kt_pool *pool, kt_assignments *to, size_t numbers) {
     const size_t parameters = (size_t)to->parameter_count + 1, changes = 2 * numbers + 1;
     to->parameters = kt_pool_take(pool, parameters, sizeof *to->parameters);
     to->state = kt_pool_take(pool, parameters, sizeof *to->state);
@@ -224,7 +225,7 @@ static kt_assignments *start_assignments(kt_pool *pool, const kt_model *model, i
         to->x_count = states;
         to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
     }
-    if (to != NULL && take_memory(pool, to, numbers))
+    if (to != NULL && take_assignment_memory(pool, to, numbers))
         return to;
     (void)kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     return NULL;
@@ -254,7 +255,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
             to->bound[to->bound_count++] =
                 (bound_number){.expression = number.expression, .parameter = number.parameter};
         else if (number.parameter < 0)
-            status = add_number(to, scene, model, &number, 0, error);
+            status = add_assigned_number(to, scene, model, &number, 0, error);
     }
     if (status == KT_OK && to->change_count > 0 && !model->placed && !model->settable)
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_create",
@@ -278,7 +279,7 @@ kt_status kt_assignments_create_varied(kt_pool *pool, const kt_scene *scene, con
     for (size_t k = 0; status == KT_OK && (next = kt_varied_next(scene, &k)) != NULL;) {
         kt_assigned_number number = *next;
         number.expression = NULL;
-        status = add_number(*assignments, scene, model, &number, k - 1, error);
+        status = add_assigned_number(*assignments, scene, model, &number, k - 1, error);
     }
     return status;
 }

@@ -21,7 +21,7 @@ static bool sets(const kt_node *action, const char *name) {
     return false;
 }
 
-static bool is_named(const kt_reader *r, const char *name) {
+static bool is_set_by_event(const kt_reader *r, const char *name) {
     if (kt_fmus_set(r, name))
         return true;
     kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;
@@ -40,8 +40,10 @@ static bool is_named(const kt_reader *r, const char *name) {
     return false;
 }
 
-bool kt_assignments_exist(const kt_reader *r) { return is_named(r, NULL); }
-bool kt_is_assigned(const kt_reader *r, const char *name) { return r->scene->varying != NULL && is_named(r, name); }
+bool kt_assignments_exist(const kt_reader *r) { return is_set_by_event(r, NULL); }
+bool kt_is_assigned(const kt_reader *r, const char *name) {
+    return r->scene->varying != NULL && is_set_by_event(r, name);
+}
 
 /* ---- numbers of a description ------------------------------------------------------------------------------------ */
 
@@ -94,7 +96,7 @@ static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loo
 }
 
 /* Whether `at` lies in one of the items of an array, and in which. */
-static bool lies_in(const void *items, int count, size_t size, const double *at, int *item) {
+static bool lies_in_items(const void *items, int count, size_t size, const double *at, int *item) {
     const uintptr_t begin = (uintptr_t)items, here = (uintptr_t)at;
     if (count == 0 || here < begin || here >= begin + (size_t)count * size)
         return false;
@@ -109,13 +111,13 @@ bool kt_assignment_target_of(const kt_description *description, const double *at
                                      .component = index_in(&d->gravity.x, 3, at)};
     if (target->component >= 0)
         return true;
-    if (lies_in(d->bodies, d->body_count, sizeof *d->bodies, at, item))
+    if (lies_in_items(d->bodies, d->body_count, sizeof *d->bodies, at, item))
         return find_in_body(&d->bodies[*item], at, target);
-    if (lies_in(d->loops, d->loop_count, sizeof *d->loops, at, item)) {
+    if (lies_in_items(d->loops, d->loop_count, sizeof *d->loops, at, item)) {
         const kt_loop *loop = &d->loops[*item];
         return find_in_keys(kt_loop_descriptor(loop->type), loop, true, at, target);
     }
-    if (lies_in(d->effects, d->effect_count, sizeof *d->effects, at, item)) {
+    if (lies_in_items(d->effects, d->effect_count, sizeof *d->effects, at, item)) {
         const kt_effect *effect = &d->effects[*item];
         return !kt_effect_is_hard(effect) && !kt_effect_sticks(effect) &&
                find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);

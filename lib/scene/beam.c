@@ -208,9 +208,9 @@ typedef struct kt_text {
     char *at, *end;
 } kt_text;
 
-static void put(kt_text *t, const char *format, ...) KT_PRINTF(2, 3);
+static void put_beam_text(kt_text *t, const char *format, ...) KT_PRINTF(2, 3);
 
-static void put(kt_text *t, const char *format, ...) {
+static void put_beam_text(kt_text *t, const char *format, ...) {
     va_list values;
     va_start(values, format);
     const int used = vsnprintf(t->at, (size_t)(t->end - t->at), format, values);
@@ -218,16 +218,16 @@ static void put(kt_text *t, const char *format, ...) {
     t->at += used > 0 && used < t->end - t->at ? used : 0; /* sized so that it fits */
 }
 
-static void put_numbers(kt_text *t, const double *x, int count) {
+static void put_beam_numbers(kt_text *t, const double *x, int count) {
     for (int i = 0; i < count; i++) {
         char number[KT_NUMBER_SIZE];
         kt_number_format(number, x[i]);
-        put(t, i == 0 ? "[%s" : ", %s", number);
+        put_beam_text(t, i == 0 ? "[%s" : ", %s", number);
     }
-    put(t, "]");
+    put_beam_text(t, "]");
 }
 
-static double along(const kt_along *a, double part) {
+static double value_along(const kt_along *a, double part) {
     const double x = part * (a->count - 1);
     const int i = x >= a->count - 1 ? a->count - 1 : (int)x;
     return i == a->count - 1 ? a->at[i] : a->at[i] + (x - i) * (a->at[i + 1] - a->at[i]);
@@ -248,27 +248,27 @@ static kt_beam_segment segment_of(const kt_beam *b) {
 /* `, rotation: {vector: factor turn}` */
 static void put_turn(kt_text *t, const kt_beam_segment *s, double factor) {
     const double turn[] = {factor * s->turn[0], factor * s->turn[1], factor * s->turn[2]};
-    put(t, ", rotation: {vector: ");
-    put_numbers(t, turn, 3);
-    put(t, "}");
+    put_beam_text(t, ", rotation: {vector: ");
+    put_beam_numbers(t, turn, 3);
+    put_beam_text(t, "}");
 }
 
 /* Stiffness or damping of the joint at `part` of the length whose two middles are `apart`: forces, moments. */
 static void find_stiffness(const kt_beam *b, double part, double apart, bool hinged, double *k) {
     const kt_along *section[6] = {&b->EA, &b->GA[0], &b->GA[1], &b->GJ, &b->EI[0], &b->EI[1]};
     for (int i = 0; i < 6; i++)
-        k[i] = section[i]->count > 0 && !(hinged && i >= 3) ? along(section[i], part) / apart : 0.0;
+        k[i] = section[i]->count > 0 && !(hinged && i >= 3) ? value_along(section[i], part) / apart : 0.0;
 }
 
-static void put_spring(kt_text *t, const kt_beam *b, const double *k) {
+static void put_beam_spring(kt_text *t, const kt_beam *b, const double *k) {
     double c[6];
     for (int i = 0; i < 6; i++)
         c[i] = b->damping * k[i];
-    put(t, "stiffness: ");
-    put_numbers(t, k, 6);
-    put(t, ", damping: ");
-    put_numbers(t, c, 6);
-    put(t, "}\n");
+    put_beam_text(t, "stiffness: ");
+    put_beam_numbers(t, k, 6);
+    put_beam_text(t, ", damping: ");
+    put_beam_numbers(t, c, 6);
+    put_beam_text(t, "}\n");
 }
 
 /* The elastic joint before segment i (0 ..): effect NAME-joint-i+1. The first segment is half a turn of a segment away
@@ -287,22 +287,23 @@ static void put_joint_effect(kt_text *t, const kt_beam *b, int i) {
         char text[3][KT_NUMBER_SIZE];
         for (int m = 0; m < 3; m++)
             kt_number_format(text[m], numbers[m]);
-        put(t, "- {name: %s-joint-%d, type: joint_spring, joint: %s-%d, stiffness: %s, rest: %s, damping: %s}\n",
-            b->name, i + 1, b->name, i + 1, text[0], text[1], text[2]);
+        put_beam_text(t,
+                      "- {name: %s-joint-%d, type: joint_spring, joint: %s-%d, stiffness: %s, rest: %s, damping: %s}\n",
+                      b->name, i + 1, b->name, i + 1, text[0], text[1], text[2]);
         return;
     }
-    put(t, "- {name: %s-joint-%d, type: bushing, between: [", b->name, i + 1);
+    put_beam_text(t, "- {name: %s-joint-%d, type: bushing, between: [", b->name, i + 1);
     if (i == 0) {
-        put(t, "__from__, {body: %s-1", b->name);
+        put_beam_text(t, "__from__, {body: %s-1", b->name);
         put_turn(t, &s, -0.5);
-        put(t, "}], ");
+        put_beam_text(t, "}], ");
     } else {
-        put(t, "{body: %s-%d, at: ", b->name, i);
-        put_numbers(t, end, 3);
+        put_beam_text(t, "{body: %s-%d, at: ", b->name, i);
+        put_beam_numbers(t, end, 3);
         put_turn(t, &s, 1.0);
-        put(t, "}, %s-%d], ", b->name, i + 1);
+        put_beam_text(t, "}, %s-%d], ", b->name, i + 1);
     }
-    put_spring(t, b, k);
+    put_beam_spring(t, b, k);
 }
 
 /* The joint at the second end: a bushing from the last segment to `to`. A beam that keeps its length is closed by a
@@ -315,20 +316,21 @@ static void put_last_effect(kt_text *t, const kt_beam *b) {
     if (b->end[1] == KT_BEAM_FREE || (b->end[1] == KT_BEAM_HINGED && b->EA.count == 0))
         return;
     find_stiffness(b, 1.0, 0.5 * b->length / n, b->end[1] == KT_BEAM_HINGED, k);
-    put(t, "- {name: %s-joint-%d, type: bushing, between: [{body: %s-%d, at: ", b->name, n + 1, b->name, n);
-    put_numbers(t, end, 3);
+    put_beam_text(t, "- {name: %s-joint-%d, type: bushing, between: [{body: %s-%d, at: ", b->name, n + 1, b->name, n);
+    put_beam_numbers(t, end, 3);
     put_turn(t, &s, 0.5);
-    put(t, "}, __to__], ");
-    put_spring(t, b, k);
+    put_beam_text(t, "}, __to__], ");
+    put_beam_spring(t, b, k);
 }
 
-static void put_loop(kt_text *t, const kt_beam *b) {
+static void put_beam_loop(kt_text *t, const kt_beam *b) {
     const double end[] = {segment_of(b).length, 0.0, 0.0};
     if (b->end[1] == KT_BEAM_FREE || b->EA.count > 0)
         return;
-    put(t, "- {name: %s-end, type: spherical, between: [{body: %s-%d, at: ", b->name, b->name, (int)b->segments);
-    put_numbers(t, end, 3);
-    put(t, "}, __to__]}\n");
+    put_beam_text(t, "- {name: %s-end, type: spherical, between: [{body: %s-%d, at: ", b->name, b->name,
+                  (int)b->segments);
+    put_beam_numbers(t, end, 3);
+    put_beam_text(t, "}, __to__]}\n");
 }
 
 /* The position of the first segment's joint, of half a turn of a segment. */
@@ -336,32 +338,32 @@ static void put_position(kt_text *t, const kt_beam_segment *s, const char *joint
     const double half[] = {0.5 * s->turn[0], 0.5 * s->turn[1], 0.5 * s->turn[2]};
     if (half[0] == 0.0 && half[1] == 0.0 && half[2] == 0.0)
         return;
-    put(t, ", position: ");
+    put_beam_text(t, ", position: ");
     if (strcmp(joint, "free") == 0) {
-        put(t, "{orientation: {vector: ");
-        put_numbers(t, half, 3);
-        put(t, "}}");
+        put_beam_text(t, "{orientation: {vector: ");
+        put_beam_numbers(t, half, 3);
+        put_beam_text(t, "}}");
     } else if (strcmp(joint, "spherical") == 0) {
-        put(t, "{vector: ");
-        put_numbers(t, half, 3);
-        put(t, "}");
+        put_beam_text(t, "{vector: ");
+        put_beam_numbers(t, half, 3);
+        put_beam_text(t, "}");
     } else if (strcmp(joint, "planar") == 0) {
         const double position[] = {0.0, 0.0, half[2]};
-        put_numbers(t, position, 3);
+        put_beam_numbers(t, position, 3);
     } else {
         char number[KT_NUMBER_SIZE];
         kt_number_format(number, half[2]);
-        put(t, "%s", number);
+        put_beam_text(t, "%s", number);
     }
 }
 
 static void find_inertia(const kt_beam *b, double part, double l, double mass, double inertia[3]) {
     const double square =
-        b->EA.count > 0 ? 1.0 / along(&b->EA, part) : 0.0; /* EI of it: the radius of inertia squared */
+        b->EA.count > 0 ? 1.0 / value_along(&b->EA, part) : 0.0; /* EI of it: the radius of inertia squared */
     inertia[0] = 0.0;
     inertia[1] = inertia[2] = mass * l * l / 12.0;
     for (int k = 0; k < 2 && !b->plane; k++) {
-        const double section = b->polar >= 0.0 ? 0.5 * b->polar * l : mass * along(&b->EI[k], part) * square;
+        const double section = b->polar >= 0.0 ? 0.5 * b->polar * l : mass * value_along(&b->EI[k], part) * square;
         inertia[0] += section;
         inertia[k + 1] += section;
     }
@@ -370,7 +372,7 @@ static void find_inertia(const kt_beam *b, double part, double l, double mass, d
 static void put_segment(kt_text *t, const kt_beam *b, int i) {
     const int n = (int)b->segments;
     const kt_beam_segment s = segment_of(b);
-    const double l = b->length / n, part = (i + 0.5) / n, mass = along(&b->mass, part) * l;
+    const double l = b->length / n, part = (i + 0.5) / n, mass = value_along(&b->mass, part) * l;
     const double end[] = {s.length, 0.0, 0.0}, com[] = {0.5 * s.length, 0.0, 0.0};
     double inertia[3];
     char number[KT_NUMBER_SIZE];
@@ -378,31 +380,31 @@ static void put_segment(kt_text *t, const kt_beam *b, int i) {
     if (i == 0 && b->end[0] == KT_BEAM_FREE)
         joint = b->plane ? "planar" : "free";
     find_inertia(b, part, l, mass, inertia);
-    put(t, "- {name: %s-%d, ", b->name, i + 1);
+    put_beam_text(t, "- {name: %s-%d, ", b->name, i + 1);
     if (i == 0) {
-        put(t, "parent: __parent__, joint: {type: %s, at: __at__, rotation: __rotation__", joint);
+        put_beam_text(t, "parent: __parent__, joint: {type: %s, at: __at__, rotation: __rotation__", joint);
         put_position(t, &s, joint);
     } else {
-        put(t, "parent: %s-%d, joint: {type: %s, at: ", b->name, i, joint);
-        put_numbers(t, end, 3);
+        put_beam_text(t, "parent: %s-%d, joint: {type: %s, at: ", b->name, i, joint);
+        put_beam_numbers(t, end, 3);
         put_turn(t, &s, 1.0);
     }
     kt_number_format(number, mass);
-    put(t, "}, mass: %s, com: ", number);
-    put_numbers(t, com, 3);
-    put(t, ", inertia: ");
-    put_numbers(t, inertia, 3);
-    put(t, ", shape: {type: rod, to: ");
-    put_numbers(t, end, 3);
-    put(t, "}, markers: {end: ");
-    put_numbers(t, end, 3);
-    put(t, "}}\n");
+    put_beam_text(t, "}, mass: %s, com: ", number);
+    put_beam_numbers(t, com, 3);
+    put_beam_text(t, ", inertia: ");
+    put_beam_numbers(t, inertia, 3);
+    put_beam_text(t, ", shape: {type: rod, to: ");
+    put_beam_numbers(t, end, 3);
+    put_beam_text(t, "}, markers: {end: ");
+    put_beam_numbers(t, end, 3);
+    put_beam_text(t, "}}\n");
 }
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
 /* The place of a marker in the file's bodies; NULL: none. */
-static const kt_node *find_marker(const kt_reader *r, const char *body, const char *marker) {
+static const kt_node *find_beam_marker(const kt_reader *r, const char *body, const char *marker) {
     const kt_node *bodies = kt_node_find(r->root, "bodies");
     if (bodies == NULL || bodies->kind != KT_NODE_LIST)
         return NULL;
@@ -424,7 +426,7 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_beam *b, kt_
     const kt_node *at = is_map ? kt_node_find(b->from, "at") : NULL;
     const kt_node *turned = is_map ? kt_node_find(b->from, "rotation") : NULL;
     if (end.marker != NULL) {
-        at = find_marker(r, end.body != NULL ? end.body : "world", end.marker);
+        at = find_beam_marker(r, end.body != NULL ? end.body : "world", end.marker);
         if (at == NULL)
             return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' has no marker '%s'",
                                end.body != NULL ? end.body : "world", end.marker);
@@ -448,7 +450,7 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_beam *b, kt_
 
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
-static void expand(kt_reader *r, kt_node *node, const kt_scope *scope, const kt_beam *b) {
+static void expand_beam(kt_reader *r, kt_node *node, const kt_scope *scope, const kt_beam *b) {
     enum { WORDS = 5, PARTS = 3 };
     static const char *const sections[PARTS] = {"bodies", "effects", "loops"};
     kt_replacement words[WORDS];
@@ -472,7 +474,7 @@ static void expand(kt_reader *r, kt_node *node, const kt_scope *scope, const kt_
         put_joint_effect(&text[1], b, i);
     }
     put_last_effect(&text[1], b);
-    put_loop(&text[2], b);
+    put_beam_loop(&text[2], b);
     for (int p = 0; p < PARTS && !r->out_of_memory; p++) {
         const char *start = memory + (size_t)p * size;
         kt_node *items = kt_nodes_parse(r, start, (size_t)(text[p].at - start));
@@ -495,7 +497,7 @@ void kt_beams_expand(kt_reader *r) {
         kt_beam beam = {.polar = -1.0, .end = {KT_BEAM_UNSAID, KT_BEAM_UNSAID}};
         if (kt_table_read(r, &here, nodes[i], &beam_table, &beam) && !kt_node_is_faulty(nodes[i]) &&
             check_beam(r, &here, nodes[i], &beam))
-            expand(r, nodes[i], &here, &beam);
+            expand_beam(r, nodes[i], &here, &beam);
     }
     if (kt_node_is_faulty(list))
         r->scene->names_are_known = false;

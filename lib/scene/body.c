@@ -12,7 +12,7 @@ static bool is_of_name(char c) {
 }
 
 /* Whether a node is a function of time, and no number: a mapping, or a formula that contains t. */
-static bool is_function(const kt_node *node) {
+static bool is_function_of_time(const kt_node *node) {
     if (node->kind != KT_NODE_TEXT)
         return node->kind == KT_NODE_MAP;
     for (const char *at = strchr(node->of.text, 't'); at != NULL && node->of.text[0] != '='; at = strchr(at + 1, 't'))
@@ -22,7 +22,7 @@ static bool is_function(const kt_node *node) {
 }
 
 /* The variable mass of a body, which is created if there is none. */
-static kt_variable_mass *variable_of(kt_reader *r, kt_body *body) {
+static kt_variable_mass *variable_mass_of(kt_reader *r, kt_body *body) {
     kt_variable_mass *made = kt_pool_take(&r->keep, 1, sizeof *made);
     if (made == NULL) {
         (void)kt_reader_out_of_memory(r);
@@ -47,9 +47,9 @@ static bool read_dated(kt_reader *r, const kt_scope *scope, kt_node *node, kt_fu
 
 static bool read_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_body *body = object;
-    if (!is_function(node))
+    if (!is_function_of_time(node))
         return kt_kind_number.read(r, scope, node, field, object);
-    kt_variable_mass *variable = variable_of(r, body);
+    kt_variable_mass *variable = variable_mass_of(r, body);
     if (variable == NULL || !read_dated(r, scope, node, &variable->mass, &body->mass))
         return false;
     return body->mass > 0.0 || kt_fault_at(r, KT_ERROR_SCENE, scope, node,
@@ -83,7 +83,7 @@ static bool same_com(const kt_field *field, const void *object, const void *stan
 }
 
 static bool read_inertias(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body, double values[6]) {
-    kt_variable_mass *variable = variable_of(r, body);
+    kt_variable_mass *variable = variable_mass_of(r, body);
     bool good = variable != NULL;
     int k = 0;
     for (kt_node *item = node->of.first; item != NULL && variable != NULL; item = item->next, k++) {
@@ -106,7 +106,7 @@ static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, con
     if (node->kind != KT_NODE_LIST || (node->count != 3 && node->count != 6))
         return kt_fault_expected(r, scope, node, "[Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]");
     for (const kt_node *item = node->of.first; item != NULL; item = item->next)
-        varies |= is_function(item);
+        varies |= is_function_of_time(item);
     if (!(varies ? read_inertias(r, scope, node, object, values)
                  : kt_read_numbers(r, scope, node, (int)node->count, KT_QUANTITY_NUMBER, NULL, values)))
         return false;
@@ -183,7 +183,7 @@ static bool same_shape(const kt_field *field, const void *object, const void *st
 }
 
 /* A joint is not written if it is fixed, does not place the body and has no name. */
-static bool same_joint(const kt_field *field, const void *object, const void *standard) {
+static bool same_body_joint(const kt_field *field, const void *object, const void *standard) {
     (void)field;
     const kt_joint *joint = &((const kt_body *)object)->joint, *rest = &((const kt_body *)standard)->joint;
     return joint->type == KT_JOINT_FIXED && joint->name == NULL &&
@@ -197,7 +197,7 @@ static const kt_field marker_fields[] = {
 static const kt_table marker_table = {.fields = marker_fields, .count = KT_COUNT_OF(marker_fields)};
 
 /* A point, or a frame: `tip: [1, 0, 0]`, `tool: {at: [1, 0, 0], rotation: ROTATION}`. */
-static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
+static bool read_body_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
     return node->kind == KT_NODE_MAP ? kt_table_read(r, scope, node, &marker_table, marker)
                                      : kt_put_vector(r, scope, node, &marker->at);
 }
@@ -219,7 +219,7 @@ static void write_marker(kt_emitter *e, const kt_marker *marker) {
 }
 
 /* Names used twice are left to kt_description_check. */
-static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_body_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_body *body = object;
     if (node->kind != KT_NODE_MAP)
@@ -232,14 +232,14 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
         const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
         good = kt_read_name(r, scope, key, "a marker's name", &markers[i].name) && good;
-        good = read_marker(r, &here, key->next, &markers[i]) && good;
+        good = read_body_marker(r, &here, key->next, &markers[i]) && good;
     }
     body->markers = markers;
     body->marker_count = i;
     return good;
 }
 
-static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_body_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_body *body = object;
     kt_emit_map(e, false);
@@ -248,12 +248,12 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
     kt_emit_end(e);
 }
 
-static bool same_markers(const kt_field *field, const void *object, const void *standard) {
+static bool same_body_markers(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     return ((const kt_body *)object)->marker_count == 0;
 }
 
-static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
+static const kt_kind kind_markers = {read_body_markers, write_body_markers, same_body_markers};
 
 /* ---- shapes ------------------------------------------------------------------------------------------------------ */
 
@@ -295,7 +295,7 @@ static const kt_table part_table = {.fields = part_fields,
                                     .describe = describe_shape,
                                     .kind_of = kt_kind_of_value_key};
 
-/* Their masses are settled once the body has been read (read_body). */
+/* Their masses are settled once the body has been read (read_body_item). */
 static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_body *body = object;
     kt_node **nodes = NULL;
@@ -344,7 +344,7 @@ static const kt_kind kind_shapes = {read_shapes, write_shapes, same_shapes};
 static const kt_field fields[] = {
     {.key = "name", .kind = &kt_kind_name, AT(name), .flags = KT_FIELD_REQUIRED},
     {.key = "parent", .kind = &kt_kind_name, AT(parent), .same = same_parent},
-    {.key = "joint", .kind = &kt_kind_map, AT(joint), .detail = &kt_joint_table, .same = same_joint},
+    {.key = "joint", .kind = &kt_kind_map, AT(joint), .detail = &kt_joint_table, .same = same_body_joint},
     {.key = "mass", .kind = &kind_mass, AT(mass), .same = same_mass},
     {.key = "com", .kind = &kt_kind_vector, AT(com), .same = same_com},
     {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
@@ -376,7 +376,7 @@ static void read_keys(kt_reader *r, const kt_scope *scope, kt_node *node, kt_bod
         return;
     settle_shapes(r, scope, node, body);
     if (body->variable_mass != NULL && body->variable_mass->mass.type == KT_FUNCTION_NONE) {
-        kt_variable_mass *variable = variable_of(r, body); /* inertias alone vary */
+        kt_variable_mass *variable = variable_mass_of(r, body); /* inertias alone vary */
         if (variable != NULL)
             variable->mass = kt_function_constant(body->mass);
     }
@@ -388,7 +388,7 @@ static void read_keys(kt_reader *r, const kt_scope *scope, kt_node *node, kt_bod
     }
 }
 
-static void read_body(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+static void read_body_item(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
     kt_body *body = (kt_body *)item->items + item->index;
     *body = kt_body_default();
     read_keys(r, scope, item->nodes[item->index], body);
@@ -409,7 +409,7 @@ static bool index_bodies(kt_reader *r, const kt_item_read *all) {
     return true;
 }
 
-static void write_body(kt_emitter *e, const void *item, int index) {
+static void write_body_item(kt_emitter *e, const void *item, int index) {
     const kt_body rest = kt_body_default();
     (void)index;
     kt_table_write(e, &body_table, item, &rest);
@@ -422,8 +422,8 @@ const kt_items kt_bodies = {.expected = "a list of bodies ('- name: ...')",
                             .array = offsetof(kt_scene, description.bodies),
                             .count = offsetof(kt_scene, description.body_count),
                             .nodes = offsetof(kt_scene_reading, body_nodes),
-                            .read = read_body,
-                            .write = write_body,
+                            .read = read_body_item,
+                            .write = write_body_item,
                             .finish = index_bodies};
 
 /* ---- what leaves bodies ------------------------------------------------------------------------------------------ */

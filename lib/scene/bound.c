@@ -104,7 +104,7 @@ typedef struct parts {
     bool failed;
 } parts;
 
-static void count_part(void *user, const kt_expression_term *term, size_t count) {
+static void count_bound_part(void *user, const kt_expression_term *term, size_t count) {
     (void)term, (void)count;
     ((kt_bound_formula *)user)->part_count++;
 }
@@ -124,7 +124,7 @@ static kt_status keep_parts(kt_pool *pool, kt_bound_formula *f, kt_error *error)
     for (int k = 0; k < f->count; k++)
         if (f->variables[k].type == KT_VARIABLE_TIME)
             time = k;
-    kt_expression_parts(f->expression, time, count_part, f);
+    kt_expression_parts(f->expression, time, count_bound_part, f);
     parts to = {.pool = pool, .formula = f};
     f->parts = kt_pool_take(pool, (size_t)f->part_count + 1, sizeof *f->parts);
     f->part_count = 0;
@@ -179,7 +179,7 @@ kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const cha
     return is_watched ? keep_parts(pool, to, error) : KT_OK;
 }
 
-static double value_of(const kt_instant *at, const double *gravity, const kt_bound *variable) {
+static double bound_value_of(const kt_instant *at, const double *gravity, const kt_bound *variable) {
     kt_vec3 point = {0.0, 0.0, 0.0};
     switch (variable->type) {
     case KT_VARIABLE_TIME:
@@ -213,7 +213,7 @@ int kt_bound_evaluate(kt_bound_formula *f, const kt_instant *at, double *value, 
         return 1;
     for (int k = 0; k < f->count; k++)
         f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response, at)
-                                                : value_of(at, f->gravity, &f->variables[k]);
+                                                : bound_value_of(at, f->gravity, &f->variables[k]);
     *value = f->sign * kt_expression_evaluate(f->expression, f->values);
     return 0;
 }

@@ -21,7 +21,7 @@ typedef struct kt_checking {
 } kt_checking;
 
 /* The key of a loop or effect that a fault is about; NULL if it is another item, or a key of every type. */
-static const kt_key *key_of(const kt_checking *c, const kt_place *place) {
+static const kt_key *fault_key_of(const kt_checking *c, const kt_place *place) {
     const kt_descriptor *descriptor = NULL;
     if (place->item == KT_ITEM_LOOP)
         descriptor = kt_loop_descriptor(c->description->loops[place->index].type);
@@ -64,7 +64,7 @@ static kt_node *child(kt_checking *c, kt_node *node, int sub) {
 
 /* Follows a path such as "joint.axis" from the item as far as the file contains it. The parameter `also` is another
  * spelling of the last word, or NULL. */
-static kt_node *follow(kt_checking *c, kt_node *node, const char *field, const char *also, int sub) {
+static kt_node *follow_field(kt_checking *c, kt_node *node, const char *field, const char *also, int sub) {
     while (*field != '\0') {
         size_t length = strcspn(field, ".");
         char key[32];
@@ -186,8 +186,8 @@ static bool leans_on_faulty(const kt_place *place, const kt_node *item) {
 
 /* Whether the fault is, or may come from, one of form. A key that is present and can be read is itself at fault; one
  * that is absent may be present but misspelt. */
-static bool is_known(kt_checking *c, const kt_place *place, const kt_key *key, const kt_node *item,
-                     const kt_node *node) {
+static bool fault_is_known(kt_checking *c, const kt_place *place, const kt_key *key, const kt_node *item,
+                           const kt_node *node) {
     const kt_reader *r = c->reader;
     static const char *const mass[] = {"mass", "com", "inertia", "shape", NULL}, *const joint[] = {"joint", NULL};
     size_t length = strcspn(place->field, ".");
@@ -211,13 +211,14 @@ static bool is_known(kt_checking *c, const kt_place *place, const kt_key *key, c
     return kt_node_is_faulty(node);
 }
 
-static void take_fault(void *user, const kt_place *place, const kt_error *error) {
+static void take_description_fault(void *user, const kt_place *place, const kt_error *error) {
     kt_checking *c = user;
     kt_reader *r = c->reader;
-    const kt_key *key = key_of(c, place);
+    const kt_key *key = fault_key_of(c, place);
     const kt_node *item = item_node(r, place);
-    const kt_node *node = follow(c, item_node(r, place), place->field, key != NULL ? key->also : NULL, place->sub);
-    if (is_known(c, place, key, item, node))
+    const kt_node *node =
+        follow_field(c, item_node(r, place), place->field, key != NULL ? key->also : NULL, place->sub);
+    if (fault_is_known(c, place, key, item, node))
         return;
     kt_phrase where = {.length = 0};
     if (place->item == KT_ITEM_HOLD)
@@ -241,10 +242,10 @@ static bool is_tree_known(const kt_reader *r) {
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_checking c = {.reader = r, .description = description};
     kt_error error;
-    if (kt_description_check(description, take_fault, &c, &error) == KT_ERROR_MEMORY)
+    if (kt_description_check(description, take_description_fault, &c, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
     else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {
-        const kt_status status = kt_model_check(description, take_fault, &c, &error);
+        const kt_status status = kt_model_check(description, take_description_fault, &c, &error);
         (void)status; /* its faults have been reported one by one; without memory there are none to report */
     }
 }

@@ -24,14 +24,14 @@ static bool is_recorded(const char *name) {
     return false;
 }
 
-static bool find_name(void *user, const char *name, kt_symbol *symbol) {
+static bool find_column_symbol(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
     return kt_variable_find(r->scene->description, name, &variable) || is_recorded(name);
 }
 
-static const char *list_name(void *user, int k) {
+static const char *list_column_symbol(void *user, int k) {
     kt_reader *r = user;
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
@@ -43,7 +43,7 @@ static const char *list_name(void *user, int k) {
 }
 
 /* A unit goes into the first line of CSV files, in square brackets. */
-static bool is_unit(const kt_node *node) {
+static bool is_unit_text(const kt_node *node) {
     bool fine = node->kind == KT_NODE_TEXT && node->count > 0 && node->count <= 24;
     for (size_t i = 0; fine && i < node->count; i++)
         fine = (unsigned char)node->of.text[i] >= ' ' && strchr("[],\"", node->of.text[i]) == NULL;
@@ -51,7 +51,7 @@ static bool is_unit(const kt_node *node) {
 }
 
 /* {value: FORMULA, unit: TEXT}: the node of the formula; NULL after a fault. */
-static kt_node *read_unit(kt_reader *r, const kt_scope *here, kt_node *node, kt_scene_column *column) {
+static kt_node *read_column_unit(kt_reader *r, const kt_scope *here, kt_node *node, kt_scene_column *column) {
     kt_node *formula = NULL;
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next) {
         const bool is_text = key->kind == KT_NODE_TEXT;
@@ -61,7 +61,7 @@ static kt_node *read_unit(kt_reader *r, const kt_scope *here, kt_node *node, kt_
             (void)kt_fault_at(r, KT_ERROR_SCENE, here, key,
                               "a column has a 'value', a formula, and a 'unit', no other key");
             return NULL;
-        } else if (!is_unit(key->next)) {
+        } else if (!is_unit_text(key->next)) {
             (void)kt_fault_expected(r, here, key->next,
                                     "a unit: up to 24 letters without brackets, commas and quotes ('m/s')");
             return NULL;
@@ -76,13 +76,13 @@ static kt_node *read_unit(kt_reader *r, const kt_scope *here, kt_node *node, kt_
 }
 
 static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_scene_column *column) {
-    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+    const kt_symbols symbols = {.find = find_column_symbol, .list = list_column_symbol, .user = r};
     if (key->kind != KT_NODE_TEXT) {
         (void)kt_fault_expected(r, outer, key, "the name of a column");
         return;
     }
     const kt_scope here = {.outer = outer, .key = key->of.text};
-    kt_node *formula = key->next->kind == KT_NODE_MAP ? read_unit(r, &here, key->next, column) : key->next;
+    kt_node *formula = key->next->kind == KT_NODE_MAP ? read_column_unit(r, &here, key->next, column) : key->next;
     if (!kt_name_is_valid(key->of.text) || strcmp(key->of.text, "time") == 0)
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, key,
                           "%s is no name of a column; begin with a letter or _, go on with letters, digits, _ and -; "
@@ -123,7 +123,7 @@ static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, con
     return !kt_node_is_faulty(node);
 }
 
-static void write_columns(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_scene_columns(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_scene *scene = object;
     kt_emit_map(e, true);
@@ -148,18 +148,18 @@ static bool same_columns(const kt_field *field, const void *object, const void *
     return ((const kt_scene *)object)->column_count == 0;
 }
 
-const kt_kind kt_kind_columns = {read_columns, write_columns, same_columns};
+const kt_kind kt_kind_columns = {read_columns, write_scene_columns, same_columns};
 
 /* ---- expressions that nothing uses ------------------------------------------------------------------------------- */
 
 static bool find_anywhere(void *user, const char *name, kt_symbol *symbol) {
     *symbol = (kt_symbol){.index = 0};
-    return strcmp(name, "length") == 0 || strcmp(name, "speed") == 0 || find_name(user, name, symbol);
+    return strcmp(name, "length") == 0 || strcmp(name, "speed") == 0 || find_column_symbol(user, name, symbol);
 }
 
 void kt_expressions_check(kt_reader *r) {
     const kt_scope outer = {.key = "expressions"};
-    const kt_symbols symbols = {.find = find_anywhere, .list = list_name, .user = r};
+    const kt_symbols symbols = {.find = find_anywhere, .list = list_column_symbol, .user = r};
     const kt_node *key;
     const char *text;
     for (int k = 0; r->scene->names_are_known && (key = kt_expression_unused(r, k)) != NULL; k++) {

@@ -17,7 +17,7 @@
 #include <float.h>
 #include <math.h>
 
-static kt_status fail_memory(kt_error *error) {
+static kt_status fail_couple_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
 }
 
@@ -33,7 +33,7 @@ kt_status kt_coupled_bind(const kt_binding *in, const kt_scene *scene, const kt_
                            .output_count = fmu->output_count,
                            .assignments = assignments};
     if (to->formulas == NULL || to->inputs == NULL || to->outputs == NULL || to->states == NULL)
-        return fail_memory(error);
+        return fail_couple_memory(error);
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < fmu->input_count; i++) {
         status = kt_formula_bind(in, scene, fmu->inputs[i].text, false, &to->formulas[i], error);

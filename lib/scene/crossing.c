@@ -169,7 +169,7 @@ static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
 }
 
 /* Describes why the values of a formula are on one side. */
-static void describe(kt_phrase *to, const char *text, kt_operator last, kt_between range, int variable_count) {
+static void describe_side(kt_phrase *to, const char *text, kt_operator last, kt_between range, int variable_count) {
     const kt_name_text quoted = kt_name_quote(text);
     if (variable_count == 0) {
         kt_phrase_add(to,
@@ -219,6 +219,6 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     if (found.count > 0 && range.lo < -rounding && range.hi > rounding)
         return true;
     kt_phrase what = {.length = 0};
-    describe(&what, text, code, range, found.count);
+    describe_side(&what, text, code, range, found.count);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", what.text);
 }

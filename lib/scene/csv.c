@@ -46,7 +46,7 @@ typedef struct unit {
 } unit;
 
 /* Exact factors stay exact: `20 ms` are `20/1000 s`. */
-static const unit *find_unit(const char *name, size_t length) {
+static const unit *find_csv_unit(const char *name, size_t length) {
     static const unit units[] = {
         {"1", 1, 1, false},       {"s", 1, 1, false},      {"ms", 1e3, 1, false},  {"us", 1e6, 1, false},
         {"min", 1, 60, false},    {"h", 1, 3600, false},   {"m", 1, 1, false},     {"mm", 1e3, 1, false},
@@ -83,7 +83,7 @@ static bool fault(const reading *f, const char *at, const char *message) {
 }
 
 /* The next line that is neither empty nor a comment, without its end; false: there is none. */
-static bool next_line(reading *f, const char **end) {
+static bool next_csv_line(reading *f, const char **end) {
     while (*f->at != '\0') {
         f->begin = f->at;
         f->line++;
@@ -137,7 +137,7 @@ static int count_cells(const char *begin, const char *end) {
 /* ---- the header -------------------------------------------------------------------------------------------------- */
 
 /* The name of a header's cell, and the unit behind it in brackets, if there is one. */
-static cell name_of(cell c, cell *in) {
+static cell header_name_of(cell c, cell *in) {
     *in = (cell){c.to, c.to};
     if (c.to == c.from || c.to[-1] != ']')
         return c;
@@ -158,12 +158,12 @@ static bool is(cell c, const char *name) {
 }
 
 /* The only column of this name, with or without its unit; -1: there is none, -2: there are several. */
-static int find_column(const char *begin, const char *end, const char *name) {
+static int find_csv_column(const char *begin, const char *end, const char *name) {
     int found = -1;
     cell in;
     for (int k = 0; begin != NULL; k++) {
         const cell c = next_cell(&begin, end);
-        if (is(c, name) || is(name_of(c, &in), name))
+        if (is(c, name) || is(header_name_of(c, &in), name))
             found = found == -1 ? k : -2;
     }
     return found;
@@ -175,7 +175,7 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
     const char *begin = f->begin;
     cell in;
     while (begin != NULL) {
-        const cell c = name_of(next_cell(&begin, end), &in);
+        const cell c = header_name_of(next_cell(&begin, end), &in);
         const char *text = kt_pool_text(&f->r->scratch, c.from, (size_t)(c.to - c.from));
         if (text != NULL)
             (void)kt_nearest_try(&near, text);
@@ -190,16 +190,17 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
 
 /* The index of a column: the chosen one. Without a choice, the time is `time` or `t`, and the value is the other of
  * two. */
-static bool choose(const reading *f, const char *end, const char *key, const char *name, int other, int *column) {
+static bool choose_csv_column(const reading *f, const char *end, const char *key, const char *name, int other,
+                              int *column) {
     const int count = count_cells(f->begin, end);
     kt_phrase phrase = {.length = 0};
-    *column = name != NULL ? find_column(f->begin, end, name) : -1;
+    *column = name != NULL ? find_csv_column(f->begin, end, name) : -1;
     if (name == NULL && other >= 0 && count == 2)
         *column = 1 - other;
     if (name == NULL && other < 0)
-        *column = find_column(f->begin, end, "time");
+        *column = find_csv_column(f->begin, end, "time");
     if (name == NULL && other < 0 && *column == -1)
-        *column = find_column(f->begin, end, "t");
+        *column = find_csv_column(f->begin, end, "t");
     if (*column >= 0 && *column != other)
         return true;
     if (name != NULL && *column == -1)
@@ -215,13 +216,13 @@ static bool choose(const reading *f, const char *end, const char *key, const cha
 }
 
 /* The unit of a column, by its header, by the scene, or 1. */
-static const unit *unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
+static const unit *csv_unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
     const cell c = cell_at(f->begin, end, column);
     cell in;
     kt_phrase phrase = {.length = 0};
-    (void)name_of(c, &in);
-    const unit *by_header = in.to > in.from ? find_unit(in.from, (size_t)(in.to - in.from)) : NULL;
-    const unit *by_scene = stated != NULL ? find_unit(stated, strlen(stated)) : NULL;
+    (void)header_name_of(c, &in);
+    const unit *by_header = in.to > in.from ? find_csv_unit(in.from, (size_t)(in.to - in.from)) : NULL;
+    const unit *by_scene = stated != NULL ? find_csv_unit(stated, strlen(stated)) : NULL;
     if (stated != NULL && by_scene == NULL)
         kt_phrase_add(&phrase, "there is no unit %s; take s, ms, rad, deg, m, mm, N, kN, 'N m', rad/s, rpm or the like",
                       kt_name_quote(stated).text);
@@ -233,7 +234,7 @@ static const unit *unit_of(const reading *f, const char *end, int column, const 
         kt_phrase_add(&phrase, "the header states the unit '%s', and `%s` states '%s'; remove one of them",
                       by_header->name, key, by_scene->name);
     else
-        return by_header != NULL ? by_header : by_scene != NULL ? by_scene : find_unit("1", 1);
+        return by_header != NULL ? by_header : by_scene != NULL ? by_scene : find_csv_unit("1", 1);
     (void)fault(f, in.to > in.from ? in.from : c.from, phrase.text);
     return NULL;
 }
@@ -262,10 +263,10 @@ static bool read_cell(const reading *f, const char *end, int column, const unit 
     return true;
 }
 
-static bool read_rows(reading *f, const int column[2], const unit *const of[2], double *rows, int *count) {
+static bool read_csv_rows(reading *f, const int column[2], const unit *const of[2], double *rows, int *count) {
     const char *end;
     *count = 0;
-    while (next_line(f, &end)) {
+    while (next_csv_line(f, &end)) {
         double *row = rows + 2 * (ptrdiff_t)*count;
         if (!read_cell(f, end, column[0], of[0], &row[0]) || !read_cell(f, end, column[1], of[1], &row[1]))
             return false;
@@ -280,19 +281,20 @@ static bool read_rows(reading *f, const int column[2], const unit *const of[2], 
     return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
 }
 
-static bool read_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows, int *count) {
+static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows,
+                          int *count) {
     const char *end;
     int column[2];
     const unit *of[2];
     if (strncmp(f->at, "\xEF\xBB\xBF", 3) == 0)
         f->at += 3;
-    if (!next_line(f, &end))
+    if (!next_csv_line(f, &end))
         return fault(f, NULL, "the file has no header, whose names choose the columns");
-    if (!choose(f, end, "time", choice->time, -1, &column[0]) ||
-        !choose(f, end, "value", choice->value, column[0], &column[1]))
+    if (!choose_csv_column(f, end, "time", choice->time, -1, &column[0]) ||
+        !choose_csv_column(f, end, "value", choice->value, column[0], &column[1]))
         return false;
-    of[0] = unit_of(f, end, column[0], choice->time_unit, "time_unit");
-    of[1] = of[0] != NULL ? unit_of(f, end, column[1], choice->unit, "unit") : NULL;
+    of[0] = csv_unit_of(f, end, column[0], choice->time_unit, "time_unit");
+    of[1] = of[0] != NULL ? csv_unit_of(f, end, column[1], choice->unit, "unit") : NULL;
     if (of[1] == NULL)
         return false;
     if (of[0]->is_angle)
@@ -308,7 +310,7 @@ static bool read_file(reading *f, const kt_csv_choice *choice, kt_quantity quant
     if (made == NULL)
         return kt_reader_out_of_memory(f->r);
     *rows = made;
-    return read_rows(f, column, of, made, count);
+    return read_csv_rows(f, column, of, made, count);
 }
 
 bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
@@ -326,7 +328,7 @@ bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_cs
     }
     memcpy(ended, text, size);
     f.at = f.begin = ended;
-    const bool good = strlen(ended) == size ? read_file(&f, choice, quantity, rows, count)
+    const bool good = strlen(ended) == size ? read_csv_file(&f, choice, quantity, rows, count)
                                             : fault(&f, NULL, "the file has bytes of zero; it is no text");
     free(text);
     return good;

@@ -17,7 +17,7 @@ static const kt_field end_fields[] = {
 static const kt_table end_table = {.fields = end_fields, .count = KT_COUNT_OF(end_fields)};
 
 /* Splits `body.marker`; a name without a point is a body. */
-static bool split(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out) {
+static bool split_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out) {
     const char *text;
     if (!kt_read_name(r, scope, node, "a body, or BODY.MARKER", &text))
         return false;
@@ -39,7 +39,7 @@ bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out
     if (node->kind == KT_NODE_LIST)
         return kt_fault_expected(r, scope, node, "a body, BODY.MARKER, or {body: ..., at: ...}");
     if (node->kind == KT_NODE_TEXT) {
-        if (!split(r, scope, node, &end))
+        if (!split_end(r, scope, node, &end))
             return false;
     } else {
         (void)kt_table_read(r, scope, node, &end_table, &end);

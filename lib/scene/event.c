@@ -20,7 +20,7 @@
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
 /* The names that a formula of the file may use, for its check and for suggestions. */
-static bool find_name(void *user, const char *name, kt_symbol *symbol) {
+static bool find_event_symbol(void *user, const char *name, kt_symbol *symbol) {
     const kt_reader *r = user;
     kt_variable variable;
     *symbol = (kt_symbol){.index = 0};
@@ -28,7 +28,7 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
            kt_response_is_named(r->scene->description, name);
 }
 
-static const char *list_name(void *user, int k) {
+static const char *list_event_symbol(void *user, int k) {
     kt_reader *r = user;
     kt_variable variable;
     char text[KT_EXPRESSION_NAME_MAX + 1];
@@ -48,8 +48,8 @@ static const char *list_name(void *user, int k) {
     return kt_pool_text(&r->scratch, text, strlen(text));
 }
 
-static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
-    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+static bool read_event_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out) {
+    const kt_symbols symbols = {.find = find_event_symbol, .list = list_event_symbol, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a formula (\"position.arm - 2.3\")");
     if (!kt_variables_are_known(r)) {
@@ -61,7 +61,7 @@ static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, con
 
 static bool read_when(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **out = kt_field_in(object, field);
-    return read_formula(r, scope, node, out);
+    return read_event_formula(r, scope, node, out);
 }
 
 static void write_when(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -130,7 +130,7 @@ typedef struct actions_read {
 
 bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, const char **value) {
     kt_node *inner = kt_pool_take(&r->scratch, 1, sizeof *inner);
-    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = r};
+    const kt_symbols symbols = {.find = find_event_symbol, .list = list_event_symbol, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
         return kt_fault_expected(r, scope, node, "a number or a formula (\"2*k\")");
     if (inner == NULL)
@@ -313,7 +313,7 @@ static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return !kt_node_is_faulty(node);
 }
 
-static void write_named(kt_emitter *e, const char *key, const char *name) {
+static void write_event_name(kt_emitter *e, const char *key, const char *name) {
     kt_emit_map(e, true);
     kt_emit_key(e, key);
     kt_emit_text(e, name);
@@ -346,9 +346,9 @@ static void write_then(kt_emitter *e, const kt_field *field, const void *object,
     if (event->set_count > 0)
         write_set(e, event);
     for (int i = 0; i < event->switch_count; i++)
-        write_named(e, event->switches[i].on ? "engage" : "release", event->switches[i].name);
+        write_event_name(e, event->switches[i].on ? "engage" : "release", event->switches[i].name);
     for (int i = 0; i < event->call_count; i++)
-        write_named(e, "call", event->call[i]);
+        write_event_name(e, "call", event->call[i]);
     kt_emit_end(e);
 }
 
@@ -359,7 +359,7 @@ static const kt_kind kind_then = {.read = read_then, .write = write_then};
 static const char *const direction_names[] = {"either", "rising", "falling"};
 static const kt_choice directions = {"events.direction", direction_names, KT_COUNT_OF(direction_names), 0};
 
-static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_event_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     double value;
     if (!kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &value))
         return false;
@@ -369,7 +369,7 @@ static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return true;
 }
 
-static void write_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_event_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_emit_integer(e, *(const int *)kt_field_of(object, field));
 }
@@ -378,7 +378,7 @@ static bool same_limit(const kt_field *field, const void *object, const void *st
     return *(const int *)kt_field_of(object, field) == *(const int *)kt_field_of(standard, field);
 }
 
-static const kt_kind kind_limit = {read_limit, write_limit, same_limit};
+static const kt_kind kind_limit = {read_event_limit, write_event_limit, same_limit};
 
 #define AT(member) .offset = offsetof(kt_scene_event, member)
 static const kt_field event_fields[] = {
@@ -402,7 +402,8 @@ static void check_direction(kt_reader *r, const kt_scope *scope, kt_node *node, 
     event->direction = KT_DIRECTION_RISING;
 }
 
-static void check_names(kt_reader *r, const kt_scope *scope, kt_node **nodes, const kt_scene_event *events, int k) {
+static void check_event_names(kt_reader *r, const kt_scope *scope, kt_node **nodes, const kt_scene_event *events,
+                              int k) {
     if (events[k].name == NULL)
         return;
     for (int i = 0; i < k; i++)
@@ -437,7 +438,7 @@ static void read_event(kt_reader *r, const kt_scope *scope, const kt_item_read *
     if (kt_table_read(r, scope, item->nodes[item->index], &event_table, event))
         check_direction(r, scope, item->nodes[item->index], event);
     mark_switches(item->object, event);
-    check_names(r, scope, item->nodes, item->items, item->index);
+    check_event_names(r, scope, item->nodes, item->items, item->index);
 }
 
 static void write_event(kt_emitter *e, const void *item, int index) {
@@ -483,7 +484,7 @@ static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const
     (void)field;
     kt_scene *scene = object;
     const char *when = NULL;
-    if (!read_formula(r, scope, node, &when))
+    if (!read_event_formula(r, scope, node, &when))
         return false;
     scene->until = (kt_scene_event){
         .name = "until",

@@ -19,7 +19,7 @@ static void mark_used(kt_reader *r, const char *name) {
         r->scene->parameters[k].is_used = true;
 }
 
-static bool find_parameter(void *user, const char *name, kt_symbol *symbol) {
+static bool find_parameter_symbol(void *user, const char *name, kt_symbol *symbol) {
     kt_reader *r = user;
     const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
     if (k < 0)
@@ -90,7 +90,7 @@ static const kt_expression *parse_node(kt_reader *r, const kt_scope *scope, kt_n
 }
 
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node) {
-    const kt_symbols symbols = {.find = find_parameter, .list = list_parameter, .user = r};
+    const kt_symbols symbols = {.find = find_parameter_symbol, .list = list_parameter, .user = r};
     const int named = kt_find_named(r, node->of.text);
     if (named < 0)
         return parse_node(r, scope, node, &symbols);
@@ -104,7 +104,7 @@ const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, 
 }
 
 bool kt_is_bare_expression(kt_reader *r, const char *text) {
-    const kt_symbols symbols = {.find = find_parameter, .user = r};
+    const kt_symbols symbols = {.find = find_parameter_symbol, .user = r};
     const kt_expression *expression = NULL;
     const size_t size = kt_expression_size(text);
     void *memory = text[0] != '\0' && size > 0 ? kt_pool_take(&r->scratch, size, 1) : NULL;
@@ -128,7 +128,7 @@ static bool find_either(void *user, const char *name, kt_symbol *symbol) {
         mark_used(names->r, name); /* one that an event sets is an auxiliary state */
         return true;
     }
-    if (!find_parameter(names->r, name, symbol))
+    if (!find_parameter_symbol(names->r, name, symbol))
         return false;
     const kt_named_number *parameter = &names->r->scene->parameters[symbol->index];
     names->waits = names->waits || !parameter->is_known;

@@ -166,12 +166,12 @@ static bool read_outputs(kt_reader *r, const kt_scope *scope, kt_node *node, con
                       &fmu->outputs, &fmu->output_count);
 }
 
-static bool read_type(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_fmu_type(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)r, (void)scope, (void)node, (void)field, (void)object;
     return true;
 }
 
-static bool read_file(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_fmu_file(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char *file = NULL;
     if (!kt_read_text(r, scope, node, &file))
         return false;
@@ -179,7 +179,7 @@ static bool read_file(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return true;
 }
 
-static const kt_kind kind_type = {.read = read_type}, kind_file = {.read = read_file};
+static const kt_kind kind_type = {.read = read_fmu_type}, kind_file = {.read = read_fmu_file};
 static const kt_kind kind_inputs = {.read = read_inputs}, kind_outputs = {.read = read_outputs};
 static const kt_kind kind_parameters = {.read = read_parameters};
 
@@ -198,7 +198,8 @@ static const kt_table fmu_table = {.fields = fmu_fields, .count = KT_COUNT_OF(fm
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* Reports a step that is lost in the rounding of times, or makes points without end. */
-static bool check_step(kt_reader *r, const kt_scope *scope, kt_node *item, const kt_scene_fmu *fmu, double duration) {
+static bool check_fmu_step(kt_reader *r, const kt_scope *scope, kt_node *item, const kt_scene_fmu *fmu,
+                           double duration) {
     const kt_scope here = {.outer = scope, .key = "step"};
     if (fmu->step * points_most >= duration)
         return true;
@@ -275,7 +276,7 @@ void kt_fmus_read(kt_reader *r, kt_scene *scene) {
         const kt_scope scope = kt_item_scope("effect", "effects", i, item);
         fmus[i].where = where_of(r, item);
         if (kt_table_read(r, &scope, item, &fmu_table, &fmus[i]) && !kt_node_is_faulty(item) &&
-            check_step(r, &scope, item, &fmus[i], scene->run.duration) &&
+            check_fmu_step(r, &scope, item, &fmus[i], scene->run.duration) &&
             make_event(r, &scope, item, &fmus[i], scene, &events[scene->event_count]))
             scene->event_count++;
     }

@@ -14,7 +14,7 @@ typedef struct forms {
 } forms;
 
 /* The type of the one form that the mapping has; 0 after reporting a fault. */
-static int find_form(kt_reader *r, const kt_scope *scope, kt_node *node, const forms *f) {
+static int find_stated_form(kt_reader *r, const kt_scope *scope, kt_node *node, const forms *f) {
     int found = 0;
     for (int i = 0; i < f->count; i++) {
         if (kt_node_find(node, f->fields[i].key) == NULL)
@@ -41,11 +41,11 @@ static int read_form(kt_reader *r, const kt_scope *scope, kt_node *node, const f
         return 0;
     }
     (void)kt_table_read(r, scope, node, &table, object);
-    const int type = find_form(r, scope, node, f);
+    const int type = find_stated_form(r, scope, node, f);
     return kt_node_is_faulty(node) || r->out_of_memory ? 0 : type;
 }
 
-static void write_form(kt_emitter *e, const forms *f, int type, const void *object, const void *standard) {
+static void write_stated_form(kt_emitter *e, const forms *f, int type, const void *object, const void *standard) {
     const kt_field *field = &f->fields[type - 1];
     kt_emit_map(e, true);
     kt_emit_key(e, field->key);
@@ -70,7 +70,7 @@ static const kt_field surface_fields[] = {
 };
 static const forms surfaces = {"a surface", "plane, cylinder, sphere, torus", surface_fields, 4};
 
-static bool read_surface(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_form_surface(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_surface surface = {.type = KT_SURFACE_NONE};
     surface.type = (kt_surface_type)read_form(r, scope, node, &surfaces, &surface);
     if (surface.type != KT_SURFACE_NONE)
@@ -78,11 +78,11 @@ static bool read_surface(kt_reader *r, const kt_scope *scope, kt_node *node, con
     return surface.type != KT_SURFACE_NONE;
 }
 
-static void write_surface(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_form_surface(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     static const kt_surface none = {.type = KT_SURFACE_NONE};
     const kt_surface *surface = kt_field_of(object, field);
     (void)standard;
-    write_form(e, &surfaces, (int)surface->type, surface, &none);
+    write_stated_form(e, &surfaces, (int)surface->type, surface, &none);
 }
 
 static bool same_surface(const kt_field *field, const void *object, const void *standard) {
@@ -90,11 +90,11 @@ static bool same_surface(const kt_field *field, const void *object, const void *
     return ((const kt_surface *)kt_field_of(object, field))->type == KT_SURFACE_NONE;
 }
 
-const kt_kind kt_kind_surface = {read_surface, write_surface, same_surface};
+const kt_kind kt_kind_surface = {read_form_surface, write_form_surface, same_surface};
 
 /* ---- curves ------------------------------------------------------------------------------------------------------ */
 
-static bool read_points(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_form_points(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_track *track = object;
     const double *points = NULL;
     (void)field;
@@ -104,7 +104,7 @@ static bool read_points(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return good;
 }
 
-static void write_points(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_form_points(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_track *track = object;
     (void)field, (void)standard;
     kt_write_points(e, (const double *)(const void *)track->points, 3, track->point_count);
@@ -116,7 +116,7 @@ static const kt_descriptor *describe_track(int type) { return kt_track_descripto
     { .describe = describe_track, .kind_of = kt_kind_of_value_key, .type = id, .flow = true }
 static const kt_table line_table = TRACK_TABLE(KT_TRACK_LINE), circle_table = TRACK_TABLE(KT_TRACK_CIRCLE),
                       helix_table = TRACK_TABLE(KT_TRACK_HELIX);
-static const kt_kind kind_points = {.read = read_points, .write = write_points};
+static const kt_kind kind_points = {.read = read_form_points, .write = write_form_points};
 static const kt_field track_fields[] = {
     {.key = "line", .kind = &kt_kind_map, .detail = &line_table},
     {.key = "circle", .kind = &kt_kind_map, .detail = &circle_table},
@@ -137,7 +137,7 @@ static void write_track(kt_emitter *e, const kt_field *field, const void *object
     static const kt_track none = {.type = KT_TRACK_NONE};
     const kt_track *track = kt_field_of(object, field);
     (void)standard;
-    write_form(e, &tracks, (int)track->type, track, &none);
+    write_stated_form(e, &tracks, (int)track->type, track, &none);
 }
 
 static bool same_track(const kt_field *field, const void *object, const void *standard) {

@@ -28,7 +28,8 @@ typedef struct form_read {
     kt_node *file; /* NULL: none */
 } form_read;
 
-static bool read_polynomial(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_polynomial_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                                     void *object) {
     (void)field;
     kt_function *function = object;
     double *numbers;
@@ -46,7 +47,8 @@ static bool read_polynomial(kt_reader *r, const kt_scope *scope, kt_node *node, 
     return good;
 }
 
-static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_function_table(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                                void *object) {
     (void)field;
     kt_function *function = object;
     const kt_quantity quantities[] = {KT_QUANTITY_NUMBER, (kt_quantity)r->scene->quantity};
@@ -70,7 +72,8 @@ static bool read_table(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return good;
 }
 
-static bool read_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_function_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                                void *object) {
     (void)field;
     kt_function *function = object;
     const kt_quantity quantity = (kt_quantity)r->scene->quantity;
@@ -108,22 +111,22 @@ static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 }
 
 /* Written by kt_write_function. */
-static const kt_kind kind_polynomial = {.read = read_polynomial}, kind_table = {.read = read_table},
-                     kind_parts = {.read = read_parts}, kind_slopes = {.read = read_slopes};
+static const kt_kind kind_polynomial = {.read = read_polynomial_function}, kind_table = {.read = read_function_table},
+                     kind_parts = {.read = read_function_parts}, kind_slopes = {.read = read_slopes};
 
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
 
 static const char *const interpolation_names[] = {"linear", "cubic", "monotone"};
 static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0};
 
-static const kt_descriptor *describe(int type) { return kt_function_descriptor((kt_function_type)type); }
+static const kt_descriptor *describe_function(int type) { return kt_function_descriptor((kt_function_type)type); }
 static const kt_table sine_table = {
-    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_SINE, .flow = true};
+    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_SINE, .flow = true};
 static const kt_table ramp_table = {
-    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_RAMP, .flow = true};
+    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_RAMP, .flow = true};
 
 static const kt_table bump_table = {
-    .describe = describe, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_BUMP, .flow = true};
+    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_BUMP, .flow = true};
 
 enum { FORM_COUNT = 7 };
 static const kt_field form_fields[] = {
@@ -151,7 +154,7 @@ static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_F
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
 
 /* Returns the one form that the mapping has; NONE after reporting a fault. */
-static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
+static kt_function_type find_function_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
     int found = -1;
     for (int i = 0; i < FORM_COUNT; i++) {
         if (kt_node_find(node, form_fields[i].key) == NULL)
@@ -176,7 +179,7 @@ static kt_function_type find_form(kt_reader *r, const kt_scope *scope, kt_node *
 }
 
 /* Keys of a table that has none of their kind, and the file of one that has. */
-static void read_file(kt_reader *r, const kt_scope *scope, kt_node *node, form_read *form) {
+static void read_table_file(kt_reader *r, const kt_scope *scope, kt_node *node, form_read *form) {
     static const char *const keys[] = {"time", "value", "unit", "time_unit"};
     kt_node *slopes = kt_node_find(node, "slopes");
     for (int k = 0; form->file == NULL && k < KT_COUNT_OF(keys); k++)
@@ -210,7 +213,8 @@ static bool is_formula(const kt_node *node) {
            (!node->plain || kt_scalar_classify(node->of.text, &value) == KT_SCALAR_TEXT);
 }
 
-static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
+static bool read_function_formula(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity,
+                                  kt_function *out) {
     const kt_symbols time = kt_time_symbols();
     out->type = KT_FUNCTION_EXPRESSION;
     return kt_read_formula(r, scope, node, &time, quantity == KT_QUANTITY_ANGLE, &out->text);
@@ -224,7 +228,7 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
     if (node->kind == KT_NODE_LIST)
         return kt_fault_expected(r, scope, node, "a function of time (a number, a formula of t, or one of " FORMS ")");
     if (node->kind == KT_NODE_TEXT && is_formula(node)) {
-        if (!read_formula(r, scope, node, quantity, &function))
+        if (!read_function_formula(r, scope, node, quantity, &function))
             return false;
     } else if (node->kind == KT_NODE_TEXT) {
         if (!kt_read_number(r, scope, node, quantity, &function.value))
@@ -232,8 +236,8 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
     } else {
         form_read form = {.function = function};
         (void)kt_table_read(r, scope, node, &form_table, &form);
-        form.function.type = find_form(r, scope, node);
-        read_file(r, scope, node, &form);
+        form.function.type = find_function_form(r, scope, node);
+        read_table_file(r, scope, node, &form);
         function = form.function;
         if (kt_node_is_faulty(node) || r->out_of_memory)
             return false;
@@ -244,7 +248,7 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static void write_points(kt_emitter *e, const kt_function *function) {
+static void write_function_points(kt_emitter *e, const kt_function *function) {
     kt_emit_list(e, true);
     for (int i = 0; i + 1 < function->number_count; i += 2)
         kt_emit_numbers(e, function->numbers + i, 2);
@@ -275,7 +279,7 @@ void kt_write_function(kt_emitter *e, const kt_function *function) {
         kt_emit_numbers(e, function->numbers, function->number_count);
         break;
     case KT_FUNCTION_TABLE:
-        write_points(e, function);
+        write_function_points(e, function);
         if (function->interpolation != KT_INTERPOLATION_LINEAR) {
             kt_emit_key(e, "interpolation");
             kt_emit_word(e, interpolation_names[function->interpolation]);

@@ -53,14 +53,14 @@ kt_scene_missed kt_impulses_missed(const kt_impulses *impulses) { return impulse
 
 /* ---- vectors ----------------------------------------------------------------------------------------------------- */
 
-static double product(const double *a, const double *b, int n) {
+static double dot_of_rows(const double *a, const double *b, int n) {
     double sum = 0.0;
     for (int i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
 }
 
-static void add(double *a, double factor, const double *b, int n) {
+static void add_scaled_row(double *a, double factor, const double *b, int n) {
     for (int i = 0; i < n; i++)
         a[i] += factor * b[i];
 }
@@ -70,8 +70,8 @@ static void add(double *a, double factor, const double *b, int n) {
 static double orthonormalise(double *a, const double *others, int count, int n) {
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < count; k++)
-            add(a, -product(a, others + (ptrdiff_t)k * n, n), others + (ptrdiff_t)k * n, n);
-    const double length = sqrt(product(a, a, n));
+            add_scaled_row(a, -dot_of_rows(a, others + (ptrdiff_t)k * n, n), others + (ptrdiff_t)k * n, n);
+    const double length = sqrt(dot_of_rows(a, a, n));
     if (!(length > least))
         return 0.0;
     for (int i = 0; i < n; i++)
@@ -107,7 +107,7 @@ static int orthonormal_basis(double *basis, int columns, int nv) {
     return kept;
 }
 
-static void miss(kt_impulses *w, const kt_simulation *simulation, int at, double given, double got) {
+static void note_missed(kt_impulses *w, const kt_simulation *simulation, int at, double given, double got) {
     if (w->missed.count++ == 0)
         w->missed = (kt_scene_missed){
             .count = 1, .velocity = at, .time = kt_simulation_time(simulation), .given = given, .got = got};
@@ -132,10 +132,10 @@ kt_status kt_impulses_apply(kt_impulses *w, kt_simulation *simulation, kt_data *
             row[k] = 0.0;
         const double length = orthonormalise(row, w->row, rows, nv), lacks = values[i] - w->v[at[i]];
         for (int k = 0; k < columns && length > 0.0; k++)
-            add(w->v, lacks / length * row[k], w->basis + (ptrdiff_t)k * nv, nv);
+            add_scaled_row(w->v, lacks / length * row[k], w->basis + (ptrdiff_t)k * nv, nv);
         rows += length > 0.0;
         if (!(length > 0.0) && !(fabs(values[i] - w->v[at[i]]) <= least * (1.0 + fabs(values[i]))))
-            miss(w, simulation, at[i], values[i], w->v[at[i]]);
+            note_missed(w, simulation, at[i], values[i], w->v[at[i]]);
     }
     return kt_simulation_jump(simulation, NULL, w->v, error);
 }

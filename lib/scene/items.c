@@ -40,7 +40,7 @@ bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_
     return list->finish == NULL || list->finish(r, &item);
 }
 
-static int count_of(const kt_items *list, const void *object) {
+static int item_count_of(const kt_items *list, const void *object) {
     int count;
     memcpy(&count, (const char *)object + list->count, sizeof count);
     return count;
@@ -48,7 +48,7 @@ static int count_of(const kt_items *list, const void *object) {
 
 void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_items *list = field->detail;
-    const int count = count_of(list, object);
+    const int count = item_count_of(list, object);
     const char *items;
     (void)standard;
     memcpy(&items, (const char *)object + list->array, sizeof items);
@@ -60,7 +60,7 @@ void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, co
 
 bool kt_items_same(const kt_field *field, const void *object, const void *standard) {
     (void)standard;
-    return count_of(field->detail, object) == 0;
+    return item_count_of(field->detail, object) == 0;
 }
 
 const kt_kind kt_kind_items = {kt_items_read, kt_items_write, kt_items_same};

@@ -13,7 +13,7 @@ static const kt_choice types = {"joint.type", type_names, KT_JOINT_TYPE_COUNT, 0
 #define JOINT_NV(id, name, nq, nv) nv,
 static const int position_counts[] = {KT_JOINT_LIST(JOINT_NQ)}, velocity_counts[] = {KT_JOINT_LIST(JOINT_NV)};
 
-static bool is_length(kt_joint_type type, int k) {
+static bool coordinate_is_length(kt_joint_type type, int k) {
     const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
@@ -25,7 +25,7 @@ static kt_quantity quantity_of_component(const kt_reader *r, const char *coordin
     bool slides = false;
     for (int i = 0; i < d->body_count && name.has_index; i++)
         if (kt_coordinate_is_of(coordinate, name, kt_joint_name_of(&d->bodies[i])))
-            return is_length(d->bodies[i].joint.type, name.k) ? KT_QUANTITY_NUMBER : KT_QUANTITY_ANGLE;
+            return coordinate_is_length(d->bodies[i].joint.type, name.k) ? KT_QUANTITY_NUMBER : KT_QUANTITY_ANGLE;
     const int loop = kt_coordinate_loop(d, coordinate, 0);
     if (loop >= 0)
         slides = kt_relative_is_length(kt_relative_at(d->loops[loop].type, name.k));
@@ -41,12 +41,12 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint) {
     if (kt_body_is_hidden(r, body))
         return KT_QUANTITY_ANGLE;
     kt_joint_type type = r->scene->description->bodies[body].joint.type;
-    return position_counts[type] == 1 && !is_length(type, 0) ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER;
+    return position_counts[type] == 1 && !coordinate_is_length(type, 0) ? KT_QUANTITY_ANGLE : KT_QUANTITY_NUMBER;
 }
 
 /* The index of the quaternion among the positions; -1 if there is none. Positions and velocities before it are written
  * separately. */
-static int quaternion_of(const kt_joint *joint) {
+static int quaternion_index_of(const kt_joint *joint) {
     const int nq = position_counts[joint->type];
     return nq > velocity_counts[joint->type] ? nq - 4 : -1;
 }
@@ -99,7 +99,7 @@ static bool read_rates(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return kt_put_numbers(r, scope, node, 3, KT_QUANTITY_RATE, NULL, kt_field_in(object, field));
 }
 
-static void write_rates(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_joint_rates(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_emit_numbers(e, kt_field_of(object, field), 3);
 }
@@ -108,7 +108,8 @@ static bool same_rates(const kt_field *field, const void *object, const void *st
     return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 3 * sizeof(double));
 }
 
-static const kt_kind kind_turn = {read_turn, write_turn, same_turn}, kind_rates = {read_rates, write_rates, same_rates};
+static const kt_kind kind_turn = {read_turn, write_turn, same_turn},
+                     kind_rates = {read_rates, write_joint_rates, same_rates};
 
 /* A given part is written, zero or not. */
 static bool is_given(const kt_joint *joint, unsigned part) { return (joint->given & part) != 0; }
@@ -150,7 +151,7 @@ static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node,
                              kt_quantity of_angle, double *out) {
     kt_quantity quantities[KT_JOINT_NQ_MAX];
     for (int k = 0; k < count; k++)
-        quantities[k] = is_length(type, k) ? KT_QUANTITY_NUMBER : of_angle;
+        quantities[k] = coordinate_is_length(type, k) ? KT_QUANTITY_NUMBER : of_angle;
     if (count == 1 && !is_list_of_one(node))
         return kt_put_number(r, scope, node, quantities[0], out);
     return kt_put_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
@@ -163,7 +164,7 @@ static void note_given(kt_joint *joint, const kt_node *node, const char *key, un
 
 static bool read_position(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_joint *joint = object;
-    const int quaternion = quaternion_of(joint);
+    const int quaternion = quaternion_index_of(joint);
     (void)field;
     if (quaternion > 0) {
         if (!kt_table_read(r, scope, node, &free_position, joint))
@@ -181,7 +182,7 @@ static bool read_position(kt_reader *r, const kt_scope *scope, kt_node *node, co
 
 static bool read_velocity(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_joint *joint = object;
-    const int quaternion = quaternion_of(joint);
+    const int quaternion = quaternion_index_of(joint);
     (void)field;
     if (quaternion > 0) {
         if (!kt_table_read(r, scope, node, &free_velocity, joint))
@@ -202,19 +203,19 @@ static void write_coordinates(kt_emitter *e, const double *values, int count) {
         kt_emit_numbers(e, values, count);
 }
 
-static void write_position(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_joint_position(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    if (quaternion_of(joint) > 0)
+    if (quaternion_index_of(joint) > 0)
         kt_table_write(e, &free_position, joint, rest);
     else
         write_coordinates(e, joint->position, position_counts[joint->type]);
 }
 
-static void write_velocity(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_joint_velocity(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    if (quaternion_of(joint) > 0)
+    if (quaternion_index_of(joint) > 0)
         kt_table_write(e, &free_velocity, joint, rest);
     else
         write_coordinates(e, joint->velocity, velocity_counts[joint->type]);
@@ -225,14 +226,15 @@ static void write_velocity(kt_emitter *e, const kt_field *field, const void *obj
 static bool same_position(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    return (!is_given(joint, KT_GIVEN_POSITION) || quaternion_of(joint) == 0) &&
+    return (!is_given(joint, KT_GIVEN_POSITION) || quaternion_index_of(joint) == 0) &&
            kt_same_bits(joint->position, rest->position, sizeof joint->position);
 }
 
 static bool same_velocity(const kt_field *field, const void *object, const void *standard) {
     const kt_joint *joint = object, *rest = standard;
     (void)field;
-    return !is_given(joint, KT_GIVEN_VELOCITY) && (!is_given(joint, KT_GIVEN_ANGULAR) || quaternion_of(joint) <= 0) &&
+    return !is_given(joint, KT_GIVEN_VELOCITY) &&
+           (!is_given(joint, KT_GIVEN_ANGULAR) || quaternion_index_of(joint) <= 0) &&
            kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
 }
 
@@ -270,8 +272,8 @@ static bool same_armature(const kt_field *field, const void *object, const void 
 }
 
 static const kt_kind *kind_of_key(const kt_key *key) {
-    static const kt_kind position = {read_position, write_position, same_position};
-    static const kt_kind velocity = {read_velocity, write_velocity, same_velocity};
+    static const kt_kind position = {read_position, write_joint_position, same_position};
+    static const kt_kind velocity = {read_velocity, write_joint_velocity, same_velocity};
     static const kt_kind armature = {read_armature, write_armature, same_armature};
     return key->kind == KT_KEY_POSITION   ? &position
            : key->kind == KT_KEY_VELOCITY ? &velocity
@@ -283,8 +285,8 @@ static const kt_kind *kind_of_key(const kt_key *key) {
 
 #define LIMIT(member) .offset = offsetof(kt_joint, limits.member)
 
-static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const bool slides = is_length(((const kt_joint *)object)->type, 0);
+static bool read_joint_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const bool slides = coordinate_is_length(((const kt_joint *)object)->type, 0);
     const bool is_rate = field->offset == offsetof(kt_joint, limits.velocity);
     const bool is_effort = field->offset == offsetof(kt_joint, limits.effort);
     const kt_quantity turning = is_rate ? KT_QUANTITY_RATE : KT_QUANTITY_ANGLE;
@@ -292,7 +294,7 @@ static bool read_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const
                          kt_field_in(object, field));
 }
 
-static void write_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_joint_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_emit_number(e, *(const double *)kt_field_of(object, field));
 }
@@ -303,7 +305,7 @@ static bool same_limits(const kt_field *field, const void *object, const void *s
     return kt_same_bits(&joint->limits, &rest->limits, sizeof joint->limits);
 }
 
-static const kt_kind kind_limit = {read_limit, write_limit, kt_number_same};
+static const kt_kind kind_limit = {read_joint_limit, write_joint_limit, kt_number_same};
 static const kt_field limit_fields[] = {
     {.key = "lower", .kind = &kind_limit, LIMIT(lower)},
     {.key = "upper", .kind = &kind_limit, LIMIT(upper)},
@@ -317,7 +319,7 @@ static const kt_table limit_table = {.fields = limit_fields,
 
 /* ---- the joint --------------------------------------------------------------------------------------------------- */
 
-static const kt_descriptor *describe(int type) { return kt_joint_descriptor((kt_joint_type)type); }
+static const kt_descriptor *describe_joint(int type) { return kt_joint_descriptor((kt_joint_type)type); }
 
 static const kt_field fields[] = {
     {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
@@ -325,5 +327,8 @@ static const kt_field fields[] = {
     {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
     {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limit_table, .same = same_limits},
 };
-const kt_table kt_joint_table = {
-    .fields = fields, .count = KT_COUNT_OF(fields), .types = &types, .describe = describe, .kind_of = kind_of_key};
+const kt_table kt_joint_table = {.fields = fields,
+                                 .count = KT_COUNT_OF(fields),
+                                 .types = &types,
+                                 .describe = describe_joint,
+                                 .kind_of = kind_of_key};

@@ -48,7 +48,7 @@ static bool same_frame(const kt_field *field, const void *object, const void *st
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
 /* A body and its point are one end, but two keys. If the end has a marker, that is the point. */
-static void write_body(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_end_body(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     kt_end end;
     memcpy(&end, kt_field_of(object, field), sizeof end);
@@ -56,12 +56,12 @@ static void write_body(kt_emitter *e, const kt_field *field, const void *object,
     kt_write_end(e, &end);
 }
 
-static bool read_body(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_end_body(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_read_end(r, scope, node, kt_field_in(object, field));
 }
 
 /* Reads a vector; or a marker, MARKER or BODY.MARKER, of the body that the other key has named. */
-static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_end_point(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_end *on = &((kt_effect *)object)->between[0], point;
     (void)field;
     if (on->marker != NULL || on->at.x != 0.0 || on->at.y != 0.0 || on->at.z != 0.0)
@@ -79,7 +79,7 @@ static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return true;
 }
 
-static void write_point(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_end_point(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     kt_kind_vector.write(e, field, object, standard);
 }
 
@@ -89,7 +89,7 @@ static bool same_point(const kt_field *field, const void *object, const void *st
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
-static bool read_joint(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_joint_name(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **joint = kt_field_in(object, field);
     if (!kt_read_name(r, scope, node, "a name", joint))
         return false;
@@ -97,7 +97,7 @@ static bool read_joint(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return true;
 }
 
-static void write_joint(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_joint_name(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     kt_kind_name.write(e, field, object, standard);
 }
 
@@ -132,7 +132,7 @@ static bool is_written_term(const kt_loop *loop, int i) {
     return !kt_loop_has_formula(loop) || coefficient != 0.0 || signbit(coefficient);
 }
 
-static void write_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_coupling_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_loop *loop = object;
     kt_emit_map(e, true);
@@ -164,7 +164,7 @@ typedef struct joint_names {
 } joint_names;
 
 /* Coordinates of joints with several have brackets in their names. */
-static bool find_joint(void *user, const char *name, kt_symbol *symbol) {
+static bool find_joint_symbol(void *user, const char *name, kt_symbol *symbol) {
     joint_names *names = user;
     kt_variable found;
     int k = 0;
@@ -201,7 +201,7 @@ static bool has_term(const kt_loop *loop, const char *joint) {
 }
 
 /* The joints that the formula reads become terms. */
-static bool add_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
+static bool add_formula_terms(kt_reader *r, const joint_names *names, kt_loop *loop) {
     kt_term *terms = kt_pool_take(&r->keep, (size_t)(loop->term_count + names->count) + 1, sizeof *terms);
     if (terms == NULL)
         return kt_reader_out_of_memory(r);
@@ -232,14 +232,14 @@ static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, co
     const kt_effect none = {.end_count = 0};
     joint_names names = {
         .r = r, .description = r->scene->description, .all = kt_formula_names_of(r->scene->description, &none)};
-    const kt_symbols symbols = {.find = find_joint, .list = list_joint, .user = &names};
+    const kt_symbols symbols = {.find = find_joint_symbol, .list = list_joint, .user = &names};
     if (!kt_read_formula(r, scope, node, &symbols, true, kt_field_in(object, field)))
         return false;
     if (names.count == 0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the formula reads no joint; write position.JOINT");
     if (((const kt_loop *)object)->term_count == 0)
         set_quantity(r, &names);
-    return add_terms(r, &names, object);
+    return add_formula_terms(r, &names, object);
 }
 
 static void write_coupling(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -255,7 +255,8 @@ static bool same_coupling(const kt_field *field, const void *object, const void 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
 /* A function that is read at its final place. */
-static bool put_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out) {
+static bool put_function_at(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity,
+                            kt_function *out) {
     if (!kt_read_function(r, scope, node, quantity, out))
         return false;
     if (out->type == KT_FUNCTION_CONSTANT)
@@ -264,7 +265,7 @@ static bool put_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_
 }
 
 static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return put_function(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+    return put_function_at(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
 static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -278,7 +279,8 @@ static bool same_function(const kt_field *field, const void *object, const void 
     return function->type == KT_FUNCTION_NONE;
 }
 
-static bool read_functions(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_function_list(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                               void *object) {
     kt_function *functions = kt_field_in(object, field);
     if (node->kind != KT_NODE_LIST || node->count != 3)
         return kt_fault_expected(r, scope, node, "a list of three numbers or functions of time");
@@ -286,7 +288,7 @@ static bool read_functions(kt_reader *r, const kt_scope *scope, kt_node *node, c
     int i = 0;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        good = put_function(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
+        good = put_function_at(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
     }
     return good;
 }
@@ -302,8 +304,8 @@ static void write_functions(kt_emitter *e, const kt_field *field, const void *ob
 
 /* ---- formulas of effects ----------------------------------------------------------------------------------------- */
 
-static bool read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_effect *effect,
-                         const char **text) {
+static bool read_effect_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_effect *effect,
+                                const char **text) {
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, "a formula");
     if (!kt_variables_are_known(r)) {
@@ -321,12 +323,12 @@ static bool read_formulas(kt_reader *r, const kt_scope *scope, kt_node *node, co
     bool good = true;
     int i = 0;
     if (node->kind != KT_NODE_LIST)
-        return read_formula(r, scope, node, object, formulas);
+        return read_effect_formula(r, scope, node, object, formulas);
     if (node->count != 3)
         return kt_fault_expected(r, scope, node, "a formula, or a list of three");
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        good = read_formula(r, &here, item, object, &formulas[i]) && good;
+        good = read_effect_formula(r, &here, item, object, &formulas[i]) && good;
     }
     return good;
 }
@@ -362,7 +364,7 @@ static bool same_end(const kt_field *field, const void *object, const void *stan
     (void)field, (void)standard;
     return ((const kt_effect *)object)->end_count != 1;
 }
-static bool same_joint(const kt_field *field, const void *object, const void *standard) {
+static bool same_joint_name(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_effect *effect = object;
     return effect->joint == NULL || effect->end_count != 0;
@@ -371,14 +373,14 @@ static bool same_joint(const kt_field *field, const void *object, const void *st
 const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     static const kt_kind distance = {read_distance, kt_number_write, same_distance};
     static const kt_kind frame = {read_frame, write_frame, same_frame};
-    static const kt_kind body = {.read = read_body, .write = write_body};
-    static const kt_kind point = {read_point, write_point, same_point};
-    static const kt_kind joint = {.read = read_joint, .write = write_joint};
-    static const kt_kind terms = {read_terms, write_terms, same_terms};
+    static const kt_kind body = {.read = read_end_body, .write = write_end_body};
+    static const kt_kind point = {read_end_point, write_end_point, same_point};
+    static const kt_kind joint = {.read = read_joint_name, .write = write_joint_name};
+    static const kt_kind terms = {read_terms, write_coupling_terms, same_terms};
     static const kt_kind coupling = {read_coupling, write_coupling, same_coupling};
     static const kt_kind function = {read_function, write_function, same_function};
     static const kt_kind formulas = {read_formulas, write_formulas, same_formulas};
-    static const kt_kind functions = {read_functions, write_functions, same_function};
+    static const kt_kind functions = {read_function_list, write_functions, same_function};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_FRAME] = &frame,
         [KT_KEY_END] = &kt_kind_end,
@@ -398,7 +400,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
     };
     static const kt_kind optional_ends = {kt_kind_ends_read, kt_kind_ends_write, same_ends};
     static const kt_kind optional_end = {kt_kind_end_read, kt_kind_end_write, same_end};
-    static const kt_kind optional_joint = {read_joint, write_joint, same_joint};
+    static const kt_kind optional_joint = {read_joint_name, write_joint_name, same_joint_name};
     if (!key->needed && key->kind == KT_KEY_ENDS)
         return &optional_ends;
     if (!key->needed && key->kind == KT_KEY_END)

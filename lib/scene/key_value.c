@@ -19,7 +19,7 @@ kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
     return length == 5 && strncmp(unit, "rad/s", length) == 0 ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER;
 }
 
-static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_key_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_put_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
@@ -37,7 +37,7 @@ static bool same_six(const kt_field *field, const void *object, const void *stan
 }
 
 /* If the default is zero, zero means that no axis is given; to write it is a mistake. */
-static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_key_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_key *key = field->detail;
     const kt_vec3 *axis = kt_field_in(object, field), before = *axis;
     const bool may_be_missing = before.x == 0.0 && before.y == 0.0 && before.z == 0.0;
@@ -50,7 +50,7 @@ static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const 
                        key->standard);
 }
 
-static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_key_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     kt_kind_axis.write(e, field, object, standard);
 }
 
@@ -74,8 +74,8 @@ static void write_corners(kt_emitter *e, const kt_field *field, const void *obje
 }
 
 const kt_kind *kt_kind_of_value_key(const kt_key *key) {
-    static const kt_kind number = {read_number, kt_number_write, kt_number_same};
-    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_axis, write_axis, same_axis};
+    static const kt_kind number = {read_key_number, kt_number_write, kt_number_same};
+    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_key_axis, write_key_axis, same_axis};
     static const kt_kind corners = {.read = read_corners, .write = write_corners};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_NUMBER] = &number,

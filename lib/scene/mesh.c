@@ -38,7 +38,7 @@ static kt_scene_mesh standard_mesh(void) {
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
-static kt_status read_surface(const char *path, kt_triangles *surface, kt_error *error) {
+static kt_status read_mesh_surface(const char *path, kt_triangles *surface, kt_error *error) {
     char *text = NULL;
     size_t size = 0;
     kt_status status = kt_file_read(path, &text, &size, error);
@@ -49,12 +49,12 @@ static kt_status read_surface(const char *path, kt_triangles *surface, kt_error 
 }
 
 /* In the body frame. */
-static kt_status find_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
+static kt_status find_enclosed_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
     kt_triangles surface = {.vertices = NULL};
     kt_mat3 r = kt_mat3_identity();
     kt_status status = kt_rotation_evaluate(&mesh->rotation, &r, error);
     if (status == KT_OK)
-        status = read_surface(mesh->file, &surface, error);
+        status = read_mesh_surface(mesh->file, &surface, error);
     if (status == KT_OK)
         status = kt_triangles_check_closed(&surface, error);
     if (status == KT_OK) {
@@ -92,8 +92,8 @@ static bool has_solid_before(const kt_scene_mesh *meshes, int k) {
     return false;
 }
 
-static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
-                      kt_body *body) {
+static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
+                           kt_body *body) {
     const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     kt_enclosed solid = {.volume = 0.0};
     kt_error error = {0};
@@ -104,7 +104,7 @@ static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const 
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
                            "body %s has a mass of its own; leave out its `mass`, or the density of its mesh",
                            kt_name_quote(body->name).text);
-    const kt_status status = find_solid(&meshes[k], &solid, &error);
+    const kt_status status = find_enclosed_solid(&meshes[k], &solid, &error);
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);
     if (status != KT_OK)
@@ -122,12 +122,12 @@ static bool give_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const 
 /* ---- reading and writing ----------------------------------------------------------------------------------------- */
 
 /* NULL: a fault of the names has been reported. */
-static kt_body *body_of(kt_reader *r, kt_scene *scene, const char *name) {
+static kt_body *mesh_body_of(kt_reader *r, kt_scene *scene, const char *name) {
     const int index = r->scene->names_are_known ? kt_find_body(r, name) : -1;
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
-static void read_mesh(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
     kt_node *node = item->nodes[item->index];
     kt_scene_mesh *mesh = (kt_scene_mesh *)item->items + item->index;
     *mesh = standard_mesh();
@@ -139,11 +139,11 @@ static void read_mesh(kt_reader *r, const kt_scope *scope, const kt_item_read *i
         return;
     }
     mesh->file = kt_path_near(r, mesh->file);
-    kt_body *body = body_of(r, item->object, mesh->body);
+    kt_body *body = mesh_body_of(r, item->object, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
         return;
     kt_varying_note_fixed(r, node, false); /* masses are not computed again */
-    if (!give_mass(r, scope, node, item->items, item->index, body) && body->mass == 0.0) {
+    if (!give_mesh_mass(r, scope, node, item->items, item->index, body) && body->mass == 0.0) {
         body->mass = 1.0; /* a missing mass is no second fault */
         body->inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }
@@ -161,5 +161,5 @@ const kt_items kt_meshes = {.expected = "a list of meshes ('- {body: ..., file: 
                             .size = sizeof(kt_scene_mesh),
                             .array = offsetof(kt_scene, meshes),
                             .count = offsetof(kt_scene, mesh_count),
-                            .read = read_mesh,
+                            .read = read_mesh_item,
                             .write = write_mesh};

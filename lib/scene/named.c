@@ -22,8 +22,8 @@ enum { IDLE = -2 };
 
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
-static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+static bool is_word_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+static bool is_word_digit(char c) { return c >= '0' && c <= '9'; }
 
 bool kt_is_reserved(const char *name) {
 #define FUNCTION_NAME(id, function, least, most) #function,
@@ -35,10 +35,10 @@ bool kt_is_reserved(const char *name) {
 }
 
 /* Letters, digits and _ from a letter or _ on. */
-static bool is_word(const char *name) {
-    bool good = is_letter(*name);
+static bool is_expression_name(const char *name) {
+    bool good = is_word_letter(*name);
     for (; *name != '\0'; name++)
-        good = good && (is_letter(*name) || is_digit(*name));
+        good = good && (is_word_letter(*name) || is_word_digit(*name));
     return good;
 }
 
@@ -63,7 +63,7 @@ kt_node *kt_expression_unused(const kt_reader *r, int k) {
 }
 
 static void list_one(kt_reader *r, const kt_scope *scope, kt_node *key) {
-    if (key->kind != KT_NODE_TEXT || !is_word(key->of.text)) {
+    if (key->kind != KT_NODE_TEXT || !is_expression_name(key->of.text)) {
         (void)kt_fault_expected(r, scope, key,
                                 "the name of an expression: letters, digits and _, the first one no digit");
         return;
@@ -119,9 +119,10 @@ kt_node kt_spot_of(const kt_node *node, int at) {
 
 /* The end of a name, as the formula's own reader finds it: dots and [k] within. */
 static const char *end_of_name(const char *at) {
-    while (is_letter(*at) || is_digit(*at) || (*at == '.' && (is_letter(at[1]) || is_digit(at[1])))) {
+    while (is_word_letter(*at) || is_word_digit(*at) ||
+           (*at == '.' && (is_word_letter(at[1]) || is_word_digit(at[1])))) {
         at++;
-        if (*at == '[' && is_digit(at[1])) {
+        if (*at == '[' && is_word_digit(at[1])) {
             const char *end = at + 1 + strspn(at + 1, "0123456789");
             at = *end == ']' ? end + 1 : at;
         }
@@ -147,19 +148,19 @@ static const char *end_with_hyphens(const char *from, const char *end, const kt_
 
 /* The end of the number at a place: 1e-3 has no name in it. */
 static const char *end_of_number(const char *at) {
-    while (is_digit(*at) || *at == '.')
+    while (is_word_digit(*at) || *at == '.')
         at++;
     const char *exponent = at + 1 + (*at != '\0' && (at[1] == '+' || at[1] == '-'));
-    if ((*at == 'e' || *at == 'E') && is_digit(*exponent))
-        for (at = exponent; is_digit(*at);)
+    if ((*at == 'e' || *at == 'E') && is_word_digit(*exponent))
+        for (at = exponent; is_word_digit(*at);)
             at++;
     return at;
 }
 
 /* The next word from a place on, and its end; NULL: there is none. */
-static const char *next_word(const char *at, const kt_symbols *variables, const char **end) {
-    while (*at != '\0' && !is_letter(*at))
-        at = is_digit(*at) || *at == '.' ? end_of_number(at) : at + 1;
+static const char *next_formula_word(const char *at, const kt_symbols *variables, const char **end) {
+    while (*at != '\0' && !is_word_letter(*at))
+        at = is_word_digit(*at) || *at == '.' ? end_of_number(at) : at + 1;
     if (*at == '\0')
         return NULL;
     *end = end_of_name(at);
@@ -170,7 +171,7 @@ static const char *next_word(const char *at, const kt_symbols *variables, const 
 
 int kt_find_named(const kt_reader *r, const char *text) {
     const char *end;
-    for (const char *at = text; r->scene->named_count > 0 && (at = next_word(at, NULL, &end)) != NULL; at = end)
+    for (const char *at = text; r->scene->named_count > 0 && (at = next_formula_word(at, NULL, &end)) != NULL; at = end)
         if (find_named(r, at, (size_t)(end - at)) >= 0)
             return (int)(at - text);
     return -1;
@@ -187,7 +188,7 @@ typedef struct kt_writer {
     int length;
 } kt_writer;
 
-static bool put(kt_writer *w, const char *text, size_t length) {
+static bool put_formula_text(kt_writer *w, const char *text, size_t length) {
     if (length > (size_t)(KT_EXPRESSION_LENGTH_MAX - w->length))
         return kt_fault_at(
             w->r, KT_ERROR_SCENE, w->scope, w->to->node,
@@ -205,7 +206,7 @@ static void begin_stretch(kt_writer *w, kt_node *node, int named, int offset) {
 }
 
 /* "a -> b -> a" */
-static bool report_circle(kt_writer *w, int k, int user) {
+static bool report_name_circle(kt_writer *w, int k, int user) {
     kt_reader *r = w->r;
     const kt_scope outer = {.key = "expressions"}, here = {.outer = &outer, .key = r->scene->named[k].name};
     kt_phrase phrase = {.length = 0};
@@ -223,15 +224,15 @@ static bool report_circle(kt_writer *w, int k, int user) {
 
 static bool write_out(kt_writer *w, kt_node *node, int named);
 
-static bool write_named(kt_writer *w, int k, int user) {
+static bool write_named_formula(kt_writer *w, int k, int user) {
     kt_named_formula *named = &w->r->scene->named[k];
     named->is_used = true;
     if (named->from != IDLE)
-        return report_circle(w, k, user);
+        return report_name_circle(w, k, user);
     if (kt_node_is_faulty(named->node))
         return false; /* that has been reported */
     named->from = user;
-    const bool good = put(w, "(", 1) && write_out(w, named->node, k) && put(w, ")", 1);
+    const bool good = put_formula_text(w, "(", 1) && write_out(w, named->node, k) && put_formula_text(w, ")", 1);
     named->from = IDLE;
     return good;
 }
@@ -240,16 +241,16 @@ static bool write_named(kt_writer *w, int k, int user) {
 static bool write_out(kt_writer *w, kt_node *node, int named) {
     const char *const text = node->of.text, *from = text + (named >= 0 && text[0] == '='), *end;
     begin_stretch(w, node, named, (int)(from - text));
-    for (const char *at = from; (at = next_word(at, w->variables, &end)) != NULL; at = end) {
+    for (const char *at = from; (at = next_formula_word(at, w->variables, &end)) != NULL; at = end) {
         const int k = find_named(w->r, at, (size_t)(end - at));
         if (k < 0)
             continue;
-        if (!put(w, from, (size_t)(at - from)) || !write_named(w, k, named))
+        if (!put_formula_text(w, from, (size_t)(at - from)) || !write_named_formula(w, k, named))
             return false;
         from = end;
         begin_stretch(w, node, named, (int)(from - text));
     }
-    return put(w, from, strlen(from));
+    return put_formula_text(w, from, strlen(from));
 }
 
 bool kt_write_out(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, kt_written *out) {

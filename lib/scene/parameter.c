@@ -123,7 +123,7 @@ static bool list_uses(kt_reader *r, kt_uses *u) {
 }
 
 /* Evaluates a parameter whose expression is computable. */
-static void compute(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
+static void compute_parameter(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
     const kt_scope scope = {.outer = outer, .key = parameter->name};
     double value = 0.0;
     if (parameter->expression != NULL &&
@@ -157,7 +157,7 @@ static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
         if (parameter->use_count > 0)
             settle_units(r, scope, parameter);
         if (!parameter->is_known)
-            compute(r, scope, parameter);
+            compute_parameter(r, scope, parameter);
         if (!parameter->is_known)
             continue; /* its fault has been reported; parameters that use it are left out */
         for (size_t j = u->first_user[computable[i]]; j < u->first_user[computable[i] + 1]; j++)

@@ -28,7 +28,7 @@ static const kt_table point_table = {.fields = point_fields, .count = KT_COUNT_O
 
 static kt_path_point standard_point(void) { return (kt_path_point){.end = kt_end_default()}; }
 
-static bool read_point(kt_reader *r, const kt_scope *scope, kt_node *node, kt_path_point *point) {
+static bool read_path_point(kt_reader *r, const kt_scope *scope, kt_node *node, kt_path_point *point) {
     if (node->kind != KT_NODE_MAP)
         return kt_read_end(r, scope, node, &point->end);
     (void)kt_table_read(r, scope, node, &point_table, point);
@@ -52,14 +52,14 @@ static bool read_path(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
         points[i] = standard_point();
-        good = read_point(r, &here, item, &points[i]) && good;
+        good = read_path_point(r, &here, item, &points[i]) && good;
     }
     effect->path = points;
     effect->path_count = i;
     return good;
 }
 
-static void write_path(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_path_points(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     const kt_effect *effect = object;
     const kt_path_point plain = standard_point();
     (void)field, (void)standard;
@@ -82,4 +82,4 @@ static bool same_path(const kt_field *field, const void *object, const void *sta
     return ((const kt_effect *)object)->path_count == 0;
 }
 
-const kt_kind kt_kind_path = {read_path, write_path, same_path};
+const kt_kind kt_kind_path = {read_path, write_path_points, same_path};

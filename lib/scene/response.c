@@ -27,10 +27,10 @@ typedef struct parts {
     int component;
 } parts;
 
-static bool begins(const char *name, const char *with) { return strncmp(name, with, strlen(with)) == 0; }
+static bool name_begins(const char *name, const char *with) { return strncmp(name, with, strlen(with)) == 0; }
 
 /* Splits "OF.LAST" at its last dot, with a last word of the list. */
-static bool split(const char *text, const char *const *words, parts *out) {
+static bool split_response(const char *text, const char *const *words, parts *out) {
     const char *dot = strrchr(text, '.');
     if (dot == NULL || (size_t)(dot - text) >= sizeof out->of)
         return false;
@@ -46,11 +46,11 @@ static bool split(const char *text, const char *const *words, parts *out) {
 static bool find_by_velocity(const kt_description *d, const char *name, kt_variable *variable) {
     char text[KT_EXPRESSION_NAME_MAX + 1];
     const size_t length = strlen(name);
-    if (begins(name, "acceleration.")) {
+    if (name_begins(name, "acceleration.")) {
         (void)snprintf(text, sizeof text, "velocity.%s", name + 13);
         return kt_variable_find(d, text, variable) && variable->type == KT_VARIABLE_VELOCITY;
     }
-    if (!begins(name, "marker.") || length < 3 || length >= sizeof text || name[length - 2] != 'a' ||
+    if (!name_begins(name, "marker.") || length < 3 || length >= sizeof text || name[length - 2] != 'a' ||
         name[length - 3] != '.')
         return false;
     memcpy(text, name, length + 1);
@@ -62,28 +62,28 @@ static bool find_by_velocity(const kt_description *d, const char *name, kt_varia
 static bool find_parts(const char *name, parts *out) {
     static const char *const multiplier[COMPONENTS] = {"multiplier", "", "", "", "", ""};
     out->type = KT_RESPONSE_ANGULAR_VELOCITY;
-    if (begins(name, "angular_velocity."))
-        return split(name + 17, axis_names, out);
+    if (name_begins(name, "angular_velocity."))
+        return split_response(name + 17, axis_names, out);
     out->type = KT_RESPONSE_ANGULAR_ACCELERATION;
-    if (begins(name, "angular_acceleration."))
-        return split(name + 21, axis_names, out);
+    if (name_begins(name, "angular_acceleration."))
+        return split_response(name + 21, axis_names, out);
     out->type = KT_RESPONSE_JOINT_REACTION;
-    if (!begins(name, "reaction."))
+    if (!name_begins(name, "reaction."))
         return false;
-    if (split(name + 9, wrench_names, out))
+    if (split_response(name + 9, wrench_names, out))
         return true;
     out->type = KT_RESPONSE_MULTIPLIER;
-    return split(name + 9, multiplier, out) && out->component == 0;
+    return split_response(name + 9, multiplier, out) && out->component == 0;
 }
 
-static int find_body(const kt_description *d, const char *name) {
+static int find_response_body(const kt_description *d, const char *name) {
     for (int i = 0; i < d->body_count; i++)
         if (d->bodies[i].name != NULL && strcmp(d->bodies[i].name, name) == 0)
             return i;
     return -1;
 }
 
-static int find_joint(const kt_description *d, const char *name) {
+static int find_response_joint(const kt_description *d, const char *name) {
     for (int i = 0; i < d->body_count; i++)
         if (kt_joint_name_of(&d->bodies[i]) != NULL && strcmp(kt_joint_name_of(&d->bodies[i]), name) == 0)
             return i;
@@ -113,8 +113,8 @@ bool kt_response_is_named(const kt_description *d, const char *name) {
     if (!find_parts(name, &p))
         return false;
     if (p.type == KT_RESPONSE_ANGULAR_VELOCITY || p.type == KT_RESPONSE_ANGULAR_ACCELERATION)
-        return find_body(d, p.of) >= 0;
-    return (p.type == KT_RESPONSE_JOINT_REACTION && find_joint(d, p.of) >= 0) || is_loop(d, p.of);
+        return find_response_body(d, p.of) >= 0;
+    return (p.type == KT_RESPONSE_JOINT_REACTION && find_response_joint(d, p.of) >= 0) || is_loop(d, p.of);
 }
 
 /* The name of an acceleration, from that of the velocity. */
@@ -196,7 +196,7 @@ kt_status kt_response_bind(const kt_description *d, const kt_model *model, const
     if (!find_parts(name, &p))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "there is no '%s'", name);
     *out = (kt_event_response){.type = p.type, .component = p.component, .item = -1};
-    const int joint = p.type == KT_RESPONSE_JOINT_REACTION ? find_joint(d, p.of) : -1;
+    const int joint = p.type == KT_RESPONSE_JOINT_REACTION ? find_response_joint(d, p.of) : -1;
     if (joint >= 0) {
         out->item = kt_body_find(model, d->bodies[joint].name);
     } else if (p.type == KT_RESPONSE_ANGULAR_VELOCITY || p.type == KT_RESPONSE_ANGULAR_ACCELERATION) {
@@ -246,17 +246,17 @@ kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt
                : status;
 }
 
-static double component_of(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
+static double response_component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
 
 /* In world axes, or in those of the body. */
 static double turning(const kt_event_response *r, const kt_instant *at, kt_vec3 u) {
     const kt_vec3 w =
         r->component < 3 ? u : kt_mat3_apply_transposed(kt_body_pose(at->model, at->data, r->item).rotation, u);
-    return component_of(w, r->component % 3);
+    return response_component(w, r->component % 3);
 }
 
 static double of_wrench(const kt_wrench *wrench, int k) {
-    return component_of(k < 3 ? wrench->force : wrench->moment, k % 3);
+    return response_component(k < 3 ? wrench->force : wrench->moment, k % 3);
 }
 
 double kt_response_value(const kt_responses *responses, const kt_event_response *r, const kt_instant *at) {
@@ -265,7 +265,7 @@ double kt_response_value(const kt_responses *responses, const kt_event_response 
     case KT_RESPONSE_ACCELERATION:
         return responses->a[r->item];
     case KT_RESPONSE_MARKER_ACCELERATION:
-        return component_of(kt_point_acceleration(at->model, at->data, r->item, r->point), r->component);
+        return response_component(kt_point_acceleration(at->model, at->data, r->item, r->point), r->component);
     case KT_RESPONSE_ANGULAR_VELOCITY:
         return turning(r, at, kt_body_twist(at->model, at->data, r->item).angular);
     case KT_RESPONSE_ANGULAR_ACCELERATION:

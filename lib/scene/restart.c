@@ -35,7 +35,7 @@ static kt_vec3 end_point(const restart *r, const kt_end *end) {
     return kt_point_position(r->model, r->data, body, marker >= 0 ? kt_marker_at(r->model, body, marker) : end->at);
 }
 
-static double distance_of(const restart *r, const kt_end ends[2]) {
+static double end_distance_of(const restart *r, const kt_end ends[2]) {
     return kt_vec3_norm(kt_vec3_sub(end_point(r, &ends[1]), end_point(r, &ends[0])));
 }
 
@@ -48,7 +48,7 @@ static kt_status fix_distances(restart *r, kt_error *error) {
     const kt_status status = kt_kinematics_update(r->model, r->data, r->q, NULL, NULL, error);
     for (int i = 0; i < r->description->loop_count && status == KT_OK; i++)
         if (measures_distance(&r->loops[i]))
-            r->loops[i].function = kt_function_constant(distance_of(r, r->loops[i].between));
+            r->loops[i].function = kt_function_constant(end_distance_of(r, r->loops[i].between));
     return status;
 }
 
@@ -71,7 +71,7 @@ static kt_status fix_lengths(restart *r, kt_error *error) {
     for (int i = 0; i < r->description->effect_count && status == KT_OK; i++)
         if (measures_length(&r->effects[i])) {
             r->effects[i].initial_length = false;
-            r->effects[i].length = distance_of(r, r->effects[i].between);
+            r->effects[i].length = end_distance_of(r, r->effects[i].between);
         }
     return status;
 }
@@ -107,7 +107,7 @@ static kt_status fix_threads(const restart *r, const double *q, kt_error *error)
 }
 
 /* Puts the state into the joints. All of it is given now, so that the assembly keeps it. */
-static void set_state(const restart *r, const double *q, const double *v) {
+static void set_restart_state(const restart *r, const double *q, const double *v) {
     for (int body = 1; body < kt_model_body_count(r->model); body++) {
         const kt_coordinates at = kt_body_coordinates(r->model, body);
         kt_joint *joint = &r->bodies[kt_body_source(r->model, body)].joint;
@@ -129,7 +129,7 @@ static void *copy_of(kt_pool *pool, const void *array, int count, size_t size) {
     return copy;
 }
 
-static kt_status change(restart *r, kt_pool *pool, const double *q, const double *v, kt_error *error) {
+static kt_status change_to_state(restart *r, kt_pool *pool, const double *q, const double *v, kt_error *error) {
     const kt_description *d = r->description;
     r->bodies = copy_of(pool, d->bodies, d->body_count, sizeof *r->bodies);
     r->loops = copy_of(pool, d->loops, d->loop_count, sizeof *r->loops);
@@ -144,7 +144,7 @@ static kt_status change(restart *r, kt_pool *pool, const double *q, const double
     if (status == KT_OK)
         status = fix_threads(r, q, error);
     if (status == KT_OK)
-        set_state(r, q, v);
+        set_restart_state(r, q, v);
     return status;
 }
 
@@ -156,7 +156,7 @@ kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const doub
     kt_pool pool = {NULL, 0};
     kt_status status = kt_data_create(model, &r.data, error);
     if (status == KT_OK)
-        status = change(&r, &pool, q, v, error);
+        status = change_to_state(&r, &pool, q, v, error);
     kt_data_free(r.data);
     if (status != KT_OK) {
         kt_pool_free(pool.chunks);

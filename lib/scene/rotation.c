@@ -46,7 +46,8 @@ bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, doub
 
 /* ---- the seven forms --------------------------------------------------------------------------------------------- */
 
-static bool read_unit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_quaternion_form(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                                 void *object) {
     return kt_read_quaternion(r, scope, node, kt_field_in(object, field));
 }
 
@@ -67,7 +68,8 @@ static bool read_matrix(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return good;
 }
 
-static bool read_sequence(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_sequence_form(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                               void *object) {
     static const int sequences[] = {121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323};
     double value;
     if (!kt_read_number(r, scope, node, KT_QUANTITY_NUMBER, &value))
@@ -84,8 +86,8 @@ static bool read_sequence(kt_reader *r, const kt_scope *scope, kt_node *node, co
 }
 
 /* Written by kt_write_rotation. */
-static const kt_kind kind_unit = {.read = read_unit}, kind_angles = {.read = read_angles},
-                     kind_matrix = {.read = read_matrix}, kind_sequence = {.read = read_sequence};
+static const kt_kind kind_unit = {.read = read_quaternion_form}, kind_angles = {.read = read_angles},
+                     kind_matrix = {.read = read_matrix}, kind_sequence = {.read = read_sequence_form};
 
 static const kt_field euler_fields[] = {
     {.key = "sequence", .kind = &kind_sequence, .offset = offsetof(kt_rotation, sequence), .flags = KT_FIELD_REQUIRED},
@@ -115,7 +117,7 @@ static const kt_rotation_type form_types[] = {
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields)};
 
 /* Returns the one form that the mapping has; NONE after reporting that there is none, or more than one. */
-static kt_rotation_type find_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
+static kt_rotation_type find_rotation_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
     kt_rotation_type type = KT_ROTATION_NONE;
     const char *first = NULL;
     for (int i = 0; i < form_table.count; i++) {
@@ -149,7 +151,7 @@ bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rot
     if (node->kind != KT_NODE_MAP)
         return kt_fault_expected(r, scope, node, "a rotation, such as {rpy: [0, 0, 90 deg]}");
     (void)kt_table_read(r, scope, node, &form_table, &rotation);
-    rotation.type = find_form(r, scope, node);
+    rotation.type = find_rotation_form(r, scope, node);
     if (rotation.type == KT_ROTATION_NONE || kt_node_is_faulty(node))
         return false;
     kt_mat3 matrix;
@@ -162,7 +164,7 @@ bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rot
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static void write_form(kt_emitter *e, const char *key, const kt_rotation *rotation, int count) {
+static void write_rotation_form(kt_emitter *e, const char *key, const kt_rotation *rotation, int count) {
     kt_emit_key(e, key);
     kt_emit_numbers(e, rotation->value, count);
 }
@@ -172,11 +174,11 @@ static void write_euler(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_map(e, true);
     kt_emit_key(e, "sequence");
     kt_emit_integer(e, rotation->sequence);
-    write_form(e, "angles", rotation, 3);
+    write_rotation_form(e, "angles", rotation, 3);
     kt_emit_end(e);
 }
 
-static void write_matrix(kt_emitter *e, const kt_rotation *rotation) {
+static void write_matrix_form(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_key(e, "matrix");
     kt_emit_list(e, true);
     for (int row = 0; row < 3; row++)
@@ -188,20 +190,20 @@ void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_map(e, true);
     switch (rotation->type) {
     case KT_ROTATION_QUATERNION:
-        write_form(e, "quaternion", rotation, 4);
+        write_rotation_form(e, "quaternion", rotation, 4);
         break;
     case KT_ROTATION_NONE: /* it is left out and never written */
     case KT_ROTATION_RPY:
-        write_form(e, "rpy", rotation, 3);
+        write_rotation_form(e, "rpy", rotation, 3);
         break;
     case KT_ROTATION_EULER:
         write_euler(e, rotation);
         break;
     case KT_ROTATION_VECTOR:
-        write_form(e, "vector", rotation, 3);
+        write_rotation_form(e, "vector", rotation, 3);
         break;
     case KT_ROTATION_CGR:
-        write_form(e, "cgr", rotation, 3);
+        write_rotation_form(e, "cgr", rotation, 3);
         break;
     case KT_ROTATION_AXIS_ANGLE:
         kt_emit_key(e, form_fields[AXIS_FIELD].key);
@@ -210,7 +212,7 @@ void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
         kt_emit_number(e, rotation->value[3]);
         break;
     case KT_ROTATION_MATRIX:
-        write_matrix(e, rotation);
+        write_matrix_form(e, rotation);
         break;
     }
     kt_emit_end(e);

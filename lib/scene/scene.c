@@ -216,8 +216,8 @@ static void hide_sections(kt_reader *r) {
             r->scene->names_are_known = false;
 }
 
-static void read_scene(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
-                       kt_scene *scene) {
+static void read_scene_text(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                            kt_scene *scene) {
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
         return;
     if (r->root->kind != KT_NODE_MAP) {
@@ -256,8 +256,8 @@ typedef struct kt_flow_target {
     FILE *stream;
 } kt_flow_target;
 
-static void write_flow(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
-                       kt_scene *scene) {
+static void write_flow_text(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
+                            kt_scene *scene) {
     const kt_flow_target *target = options;
     (void)path, (void)scene;
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
@@ -327,7 +327,7 @@ kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *sc
     return status;
 }
 
-static kt_status check_options(const kt_scene_options *options, kt_error *error) {
+static kt_status check_scene_options(const kt_scene_options *options, kt_error *error) {
     if (options == NULL)
         return KT_ERROR_ARGUMENT;
     if (options->setting_count < 0 || (options->setting_count > 0 && options->settings == NULL))
@@ -349,19 +349,19 @@ kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, c
                               kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
     kt_scene_options own = kt_scene_options_default();
     const kt_scene_options *o = KT_OPTIONS(kt_scene_options, variable_count, &own, options, error);
-    const kt_status status = check_options(o, error);
+    const kt_status status = check_scene_options(o, error);
     return status != KT_OK
                ? status
-               : kt_format_parse((kt_format_choice){read_scene, o}, path, text, size, scene, report, user, error);
+               : kt_format_parse((kt_format_choice){read_scene_text, o}, path, text, size, scene, report, user, error);
 }
 
 kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
                              kt_scene_report *report, void *user, kt_error *error) {
     kt_scene_options own = kt_scene_options_default();
     const kt_scene_options *o = KT_OPTIONS(kt_scene_options, variable_count, &own, options, error);
-    const kt_status status = check_options(o, error);
+    const kt_status status = check_scene_options(o, error);
     return status != KT_OK ? status
-                           : kt_format_read((kt_format_choice){read_scene, o}, path, scene, report, user, error);
+                           : kt_format_read((kt_format_choice){read_scene_text, o}, path, scene, report, user, error);
 }
 
 kt_status kt_scene_parse(const char *path, const char *text, size_t size, kt_scene *scene, kt_scene_report *report,
@@ -426,7 +426,7 @@ kt_status kt_scene_write_flow(const char *path, const char *text, size_t size, c
     if (KT_IS_MISSING(error, text, stream))
         return KT_ERROR_ARGUMENT;
     const kt_status status =
-        kt_format_parse((kt_format_choice){write_flow, &target}, path, text, size, &unused, NULL, NULL, error);
+        kt_format_parse((kt_format_choice){write_flow_text, &target}, path, text, size, &unused, NULL, NULL, error);
     if (status == KT_OK)
         kt_scene_free(&unused);
     if (status == KT_OK && ferror(stream))

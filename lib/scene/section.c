@@ -31,7 +31,7 @@ static const kt_table loop_table = {.fields = loop_fields,
                                     .describe = describe_loop,
                                     .kind_of = kt_kind_of_item_key};
 
-static void read_loop(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+static void read_loop_item(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
     kt_loop *loop = (kt_loop *)item->items + item->index;
     *loop = kt_loop_default();
     r->scene->joint_quantity = KT_QUANTITY_ANGLE;
@@ -54,7 +54,7 @@ const kt_items kt_loops = {.expected = "a list of loops ('- {type: ..., between:
                            .array = offsetof(kt_scene, description.loops),
                            .count = offsetof(kt_scene, description.loop_count),
                            .nodes = offsetof(kt_scene_reading, loop_nodes),
-                           .read = read_loop,
+                           .read = read_loop_item,
                            .write = write_loop};
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */

@@ -41,7 +41,7 @@ static void relocate(kt_node *node, uint32_t line, uint32_t columns) {
 }
 
 /* Reads the value as YAML; its faults are located in the setting. */
-static kt_node *read_value(const kt_setting *s, size_t at) {
+static kt_node *read_setting_value(const kt_setting *s, size_t at) {
     const size_t before = s->r->fault_count;
     kt_node *value = NULL;
     if (s->text[at + strspn(s->text + at, " \t")] == '\0') {
@@ -59,7 +59,7 @@ static kt_node *read_value(const kt_setting *s, size_t at) {
     return value;
 }
 
-static kt_node *new_node(const kt_setting *s, size_t at, const kt_node *like) {
+static kt_node *new_setting_node(const kt_setting *s, size_t at, const kt_node *like) {
     kt_node *node = kt_pool_take(&s->r->scratch, 1, sizeof *node);
     if (node == NULL) {
         (void)kt_reader_out_of_memory(s->r);
@@ -80,8 +80,8 @@ static kt_node *enter_map(const kt_setting *s, kt_node *map, const char *word, s
         return value;
     const kt_node key_like = {.kind = KT_NODE_TEXT, .of.text = word, .count = (uint32_t)strlen(word), .plain = true};
     const kt_node map_like = {.kind = KT_NODE_MAP};
-    kt_node *key = new_node(s, at, &key_like);
-    value = new_node(s, at, &map_like);
+    kt_node *key = new_setting_node(s, at, &key_like);
+    value = new_setting_node(s, at, &map_like);
     if (key == NULL || value == NULL)
         return NULL;
     kt_node **end = &map->of.first;
@@ -124,7 +124,7 @@ static kt_node *enter_index(const kt_setting *s, kt_node *list, const char *digi
     return item;
 }
 
-static kt_node *enter(const kt_setting *s, kt_node *node, const char *word, size_t at, bool is_index) {
+static kt_node *enter_value(const kt_setting *s, kt_node *node, const char *word, size_t at, bool is_index) {
     if (is_index)
         return enter_index(s, node, word, at);
     if (node->kind == KT_NODE_MAP)
@@ -137,7 +137,7 @@ static kt_node *enter(const kt_setting *s, kt_node *node, const char *word, size
 }
 
 /* The next word of a path, as a copy; moves *at behind the word. NULL after reporting a fault. */
-static const char *next_word(const kt_setting *s, size_t *at, bool *is_index) {
+static const char *next_path_word(const kt_setting *s, size_t *at, bool *is_index) {
     const char *from = s->text + *at;
     *is_index = *from == '[';
     const size_t length = *is_index ? strspn(from + 1, "0123456789") : strcspn(from, ".[=");
@@ -180,33 +180,33 @@ static kt_node *enter_parameter(const kt_setting *s, const char *word) {
     return NULL;
 }
 
-static kt_node *follow(const kt_setting *s, size_t *at) {
+static kt_node *follow_setting(const kt_setting *s, size_t *at) {
     kt_node *node = s->r->root;
     for (bool first = true; first || s->text[*at] != '='; first = false) {
         bool is_index;
         if (!first && s->text[*at] == '.')
             ++*at;
         const size_t begin = *at;
-        const char *word = next_word(s, at, &is_index);
+        const char *word = next_path_word(s, at, &is_index);
         if (word == NULL)
             return NULL;
-        node = first && s->text[*at] == '=' ? enter_parameter(s, word) : enter(s, node, word, begin, is_index);
+        node = first && s->text[*at] == '=' ? enter_parameter(s, word) : enter_value(s, node, word, begin, is_index);
         if (node == NULL)
             return NULL;
     }
     return node;
 }
 
-static void apply(const kt_setting *s) {
+static void apply_setting(const kt_setting *s) {
     size_t at = 0;
     if (strchr(s->text, '=') == NULL) {
         (void)reject_setting(s, 0, "a setting is PATH=VALUE, such as L=1.5 or bodies.crank.mass=2");
         return;
     }
-    kt_node *node = follow(s, &at);
+    kt_node *node = follow_setting(s, &at);
     if (node == NULL)
         return;
-    kt_node *value = read_value(s, at + 1);
+    kt_node *value = read_setting_value(s, at + 1);
     if (value == NULL)
         return;
     kt_node *next = node->next; /* the node keeps its place among its neighbours */
@@ -238,6 +238,6 @@ void kt_settings_apply(kt_reader *r, const kt_scene_options *options, const kt_t
     r->scene->settings = count > 0 ? list_settings(r, options) : NULL;
     for (int k = 0; k < count && !r->out_of_memory; k++) {
         const kt_setting setting = {.r = r, .text = r->scene->settings[k], .index = k, .top = top};
-        apply(&setting);
+        apply_setting(&setting);
     }
 }

@@ -9,11 +9,11 @@
 #include <math.h>
 #include <string.h>
 
-static double length_of(const kt_shape *shape) {
+static double shape_length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;
 }
 
-static double area_of(const kt_shape *shape) {
+static double shape_area_of(const kt_shape *shape) {
     double twice = 0.0;
     for (int i = 0; i < shape->point_count; i++) {
         const double *p = shape->points + 2 * (size_t)i,
@@ -35,9 +35,9 @@ double kt_shape_volume(const kt_shape *shape) {
     case KT_SHAPE_CYLINDER:
         return disc * shape->length;
     case KT_SHAPE_POLYGON:
-        return area_of(shape) * shape->length;
+        return shape_area_of(shape) * shape->length;
     default:
-        return disc * length_of(shape);
+        return disc * shape_length_of(shape);
     }
 }
 
@@ -56,7 +56,7 @@ static void complain(void *user, const kt_place *place, const kt_error *error) {
     c->good = kt_fault_at(c->r, KT_ERROR_SCENE, c->scope, c->node, "%s", error->message) && c->good;
 }
 
-static kt_body body_of(const kt_scene_part *part) {
+static kt_body part_body_of(const kt_scene_part *part) {
     kt_body body = kt_body_default();
     body.name = "shape";
     body.mass = part->mass > 0.0 ? part->mass : 1.0;
@@ -67,7 +67,7 @@ static kt_body body_of(const kt_scene_part *part) {
 
 /* The rules of a single shape, and of its mass. */
 static bool check_part(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_part *part) {
-    const kt_body body = body_of(part);
+    const kt_body body = part_body_of(part);
     kt_description description = kt_description_default();
     complaint c = {r, scope, node, true};
     description.bodies = &body;
@@ -89,13 +89,13 @@ static bool share(kt_reader *r, const kt_scope *scope, kt_node *const *nodes, kt
     for (int i = 0; i < count; i++)
         if (isnan(parts[i].mass)) {
             volume += kt_shape_volume(&parts[i].shape);
-            length += length_of(&parts[i].shape);
+            length += shape_length_of(&parts[i].shape);
         }
     for (int i = 0; i < count; i++) {
         if (!isnan(parts[i].mass))
             continue;
         const double part =
-            volume > 0.0 ? kt_shape_volume(&parts[i].shape) / volume : length_of(&parts[i].shape) / length;
+            volume > 0.0 ? kt_shape_volume(&parts[i].shape) / volume : shape_length_of(&parts[i].shape) / length;
         if (!(part > 0.0))
             return kt_fault_at(r, KT_ERROR_SCENE, scope, nodes[i],
                                "the shape has no volume, by which it could have a share of the body's mass; give it a "
@@ -153,14 +153,14 @@ bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node
     if (!settle_masses(r, scope, node, nodes, parts, count, (given & KT_GIVES_MASS) != 0, &body->mass))
         return false;
     for (int i = 0; i < count && body->mass > 0.0; i++) {
-        const kt_body part = body_of(&parts[i]);
+        const kt_body part = part_body_of(&parts[i]);
         kt_vec3 c;
         if (kt_body_inertia(&part, &c, &own, NULL) != KT_OK)
             return good; /* not reached: it has passed the rules */
         com = kt_vec3_add(com, kt_vec3_scale(parts[i].mass / body->mass, c));
     }
     for (int i = 0; i < count && body->mass > 0.0; i++) {
-        const kt_body part = body_of(&parts[i]);
+        const kt_body part = part_body_of(&parts[i]);
         kt_vec3 c;
         if (parts[i].mass > 0.0 && kt_body_inertia(&part, &c, &own, NULL) == KT_OK)
             inertia = added(inertia, shifted(own, parts[i].mass, kt_vec3_sub(c, com)));

@@ -144,7 +144,7 @@ static const kt_field simulate_fields[] = {
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 
 /* A method without an error estimate needs a step and cannot use a tolerance. */
-static void check_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
+static void check_scene_method(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
     kt_node *step = kt_node_find(node, "step"), *tolerance = kt_node_find(node, "tolerance");
     kt_node *integrator = kt_node_find(node, "integrator");
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
@@ -213,7 +213,7 @@ static bool check_scheme(kt_reader *r, const kt_scope *scope, kt_node *node, con
 
 /* Reports the limits that no run could satisfy, one after the other, each at its key; the interval is not among
  * them. */
-static void check_limits(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
+static void check_run_limits(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_run *run) {
     const kt_run standard = kt_run_default();
     kt_run left = *run;
     kt_error error = {0};
@@ -239,8 +239,8 @@ static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, co
     if (!kt_table_read(r, scope, node, &simulate_table, scene))
         return false;
     if (!check_scheme(r, scope, node, scene))
-        check_method(r, scope, node, &scene->run);
-    check_limits(r, scope, node, &scene->run);
+        check_scene_method(r, scope, node, &scene->run);
+    check_run_limits(r, scope, node, &scene->run);
     return true;
 }
 
@@ -256,7 +256,7 @@ const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
 
 /* ---- output ------------------------------------------------------------------------------------------------------ */
 
-static bool read_record(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_record_list(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     unsigned *out = kt_field_in(object, field), bits = 0;
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, "a list of quantities, such as [position, energy]");
@@ -292,7 +292,7 @@ static bool same_record(const kt_field *field, const void *object, const void *s
     return *a == *b;
 }
 
-static const kt_kind kind_record = {read_record, write_record, same_record};
+static const kt_kind kind_record = {read_record_list, write_record, same_record};
 
 /* Reports a marker that does not exist, and suggests the one that was probably meant. */
 static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_end *end, int body) {
@@ -317,8 +317,8 @@ static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, co
                        kt_name_quote(end->marker).text, mend.text);
 }
 
-static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_names *names, int index,
-                        kt_marker_pair *out) {
+static bool read_traced_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_names *names, int index,
+                               kt_marker_pair *out) {
     kt_end end = kt_end_default();
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, "BODY.MARKER");
@@ -339,7 +339,8 @@ static bool read_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_n
     return true;
 }
 
-static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_traced_markers(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
+                                void *object) {
     (void)field;
     kt_run *run = &((kt_scene *)object)->run;
     kt_node **nodes = NULL;
@@ -354,14 +355,14 @@ static bool read_markers(kt_reader *r, const kt_scope *scope, kt_node *node, con
     kt_names_init(&names, (size_t)count, memory);
     for (int i = 0; i < count; i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        (void)read_marker(r, &here, nodes[i], &names, i, &markers[i]);
+        (void)read_traced_marker(r, &here, nodes[i], &names, i, &markers[i]);
     }
     run->markers = markers;
     run->marker_count = count;
     return true;
 }
 
-static void write_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_traced_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_run *run = &((const kt_scene *)object)->run;
     kt_emit_list(e, true);
@@ -370,12 +371,12 @@ static void write_markers(kt_emitter *e, const kt_field *field, const void *obje
     kt_emit_end(e);
 }
 
-static bool same_markers(const kt_field *field, const void *object, const void *standard) {
+static bool same_traced_markers(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     return ((const kt_scene *)object)->run.marker_count == 0;
 }
 
-static const kt_kind kind_markers = {read_markers, write_markers, same_markers};
+static const kt_kind kind_markers = {read_traced_markers, write_traced_markers, same_traced_markers};
 
 #undef AT
 #define AT(member) .offset = offsetof(kt_scene, run.member)
@@ -416,7 +417,7 @@ static kt_status check_run_method(const kt_run *run, kt_error *error) {
     return KT_OK;
 }
 
-static kt_status check_marker(const kt_names *names, const kt_run *run, int i, kt_error *error) {
+static kt_status check_traced_marker(const kt_names *names, const kt_run *run, int i, kt_error *error) {
     const char *body = run->markers[i].body, *marker = run->markers[i].marker;
     if (body == NULL || marker == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "output.markers", "[%d] has no body or no marker", i);
@@ -430,7 +431,7 @@ static kt_status check_marker(const kt_names *names, const kt_run *run, int i, k
     return KT_OK;
 }
 
-static kt_status check_markers(const kt_run *run, const kt_description *description, kt_error *error) {
+static kt_status check_traced_markers(const kt_run *run, const kt_description *description, kt_error *error) {
     if (run->marker_count < 0 || (run->marker_count > 0 && run->markers == NULL))
         return reject_run_value(error, "output.markers", "the list is NULL, or its count negative");
     if (run->marker_count == 0)
@@ -441,7 +442,7 @@ static kt_status check_markers(const kt_run *run, const kt_description *descript
     if (!kt_index_bodies(&pool, &names, description->bodies, description->body_count))
         status = kt_error_set(error, KT_ERROR_MEMORY, "output.markers", "there is not enough memory to look them up");
     for (int i = 0; status == KT_OK && i < run->marker_count; i++)
-        status = check_marker(&names, run, i, error);
+        status = check_traced_marker(&names, run, i, error);
     kt_pool_free(pool.chunks);
     return status;
 }
@@ -459,5 +460,5 @@ kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_
     kt_status status = check_run_method(run, error);
     if (status == KT_OK)
         status = kt_run_check(run, error);
-    return status == KT_OK ? check_markers(run, description, error) : status;
+    return status == KT_OK ? check_traced_markers(run, description, error) : status;
 }

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <string.h>
 
-static bool read_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_state_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **out = kt_field_in(object, field);
     kt_formula_names names = {.description = r->scene->description};
     const kt_symbols symbols = kt_formula_symbols(&names);
@@ -30,7 +30,7 @@ static void write_rate(kt_emitter *e, const kt_field *field, const void *object,
     kt_emit_text(e, *text);
 }
 
-static const kt_kind kind_rate = {.read = read_rate, .write = write_rate};
+static const kt_kind kind_rate = {.read = read_state_rate, .write = write_rate};
 
 #define AT(member) .offset = offsetof(kt_state, member)
 static const kt_field state_fields[] = {
@@ -40,7 +40,7 @@ static const kt_field state_fields[] = {
 static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_OF(state_fields), .flow = true};
 
 /* All names, before any rate is read; the first of them is state k. */
-static bool read_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states, size_t k) {
+static bool read_state_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states, size_t k) {
     bool good = true;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
         states[k] = kt_state_default();
@@ -78,7 +78,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     kt_copy(states, scene->description.states, before * sizeof *states);
     kt_copy(nodes, r->scene->state_nodes, before * sizeof *nodes);
     r->scene->state_nodes = nodes;
-    r->scene->names_are_known = read_names(r, scope, node, states, before) && r->scene->names_are_known;
+    r->scene->names_are_known = read_state_names(r, scope, node, states, before) && r->scene->names_are_known;
     scene->description.states = states;
     scene->description.state_count = (int)count;
     r->scene->description = &scene->description; /* also of a scene without bodies */
@@ -89,7 +89,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return !kt_node_is_faulty(node);
 }
 
-static void write_states(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_state_list(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
     const kt_description *d = &((const kt_scene *)object)->description;
     const kt_state rest = kt_state_default();
@@ -110,4 +110,4 @@ static bool same_states(const kt_field *field, const void *object, const void *s
     return ((const kt_scene *)object)->description.state_count == 0;
 }
 
-const kt_kind kt_kind_states = {read_states, write_states, same_states};
+const kt_kind kt_kind_states = {read_states, write_state_list, same_states};

@@ -54,8 +54,8 @@ static bool fault_no_number(kt_reader *r, const kt_scope *scope, kt_node *node, 
                        quoted.text, mend);
 }
 
-static bool take_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double value,
-                        double *out) {
+static bool take_quantity(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double value,
+                          double *out) {
     if (quantity == KT_QUANTITY_POSITIVE && !(value > 0.0))
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%.40s' must be greater than 0", node->of.text);
     if (!kt_is_expression(node))
@@ -70,15 +70,15 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
     if (node->kind != KT_NODE_TEXT)
         return kt_fault_expected(r, scope, node, expected_number(quantity));
     if (kt_is_expression(node))
-        return kt_read_expression(r, scope, node, angle, &value) && take_number(r, scope, node, quantity, value, out);
+        return kt_read_expression(r, scope, node, angle, &value) && take_quantity(r, scope, node, quantity, value, out);
     const kt_scalar scalar = kt_scalar_classify(node->of.text, &value);
     if (scalar == KT_SCALAR_ANGLE && angle) /* a text to YAML, which may be in quotes */
-        return take_number(r, scope, node, quantity, value, out);
+        return take_quantity(r, scope, node, quantity, value, out);
     if (!node->plain)
         return kt_fault_expected(r, scope, node, expected_number(quantity));
     switch (scalar) {
     case KT_SCALAR_NUMBER:
-        return take_number(r, scope, node, quantity, value, out);
+        return take_quantity(r, scope, node, quantity, value, out);
     case KT_SCALAR_ANGLE:
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                            "expected a number, found the angle '%.40s'; this is not an angle: write the number alone",
@@ -257,7 +257,7 @@ const kt_kind kt_kind_axis = {read_axis, write_axis, same_vector};
 
 /* ---- texts and words --------------------------------------------------------------------------------------------- */
 
-static bool keep_text(kt_reader *r, const kt_node *node, const char **out) {
+static bool keep_scalar_text(kt_reader *r, const kt_node *node, const char **out) {
     const char *text = kt_pool_text(&r->keep, node->of.text, node->count);
     if (text == NULL)
         return kt_reader_out_of_memory(r);
@@ -279,7 +279,7 @@ bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char
     if (scalar != KT_SCALAR_TEXT)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected a text, found the %s %s; put it in quotes",
                            scalar == KT_SCALAR_BOOL ? "boolean" : "number", kt_name_quote(node->of.text).text);
-    return keep_text(r, node, out);
+    return keep_scalar_text(r, node, out);
 }
 
 bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char *expected, const char **out) {
@@ -292,10 +292,10 @@ bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char
         kt_phrase_add(&phrase, "%s, which begins with a letter or _", expected);
         return kt_fault_expected(r, scope, node, phrase.text);
     }
-    return keep_text(r, node, out);
+    return keep_scalar_text(r, node, out);
 }
 
-static bool read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static bool read_text_member(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_read_text(r, scope, node, kt_field_in(object, field));
 }
 
@@ -303,7 +303,7 @@ static bool read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return kt_read_name(r, scope, node, "a name", kt_field_in(object, field));
 }
 
-static void write_text(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_text_member(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
     (void)standard;
     const char *const *text = kt_field_of(object, field);
     kt_emit_text(e, *text);
@@ -314,8 +314,8 @@ static bool same_text(const kt_field *field, const void *object, const void *sta
     return *a == NULL || *b == NULL ? *a == *b : strcmp(*a, *b) == 0;
 }
 
-const kt_kind kt_kind_text = {read_text, write_text, same_text};
-const kt_kind kt_kind_name = {read_name, write_text, same_text};
+const kt_kind kt_kind_text = {read_text_member, write_text_member, same_text};
+const kt_kind kt_kind_name = {read_name, write_text_member, same_text};
 
 static bool read_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     int value = kt_choice_read(r, scope, node, field->detail);

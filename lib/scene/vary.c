@@ -75,7 +75,7 @@ void kt_varying_start(kt_reader *r, const kt_scene_options *options) {
 }
 
 /* The variable that a node is the value of; -1: of none. */
-static int variable_of(const kt_scene_variables *v, const kt_node *node) {
+static int node_variable_of(const kt_scene_variables *v, const kt_node *node) {
     if (node->line < KT_SETTING_LINE)
         return -1;
     const int k = (int)(node->line - KT_SETTING_LINE) - v->first_setting;
@@ -83,7 +83,7 @@ static int variable_of(const kt_scene_variables *v, const kt_node *node) {
 }
 
 bool kt_is_varied(const kt_reader *r, const kt_node *node) {
-    return r->scene->varying != NULL && variable_of(r->scene->varying, node) >= 0;
+    return r->scene->varying != NULL && node_variable_of(r->scene->varying, node) >= 0;
 }
 
 /* Whether an expression depends on a variable; *is_assigned: on a parameter that an event sets. */
@@ -99,7 +99,7 @@ static bool depends(const kt_reader *r, const kt_expression *expression, bool *i
 }
 
 /* Room for one more in an array that is taken from a pool; NULL: out of memory. */
-static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t *room, size_t size) {
+static void *grow_in_pool(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t *room, size_t size) {
     if (count < *room)
         return items;
     void *more = kt_pool_take(pool, 2 * *room + 16, size);
@@ -115,7 +115,8 @@ static void *grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t
 
 static void add_pending(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_assigned) {
     kt_scene_variables *v = r->scene->varying;
-    kt_pending_binding *pending = grow(r, &r->scratch, v->pending, v->pending_count, &v->pending_room, sizeof *pending);
+    kt_pending_binding *pending =
+        grow_in_pool(r, &r->scratch, v->pending, v->pending_count, &v->pending_room, sizeof *pending);
     if (pending == NULL)
         return;
     pending[v->pending_count++] = (kt_pending_binding){node, expression, is_assigned};
@@ -131,7 +132,7 @@ void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_assigned) {
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
     bool is_assigned = false;
     if (r->scene->varying == NULL || !(expression != NULL ? depends(r, expression, &is_assigned) || is_assigned
-                                                          : variable_of(r->scene->varying, node) >= 0))
+                                                          : node_variable_of(r->scene->varying, node) >= 0))
         return;
     const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
     kt_expression *kept = expression != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
@@ -145,7 +146,7 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
 
 static kt_bound_number *add_bound_number(kt_reader *r) {
     kt_scene_variables *v = r->scene->varying;
-    kt_bound_number *bound = grow(r, &r->keep, v->bound, v->count, &v->room, sizeof *bound);
+    kt_bound_number *bound = grow_in_pool(r, &r->keep, v->bound, v->count, &v->room, sizeof *bound);
     if (bound == NULL)
         return NULL;
     v->bound = bound;
@@ -171,7 +172,7 @@ bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at) {
         return false;
     const kt_pending_binding pending = take_pending(r->scene->varying, node);
     *number = (kt_bound_number){.expression = pending.expression,
-                                .variable = pending.expression == NULL ? variable_of(r->scene->varying, node) : -1,
+                                .variable = pending.expression == NULL ? node_variable_of(r->scene->varying, node) : -1,
                                 .positive = positive,
                                 .is_assigned = pending.is_assigned,
                                 .node = node};
@@ -196,7 +197,7 @@ void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at) {
 
 /* ---- once it has been read --------------------------------------------------------------------------------------- */
 
-static double *place_of(const kt_bound_number *number, kt_scene *scene) {
+static double *bound_place_of(const kt_bound_number *number, kt_scene *scene) {
     return number->is_offset ? (double *)(void *)((char *)scene + number->offset) : number->at;
 }
 
@@ -211,7 +212,7 @@ void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void 
     }
 }
 
-static double value_of(const kt_scene_variables *v, const kt_bound_number *number, const double *values) {
+static double bound_number_value(const kt_scene_variables *v, const kt_bound_number *number, const double *values) {
     return number->expression != NULL ? kt_expression_evaluate(number->expression, v->parameters)
                                       : values[number->variable];
 }
@@ -223,7 +224,7 @@ static bool is_in_place(const kt_reader *r, kt_bound_number *number, kt_scene *s
     number->offset = number->is_offset ? (size_t)(at - begin) : 0;
     if (!number->is_offset && !kt_pool_has(&r->keep, number->at))
         return false;
-    return *place_of(number, scene) == value_of(r->scene->varying, number, r->scene->varying->values);
+    return *bound_place_of(number, scene) == bound_number_value(r->scene->varying, number, r->scene->varying->values);
 }
 
 static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
@@ -356,7 +357,7 @@ const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k) {
 }
 
 double kt_varied_value(const kt_scene *scene, size_t k) {
-    return *place_of(&scene->variables->bound[k], (kt_scene *)(uintptr_t)scene);
+    return *bound_place_of(&scene->variables->bound[k], (kt_scene *)(uintptr_t)scene);
 }
 
 const double *kt_varied_values(const kt_scene *scene, size_t *count) {
@@ -367,14 +368,14 @@ const double *kt_varied_values(const kt_scene *scene, size_t *count) {
 /* ---- new values -------------------------------------------------------------------------------------------------- */
 
 /* Puts the numbers into the scene. Returns NULL, or the first invalid number: the scene is then partly new. */
-static const kt_bound_number *put(kt_scene *scene, const double *values) {
+static const kt_bound_number *put_bound_numbers(kt_scene *scene, const double *values) {
     const kt_scene_variables *v = scene->variables;
     for (size_t i = 0; i < v->count; i++) {
         const kt_bound_number *number = &v->bound[i];
-        const double value = value_of(v, number, values);
+        const double value = bound_number_value(v, number, values);
         if (!isfinite(value) || (number->positive && !(value > 0.0)))
             return number;
-        *place_of(number, scene) = value;
+        *bound_place_of(number, scene) = value;
     }
     for (int k = 0; k < scene->parameter_count; k++)
         scene->parameters[k].value = v->parameters[k];
@@ -398,8 +399,8 @@ kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error) 
     for (int k = 0; k < v->variable_count; k++)
         if (!isfinite(values[k]))
             return kt_error_set(error, KT_ERROR_SCENE, "kt_scene_vary", "variable %d is not finite", k);
-    if (put(scene, values) != NULL) {
-        (void)put(scene, v->values);
+    if (put_bound_numbers(scene, values) != NULL) {
+        (void)put_bound_numbers(scene, v->values);
         return kt_error_set(error, KT_ERROR_SCENE, "kt_scene_vary",
                             "a number that follows from these values is not finite, or not above 0 as it must be; read "
                             "the scene with them for the place");

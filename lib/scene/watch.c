@@ -66,7 +66,7 @@ static int evaluate_watched(const kt_instant *at, double *value, kt_error *error
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
 
 /* The simulation's present state, with data of the watch. */
-static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *simulation) {
+static kt_instant watched_instant_of(const kt_scene_watch *watch, const kt_simulation *simulation) {
     return (kt_instant){.model = kt_simulation_model(simulation),
                         .data = watch->data,
                         .t = kt_simulation_time(simulation),
@@ -78,7 +78,7 @@ static kt_instant instant_of(const kt_scene_watch *watch, const kt_simulation *s
 /* Sets auxiliary states and velocities, all from the state before, and the numbers that follow from them. */
 static kt_status set_values(const watched *w, kt_simulation *simulation, kt_error *error) {
     const kt_scene_watch *watch = w->watch;
-    const kt_instant at = instant_of(watch, simulation);
+    const kt_instant at = watched_instant_of(watch, simulation);
     double *x = w->state_count > 0 ? kt_assignments_states(watch->assignments, simulation) : NULL;
     for (int i = 0; i < w->set_count; i++) {
         double *to = i < w->state_count ? &x[w->states[i]] : &w->velocities[i - w->state_count];
@@ -99,11 +99,11 @@ static void stop_at(kt_coupled_fmu *coupled, const kt_event *event) {
     coupled->event->stop = true;
 }
 
-static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+static int act_on_event(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const watched *w = user;
     int stops = 0;
     if (w->coupled != NULL) {
-        const kt_instant at = instant_of(w->watch, simulation);
+        const kt_instant at = watched_instant_of(w->watch, simulation);
         const int code = kt_coupled_sample(w->coupled, w->coupled->point + 1, &at, simulation, error);
         if (code > 0)
             stop_at(w->coupled, what->event);
@@ -307,7 +307,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
     const bool couples = to->coupled != NULL, acts = !couples && (event->switch_count > 0 || event->set_count > 0);
     const kt_event added = {.name = name,
                             .function = evaluate_watched,
-                            .action = to->call_count > 0 || acts || couples ? act : NULL,
+                            .action = to->call_count > 0 || acts || couples ? act_on_event : NULL,
                             .corner = to->formula.part_count > 0 || couples ? next_watch_breakpoint : NULL,
                             .user = to,
                             .direction = event->direction,
@@ -366,7 +366,7 @@ bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation
     double value = 0.0;
     if (!watch || !simulation || !watch->until)
         return false;
-    const kt_instant at = instant_of(watch, simulation);
+    const kt_instant at = watched_instant_of(watch, simulation);
     return evaluate_watched(&at, &value, NULL, watch->until) == 0 && value > 0.0;
 }
 
@@ -381,7 +381,7 @@ kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simula
 
 /* Samples the point at the start. */
 static kt_status sample_start(const watched *w, kt_simulation *simulation, kt_error *error) {
-    const kt_instant at = instant_of(w->watch, simulation);
+    const kt_instant at = watched_instant_of(w->watch, simulation);
     kt_error from = {0};
     if (w->coupled->event != NULL)
         w->coupled->event->stop = false;
