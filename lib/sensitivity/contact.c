@@ -23,9 +23,10 @@ static uint64_t bit_of(const kt_model *model, size_t loop) {
 }
 
 static bool bounds(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE; }
-static double sign_of(const kt_loop_record *loop) { return loop->side == KT_SIDE_BELOW ? -1.0 : 1.0; }
+static double side_sign_of(const kt_loop_record *loop) { return loop->side == KT_SIDE_BELOW ? -1.0 : 1.0; }
 
-static kt_status reject(const kt_step_work *w, size_t loop, const char *what, double size, kt_error *error) {
+static kt_status reject_contact_derivatives(const kt_step_work *w, size_t loop, const char *what, double size,
+                                            kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)loop),
                    w->step->t + w->step->h);
@@ -67,9 +68,9 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
         const kt_loop_record *loop = &all->loop[i];
         if (!bounds(loop) || !kt_loop_is_off(&model->loop[i]))
             continue;
-        const double gap = sign_of(loop) * w->contact_row[loop->equation];
+        const double gap = side_sign_of(loop) * w->contact_row[loop->equation];
         if (gap < least)
-            status = reject(w, i, "closes", gap, error);
+            status = reject_contact_derivatives(w, i, "closes", gap, error);
     }
     return status;
 }
@@ -91,15 +92,15 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
         const kt_loop_record *loop = &model->loop[i];
         if (!bounds(loop) || kt_loop_is_off(loop))
             continue;
-        const double reaction = sign_of(loop) * w->contact_row[loop->equation];
+        const double reaction = side_sign_of(loop) * w->contact_row[loop->equation];
         if (reaction < -rounding * fmax(most, 1e-300))
-            status = reject(w, i, "opens, as its reaction would pull,", reaction, error);
+            status = reject_contact_derivatives(w, i, "opens, as its reaction would pull,", reaction, error);
     }
     return status;
 }
 
 /* The switches of all loops that bound a side. */
-static uint64_t mask_of(const kt_model *model) {
+static uint64_t side_mask_of(const kt_model *model) {
     uint64_t mask = 0;
     for (size_t i = 0; model->variants != NULL && i < model->n.loop; i++)
         if (bounds(&model->loop[i]))
@@ -109,7 +110,7 @@ static uint64_t mask_of(const kt_model *model) {
 
 kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error) {
     const kt_model *model = w->model;
-    const uint64_t mask = mask_of(model);
+    const uint64_t mask = side_mask_of(model);
     if (!KT_HAS_LOOPS || model->variants == NULL)
         return KT_OK;
     kt_status status = check_sticks(w, error);
@@ -122,7 +123,7 @@ kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error 
 
 size_t kt_step_contact_rows(const kt_model *model) {
     size_t rows = 0;
-    for (uint64_t k = 0; mask_of(model) != 0 && k < kt_variants_count(model->variants); k++) {
+    for (uint64_t k = 0; side_mask_of(model) != 0 && k < kt_variants_count(model->variants); k++) {
         const kt_model *one = kt_variants_model(model->variants, k);
         rows = one->n.row > rows ? one->n.row : rows;
     }

@@ -54,8 +54,8 @@ typedef kt_status quantity(const kt_model *model, kt_data *data, const kt_parame
                            kt_error *error);
 
 /* r */
-static kt_status find_residual(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
-                               kt_error *error) {
+static kt_status find_force_residual(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                                     kt_error *error) {
     kt_dynamic_state loaded = {.t = at->t, .q = at->q, .v = at->v, .external = at->external};
     double *other = out + model->n.v;
     kt_status status = model->n.effect ? kt_effects_apply(model, data, &loaded, error) : KT_OK;
@@ -81,21 +81,21 @@ kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_pa
 }
 
 /* phi, -b' and b'' */
-static kt_status find_gap(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
-                          kt_error *error) {
+static kt_status find_loop_gap(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                               kt_error *error) {
     return kt_loop_equations(model, data, at->t, at->q, NULL, NULL, out, NULL, NULL, error);
 }
 
-static kt_status find_rate(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
-                           kt_error *error) {
+static kt_status find_loop_rate(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                                kt_error *error) {
     const kt_status status = kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, out, NULL, error);
     for (size_t i = 0; i < model->n.row && status == KT_OK; i++)
         out[i] = -out[i];
     return status;
 }
 
-static kt_status find_drift(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
-                            kt_error *error) {
+static kt_status find_loop_drift(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
+                                 kt_error *error) {
     return kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, NULL, out, error);
 }
 
@@ -105,7 +105,7 @@ static bool is_quadratic(const kt_parameter_work *w) {
 }
 
 /* The shift of number k. */
-static double reach_of(const kt_parameter_work *w, int k) {
+static double number_shift_of(const kt_parameter_work *w, int k) {
     const double size = fabs(w->now[k]);
     if (is_quadratic(w))
         return fmax(size, 1.0);
@@ -114,12 +114,12 @@ static double reach_of(const kt_parameter_work *w, int k) {
 
 /* The derivative of `count` values with respect to number k. An infinite number (an absent limit) has the derivative
  * 0. */
-static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at, size_t count,
-                               double *out, kt_error *error) {
+static kt_status differentiate_by_number(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at,
+                                         size_t count, double *out, kt_error *error) {
     static const double weights[2][5] = {{0.0, -0.5, 0.0, 0.5, 0.0},
                                          {1.0 / 12.0, -2.0 / 3.0, 0.0, 2.0 / 3.0, -1.0 / 12.0}};
     const double *weight = weights[!is_quadratic(w)] + 2;
-    const double reach = reach_of(w, k);
+    const double reach = number_shift_of(w, k);
     kt_status status = KT_OK;
     memset(out, 0, count * sizeof *out);
     for (int s = -2; s <= 2 && status == KT_OK && isfinite(w->now[k]); s++) {
@@ -141,7 +141,7 @@ static kt_status differentiate(kt_parameter_work *w, int k, quantity *of, const 
 static kt_status differentiate_forces(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at,
                                       double *out, kt_error *error) {
     if (w->parameter->kind != KT_PARAMETER_ARMATURE)
-        return differentiate(w, k, of, at, w->n, out, error);
+        return differentiate_by_number(w, k, of, at, w->n, out, error);
     const int v = w->shifted->body[w->parameter->item].v + k;
     memset(out, 0, w->n * sizeof *out);
     out[v] = at->a[v];
@@ -152,11 +152,11 @@ static kt_status differentiate_forces(kt_parameter_work *w, int k, quantity *of,
 
 kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out,
                                 kt_error *error) {
-    return differentiate_forces(w, k, find_residual, at, out, error);
+    return differentiate_forces(w, k, find_force_residual, at, out, error);
 }
 
 kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out, kt_error *error) {
-    return KT_HAS_LOOPS ? differentiate(w, k, find_drift, at, w->p, out, error) : KT_OK;
+    return KT_HAS_LOOPS ? differentiate_by_number(w, k, find_loop_drift, at, w->p, out, error) : KT_OK;
 }
 
 kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v, const double *x,
@@ -170,7 +170,8 @@ kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, 
         if (kind >= KT_PARAMETER_MASS && kind <= KT_PARAMETER_ARMATURE)
             status = differentiate_forces(w, k, kt_parameter_inertia, &at, w->inertia + (size_t)k * w->n, error);
         if (KT_HAS_LOOPS && kind == KT_PARAMETER_LOOP_CURVE)
-            status = differentiate(w, k, v ? find_rate : find_gap, &at, w->p, w->gap + (size_t)k * w->p, error);
+            status = differentiate_by_number(w, k, v ? find_loop_rate : find_loop_gap, &at, w->p,
+                                             w->gap + (size_t)k * w->p, error);
     }
     return status;
 }

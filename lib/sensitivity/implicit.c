@@ -57,13 +57,15 @@ bool kt_method_is_coupled(const kt_method *method) {
     return family->implicit && !family->exact;
 }
 
-static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
+static double implicit_entry(const kt_method *method, size_t i, size_t j) {
+    return method->a[i * (size_t)method->stages + j];
+}
 
-static bool counts(const kt_method *method, size_t i) {
+static bool stage_counts(const kt_method *method, size_t i) {
     const size_t s = (size_t)method->stages;
     bool any = i + 1 == s;
     for (size_t j = i + 1; j < s; j++)
-        any = any || entry(method, j, i) != 0.0;
+        any = any || implicit_entry(method, j, i) != 0.0;
     return any;
 }
 
@@ -71,12 +73,14 @@ kt_coupled kt_coupled_at(const kt_method *method, size_t first) {
     kt_coupled c = {first, first + 1};
     for (size_t i = first; i < c.end; i++)
         for (size_t j = c.end; j < (size_t)method->stages; j++)
-            if (entry(method, i, j) != 0.0)
+            if (implicit_entry(method, i, j) != 0.0)
                 c.end = j + 1;
     return c;
 }
 
-bool kt_coupled_counts(const kt_method *method, kt_coupled c) { return c.end - c.first > 1 || counts(method, c.first); }
+bool kt_coupled_counts(const kt_method *method, kt_coupled c) {
+    return c.end - c.first > 1 || stage_counts(method, c.first);
+}
 
 size_t kt_coupled_most(const kt_method *method) {
     size_t most = 0;
@@ -89,17 +93,17 @@ size_t kt_coupled_most(const kt_method *method) {
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
-static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
+static size_t implicit_numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
 /* The index of the accelerations among the unknowns of a stage. */
 static size_t rates_of(const kt_step_work *w) { return kt_is_plain(w->model) ? 0 : w->model->n.q; }
 
 /* Computes y + h sum_{j < end} a_ij k_j, for `count` numbers from index `from` on. */
-static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
-    const size_t N = numbers_of(w);
+static void combine_slopes(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
+    const size_t N = implicit_numbers_of(w);
     memcpy(out, w->y + from, count * sizeof *out);
     for (size_t j = 0; j < end; j++) {
-        const double weight = w->step->h * entry(w->step->method, i, j);
+        const double weight = w->step->h * implicit_entry(w->step->method, i, j);
         const double *k = w->slope + j * N + from;
         for (size_t l = 0; l < count && weight != 0.0; l++)
             out[l] += weight * k[l];
@@ -108,15 +112,15 @@ static void combine(const kt_step_work *w, size_t i, size_t end, size_t from, si
 
 /* Forms the states Y_i of these stages from all available slopes. */
 static void form_coupled(kt_step_work *w, kt_coupled c) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = implicit_numbers_of(w);
     for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
-        combine(w, i, c.end, nq, N - nq, w->stage + i * N + nq);
+        combine_slopes(w, i, c.end, nq, N - nq, w->stage + i * N + nq);
         memcpy(w->slope + i * N, w->stage + i * N + nq, n * sizeof *w->slope);
     }
     for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++)
-        combine(w, i, c.end, 0, nq, w->stage + i * N);
+        combine_slopes(w, i, c.end, 0, nq, w->stage + i * N);
     for (size_t i = c.first; i < c.end && !kt_is_plain(w->model); i++)
-        combine(w, i, c.end, 0, N, w->stage + i * N);
+        combine_slopes(w, i, c.end, 0, N, w->stage + i * N);
 }
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
@@ -129,7 +133,7 @@ static bool has_coupled_mass(const kt_step_work *w) {
 
 /* to += factor F_i e for all unit vectors e, with quaternions. */
 static void add_whole(const kt_step_work *w, size_t i, size_t block, double factor, size_t m, double *to) {
-    const size_t N = numbers_of(w);
+    const size_t N = implicit_numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
@@ -145,14 +149,14 @@ static void add_whole(const kt_step_work *w, size_t i, size_t block, double fact
 static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j) {
     double sum = 0.0;
     for (size_t l = c.first; l < c.end; l++)
-        sum += entry(method, i, l) * entry(method, l, j);
+        sum += implicit_entry(method, i, l) * implicit_entry(method, l, j);
     return sum;
 }
 
 /* Adds block (i, j) to the matrix, whose columns have m numbers. */
-static void add_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
+static void add_stage_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), at = w->one_derivative ? 0 : i - c.first;
-    const double h = w->step->h, a = h * entry(w->step->method, i, j);
+    const double h = w->step->h, a = h * implicit_entry(w->step->method, i, j);
     const double *by_q = w->by_q + at * e * e, *by_v = w->by_v + at * e * e;
     const size_t rates = rates_of(w);
     for (size_t l = 0; l < w->unknowns && i == j; l++)
@@ -176,7 +180,7 @@ static kt_status factor_coupled(kt_step_work *w, kt_coupled c, kt_error *error) 
     memset(w->matrix, 0, whole * whole * sizeof *w->matrix);
     for (size_t i = 0; i < count; i++)
         for (size_t j = 0; j < count; j++)
-            add_block(w, c, c.first + i, c.first + j, whole, w->matrix + j * m * whole + i * m);
+            add_stage_block(w, c, c.first + i, c.first + j, whole, w->matrix + j * m * whole + i * m);
     if (kt_lu_factor(w->matrix, whole, w->pivot))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_STEP, "step",
@@ -192,7 +196,7 @@ void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x)
 }
 
 /* Computes Newton's correction, in place of the residual. */
-static void correct(const kt_step_work *w, kt_coupled c) {
+static void correct_slopes(const kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v;
     for (size_t i = c.first; i < c.end && has_coupled_mass(w); i++) {
         const size_t at = w->one_derivative ? 0 : i - c.first;
@@ -205,14 +209,14 @@ static void correct(const kt_step_work *w, kt_coupled c) {
 
 /* Computes F at a stage, into the block of one of the stages that are solved together. a: its accelerations. For trees,
  * it computes M F, and M (kt_stiffness_evaluate). */
-static kt_status differentiate(kt_step_work *w, size_t stage, size_t block, const double *a, bool inputs,
-                               kt_error *error) {
+static kt_status differentiate_implicit_stage(kt_step_work *w, size_t stage, size_t block, const double *a, bool inputs,
+                                              kt_error *error) {
     const kt_model *model = w->model;
     const kt_step *step = w->step;
     const size_t n = model->n.v;
     if (has_coupled_mass(w)) {
         double *by_q = w->by_q + block * n * n, *by_v = w->by_v + block * n * n;
-        const double *q = w->stage + stage * numbers_of(w);
+        const double *q = w->stage + stage * implicit_numbers_of(w);
         const kt_dynamic_state at = {kt_step_time(step, stage), q, q + model->n.q, step->tau, step->external};
         const kt_stiffness_matrices to = {.mass = w->mass + block * n * n, .stiffness = by_q, .damping = by_v};
         kt_status status = kt_slip_reject(model, "kt_step", error);
@@ -225,16 +229,16 @@ static kt_status differentiate(kt_step_work *w, size_t stage, size_t block, cons
         }
         return status;
     }
-    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * numbers_of(w), a, block, inputs,
-                                    error);
+    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * implicit_numbers_of(w), a, block,
+                                    inputs, error);
 }
 
 kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error) {
-    const size_t n = w->model->n.v, N = numbers_of(w);
+    const size_t n = w->model->n.v, N = implicit_numbers_of(w);
     kt_status status = KT_OK;
     w->one_derivative = false;
     for (size_t i = c.first; i < c.end && status == KT_OK; i++) {
-        status = differentiate(w, i, i - c.first, w->slope + i * N + w->model->n.q, held > 0, error);
+        status = differentiate_implicit_stage(w, i, i - c.first, w->slope + i * N + w->model->n.q, held > 0, error);
         if (status == KT_OK && w->parameter)
             status = kt_parameter_stage(w, kt_step_time(w->step, i), w->stage + i * N, w->slope + i * N + w->model->n.q,
                                         error);
@@ -250,9 +254,9 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
 
 /* Computes r_i = f(Y_i) - K_i at the present slopes, and the accelerations into w->reached. */
-static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
+static kt_status find_slope_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns;
+    const size_t n = model->n.v, N = implicit_numbers_of(w), m = w->unknowns;
     const bool reduced = kt_is_plain(model);
     form_coupled(w, c);
     for (size_t i = c.first; i < c.end; i++) {
@@ -270,8 +274,8 @@ static kt_status find_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
 }
 
 /* The weighted norm of a correction: h dK over some roundings of the state. */
-static double size_of(const kt_step_work *w, kt_coupled c, const double *correction) {
-    const size_t N = numbers_of(w), m = w->unknowns;
+static double slope_size_of(const kt_step_work *w, kt_coupled c, const double *correction) {
+    const size_t N = implicit_numbers_of(w), m = w->unknowns;
     double most = 0.0, sum = 0.0;
     if (m == 0) /* nothing moves */
         return 0.0;
@@ -292,8 +296,8 @@ static double size_of(const kt_step_work *w, kt_coupled c, const double *correct
 }
 
 /* The slopes become `from` + lambda times the correction x. */
-static void move(kt_step_work *w, kt_coupled c, double lambda, const double *from, const double *x) {
-    const size_t N = numbers_of(w), m = w->unknowns;
+static void move_slopes(kt_step_work *w, kt_coupled c, double lambda, const double *from, const double *x) {
+    const size_t N = implicit_numbers_of(w), m = w->unknowns;
     for (size_t i = c.first; i < c.end; i++)
         for (size_t l = 0; l < m; l++) {
             const size_t at = (i - c.first) * m + l;
@@ -301,8 +305,8 @@ static void move(kt_step_work *w, kt_coupled c, double lambda, const double *fro
         }
 }
 
-static void keep(const kt_step_work *w, kt_coupled c, double *to) {
-    const size_t N = numbers_of(w), m = w->unknowns;
+static void keep_slopes(const kt_step_work *w, kt_coupled c, double *to) {
+    const size_t N = implicit_numbers_of(w), m = w->unknowns;
     for (size_t i = c.first; i < c.end; i++)
         memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
 }
@@ -312,15 +316,16 @@ static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     kt_status status = KT_OK;
     w->one_derivative = false;
     for (size_t i = c.first; i < c.end && status == KT_OK; i++)
-        status = differentiate(w, i, i - c.first, w->reached + (i - c.first) * w->model->n.v, false, error);
+        status =
+            differentiate_implicit_stage(w, i, i - c.first, w->reached + (i - c.first) * w->model->n.v, false, error);
     if (status == KT_OK)
         status = factor_coupled(w, c, error);
     if (status == KT_OK)
-        correct(w, c);
+        correct_slopes(w, c);
     return status;
 }
 
-static kt_status diverged(const kt_step_work *w, double size, kt_error *error) {
+static kt_status stages_diverged(const kt_step_work *w, double size, kt_error *error) {
     return kt_error_set(error, KT_ERROR_STEP, "step",
                         "the stages of '%s' could not be solved over h = %g s: no part of a correction reduces the "
                         "residual, and the correction has %.3g of the state's size; take a smaller step",
@@ -332,33 +337,33 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t bytes = (c.end - c.first) * w->unknowns * sizeof(double);
     double size = HUGE_VAL;
     for (int k = 0; k < ITERATIONS; k++) {
-        kt_status status = find_residual(w, c, error);
+        kt_status status = find_slope_residual(w, c, error);
         if (status == KT_OK)
             status = relinearize(w, c, error);
         if (status != KT_OK)
             return status;
-        size = size_of(w, c, w->correction);
+        size = slope_size_of(w, c, w->correction);
         bool nearer = false;
-        keep(w, c, w->from);
+        keep_slopes(w, c, w->from);
         memcpy(w->taken, w->correction, bytes);
         for (int halved = 0; halved <= HALVINGS && !nearer && size > 1.0; halved++) {
             const double lambda = ldexp(1.0, -halved);
-            move(w, c, lambda, w->from, w->taken);
-            status = find_residual(w, c, error);
+            move_slopes(w, c, lambda, w->from, w->taken);
+            status = find_slope_residual(w, c, error);
             if (status == KT_ERROR_CALLBACK)
                 return status;
             if (status != KT_OK)
                 continue;
-            correct(w, c);
-            nearer = size_of(w, c, w->correction) <= (1.0 - 0.25 * lambda) * size;
+            correct_slopes(w, c);
+            nearer = slope_size_of(w, c, w->correction) <= (1.0 - 0.25 * lambda) * size;
         }
         if (nearer)
             continue;
-        move(w, c, 1.0, w->from, w->taken);
+        move_slopes(w, c, 1.0, w->from, w->taken);
         form_coupled(w, c);
-        return size <= ROUNDED ? KT_OK : diverged(w, size, error);
+        return size <= ROUNDED ? KT_OK : stages_diverged(w, size, error);
     }
-    return diverged(w, size, error);
+    return stages_diverged(w, size, error);
 }
 
 /* Whether a trial of the iteration without F pays. F must cost many evaluations: 9 for a chain of 20 links, 24 for a
@@ -366,7 +371,7 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
  * the guessed accelerations. They measure the change of f over the step. */
 static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, N = numbers_of(w), m = w->unknowns, rates = rates_of(w);
+    const size_t n = model->n.v, N = implicit_numbers_of(w), m = w->unknowns, rates = rates_of(w);
     const bool dear = model->n.group ? model->sweep == KT_SWEEP_PLANAR : n > 4;
     double size = 0.0, change = 0.0;
     if (!dear)
@@ -383,7 +388,7 @@ static bool is_gentle(const kt_step_work *w, kt_coupled c) {
 /* Restores the guess and its residual. */
 static void take_guess(kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v, m = w->unknowns, count = c.end - c.first, rates = rates_of(w);
-    move(w, c, 0.0, w->guess, w->guess);
+    move_slopes(w, c, 0.0, w->guess, w->guess);
     memcpy(w->correction, w->taken, count * m * sizeof *w->taken);
     for (size_t i = 0; i < count; i++)
         for (size_t l = 0; l < n; l++)
@@ -394,19 +399,19 @@ static void take_guess(kt_step_work *w, kt_coupled c) {
 /* The iteration without F, from the residual of the guess. *done: it has converged to rounding. Otherwise the slopes
  * and their residual are the last ones, or those of the guess if these are nearer. */
 static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_error *error) {
-    double size = size_of(w, c, w->correction), theta = 0.0;
-    keep(w, c, w->guess);
+    double size = slope_size_of(w, c, w->correction), theta = 0.0;
+    keep_slopes(w, c, w->guess);
     memcpy(w->taken, w->correction, (c.end - c.first) * w->unknowns * sizeof *w->taken);
     *done = false;
     for (int k = 0; theta <= QUICK && !*done; k++) {
         const double last = size;
-        keep(w, c, w->from);
-        move(w, c, 1.0, w->from, w->correction);
+        keep_slopes(w, c, w->from);
+        move_slopes(w, c, 1.0, w->from, w->correction);
         *done = k > 0 && theta / (1.0 - theta) * size <= 1.0;
-        const kt_status status = *done ? KT_OK : find_residual(w, c, error);
+        const kt_status status = *done ? KT_OK : find_slope_residual(w, c, error);
         if (status == KT_ERROR_CALLBACK)
             return status;
-        size = status == KT_OK ? size_of(w, c, w->correction) : HUGE_VAL;
+        size = status == KT_OK ? slope_size_of(w, c, w->correction) : HUGE_VAL;
         theta = last > 0.0 ? size / last : 0.0;
         if (!(theta <= QUICK || k > 0) || status != KT_OK) {
             take_guess(w, c);
@@ -421,7 +426,8 @@ static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_err
  * residual of the stages is available. */
 static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t middle = (c.end - c.first) / 2;
-    kt_status status = differentiate(w, c.first + middle, 0, w->reached + middle * w->model->n.v, false, error);
+    kt_status status =
+        differentiate_implicit_stage(w, c.first + middle, 0, w->reached + middle * w->model->n.v, false, error);
     w->one_derivative = true;
     w->derivative_at = c.first + middle;
     return status == KT_OK ? factor_coupled(w, c, error) : status;
@@ -432,19 +438,19 @@ static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
  * slopes are those at the beginning. */
 static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_error *error) {
     double last = HUGE_VAL;
-    keep(w, c, w->guess);
+    keep_slopes(w, c, w->guess);
     *slow = false;
     for (int k = 0; k < ITERATIONS; k++) {
-        const kt_status status = k ? find_residual(w, c, error) : KT_OK;
+        const kt_status status = k ? find_slope_residual(w, c, error) : KT_OK;
         if (status == KT_ERROR_CALLBACK)
             return status;
-        correct(w, c);
-        const double size = status == KT_OK ? size_of(w, c, w->correction) : HUGE_VAL, theta = size / last;
+        correct_slopes(w, c);
+        const double size = status == KT_OK ? slope_size_of(w, c, w->correction) : HUGE_VAL, theta = size / last;
         const bool shrinks = theta <= SLOW;
         if (!(shrinks || size <= ROUNDED))
             break;
-        keep(w, c, w->from);
-        move(w, c, 1.0, w->from, w->correction);
+        keep_slopes(w, c, w->from);
+        move_slopes(w, c, 1.0, w->from, w->correction);
         if (k > 0 && (!shrinks || theta / (1.0 - theta) * size <= 1.0)) {
             form_coupled(w, c);
             return KT_OK;
@@ -452,24 +458,24 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
         last = size;
     }
     *slow = true;
-    move(w, c, 0.0, w->guess, w->guess);
+    move_slopes(w, c, 0.0, w->guess, w->guess);
     return KT_OK;
 }
 
 /* ---- all stages -------------------------------------------------------------------------------------------------- */
 
 /* Begins with stage 0, which is the start itself. Its slope is the guess for all stages. */
-static kt_status begin(kt_step_work *w, kt_error *error) {
-    memcpy(w->stage, w->y, numbers_of(w) * sizeof *w->stage);
+static kt_status begin_implicit_stages(kt_step_work *w, kt_error *error) {
+    memcpy(w->stage, w->y, implicit_numbers_of(w) * sizeof *w->stage);
     return kt_step_slope(w, w->step->t, w->y, w->slope, error);
 }
 
-static kt_status solve(kt_step_work *w, kt_coupled c, kt_error *error) {
-    const size_t N = numbers_of(w);
+static kt_status solve_implicit_stages(kt_step_work *w, kt_coupled c, kt_error *error) {
+    const size_t N = implicit_numbers_of(w);
     bool done = false, slow = false;
     for (size_t i = c.first; i < c.end; i++)
         memcpy(w->slope + i * N, w->slope + (c.first - 1) * N, N * sizeof *w->slope);
-    kt_status status = find_residual(w, c, error);
+    kt_status status = find_slope_residual(w, c, error);
     if (status == KT_OK && is_gentle(w, c))
         status = solve_without(w, c, &done, error);
     if (status != KT_OK || done)
@@ -482,12 +488,12 @@ static kt_status solve(kt_step_work *w, kt_coupled c, kt_error *error) {
 
 kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const kt_method *method = w->step->method;
-    const size_t N = numbers_of(w), last = (size_t)method->stages - 1;
+    const size_t N = implicit_numbers_of(w), last = (size_t)method->stages - 1;
     kt_step_start(w, q, v);
-    kt_status status = begin(w, error); /* stage 0, which is the start itself */
+    kt_status status = begin_implicit_stages(w, error); /* stage 0, which is the start itself */
     for (kt_coupled c = {0, 1}; c.end <= last && status == KT_OK;) {
         c = kt_coupled_at(method, c.end);
-        status = solve(w, c, error);
+        status = solve_implicit_stages(w, c, error);
     }
     memcpy(w->next, w->stage + last * N, N * sizeof *w->next);
     return status;
@@ -495,7 +501,7 @@ kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, k
 
 void kt_coupled_recall(kt_step_work *w) {
     const kt_method *method = w->step->method;
-    const size_t N = numbers_of(w), last = (size_t)method->stages - 1;
+    const size_t N = implicit_numbers_of(w), last = (size_t)method->stages - 1;
     for (kt_coupled c = {0, 0}; c.end <= last;) {
         c = kt_coupled_at(method, c.end);
         form_coupled(w, c);

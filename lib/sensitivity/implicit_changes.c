@@ -16,10 +16,12 @@
 
 #include <string.h>
 
-static double entry(const kt_method *method, size_t i, size_t j) { return method->a[i * (size_t)method->stages + j]; }
+static double change_entry(const kt_method *method, size_t i, size_t j) {
+    return method->a[i * (size_t)method->stages + j];
+}
 
 /* to += factor x */
-static void add(double *restrict to, double factor, const double *restrict x, size_t n) {
+static void add_factor_times(double *restrict to, double factor, const double *restrict x, size_t n) {
     if (factor == 0.0)
         return;
     for (size_t l = 0; l < n; l++)
@@ -33,7 +35,7 @@ typedef struct column {
     size_t next_q, next_v; /* strides from one stage to the next */
 } column;
 
-static column column_of(const kt_step_work *w, size_t columns, size_t k) {
+static column change_column_of(const kt_step_work *w, size_t columns, size_t k) {
     const size_t Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     const bool plain = kt_is_plain(w->model);
     return (column){.start_q = w->start_q + k * Q,
@@ -46,16 +48,16 @@ static column column_of(const kt_step_work *w, size_t columns, size_t k) {
 }
 
 /* Computes dP_i: positions into w->outside, velocities and auxiliary states into change_v. */
-static void gather(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
+static void gather_stage_changes(kt_step_work *w, kt_coupled c, size_t i, const column *k) {
     const size_t nq = w->model->n.q, e = kt_rate_numbers(w->model);
     const double h = w->step->h;
     double *dq = w->outside + (i - c.first) * nq, *dv = k->change_v + i * k->next_v;
     memcpy(dq, k->start_q, nq * sizeof *dq);
     memcpy(dv, k->start_v, e * sizeof *dv);
     for (size_t j = 0; j < c.first; j++) {
-        const double a = h * entry(w->step->method, i, j);
-        add(dq, a, k->rate_q + j * k->next_q, nq);
-        add(dv, a, k->rate_v + j * k->next_v, e);
+        const double a = h * change_entry(w->step->method, i, j);
+        add_factor_times(dq, a, k->rate_q + j * k->next_q, nq);
+        add_factor_times(dv, a, k->rate_v + j * k->next_v, e);
     }
 }
 
@@ -72,29 +74,29 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
     } else {
         memcpy(xi, dq, n * sizeof *xi);
         for (size_t j = c.first; j < c.end; j++)
-            add(xi, w->step->h * entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
+            add_factor_times(xi, w->step->h * change_entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
     }
     memset(right + rates, 0, e * sizeof *right);
     for (size_t l = 0; l < e; l++) { /* most columns begin as unit vectors */
         if (l < n)
-            add(right + rates, xi[l], by_q + l * e, e);
-        add(right + rates, dv[l], by_v + l * e, e);
+            add_factor_times(right + rates, xi[l], by_q + l * e, e);
+        add_factor_times(right + rates, dv[l], by_v + l * e, e);
     }
     if (held)
-        add(right + rates, 1.0, held + at * n * w->held_most, n);
+        add_factor_times(right + rates, 1.0, held + at * n * w->held_most, n);
 }
 
 /* Whether only the start changes the stages from outside: by a unit vector of positions or of velocities. */
-static bool begins(const kt_step_work *w, kt_coupled c) {
+static bool only_start_changes(const kt_step_work *w, kt_coupled c) {
     bool others = !kt_is_plain(w->model);
     for (size_t i = c.first; i < c.end; i++)
         for (size_t j = 0; j < c.first; j++)
-            others = others || entry(w->step->method, i, j) != 0.0;
+            others = others || change_entry(w->step->method, i, j) != 0.0;
     return !others;
 }
 
-/* Forms the right-hand sides of column j if `begins` holds. They are columns of F, in which a velocity moves positions
- * by h sum a_ij, or columns of held inputs. */
+/* Forms the right-hand sides of column j if `only_start_changes` holds. They are columns of F, in which a velocity
+ * moves positions by h sum a_ij, or columns of held inputs. */
 static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, const double *held) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model);
     for (size_t i = c.first; i < c.end; i++) {
@@ -107,16 +109,16 @@ static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, 
             memcpy(right, held + (i - c.first) * n * w->held_most, n * sizeof *right);
         }
         for (size_t l = c.first; l < c.end && j >= n; l++)
-            reach += w->step->h * entry(w->step->method, i, l);
+            reach += w->step->h * change_entry(w->step->method, i, l);
         for (size_t l = 0; l < e && !held; l++)
             right[l] = reach * w->by_q[at + l] + (j < n ? 0.0 : right[l]);
     }
 }
 
 /* Forms the right-hand sides of a column. */
-static void form_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
+static void form_change_column(kt_step_work *w, kt_coupled c, const column *k, const double *held) {
     for (size_t i = c.first; i < c.end; i++)
-        gather(w, c, i, k);
+        gather_stage_changes(w, c, i, k);
     for (size_t i = c.first; i < c.end; i++)
         form_right(w, c, i, k, held);
 }
@@ -132,33 +134,34 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
     }
     for (size_t i = c.first; i < c.end && !rates; i++)
         for (size_t j = c.first; j < c.end; j++)
-            add(k->change_v + i * k->next_v, w->step->h * entry(w->step->method, i, j), k->rate_v + j * k->next_v, e);
+            add_factor_times(k->change_v + i * k->next_v, w->step->h * change_entry(w->step->method, i, j),
+                             k->rate_v + j * k->next_v, e);
 }
 
 /* Solves for dK of the columns first .. end - 1, at most KT_LANES. */
 static void solve_lanes(kt_step_work *w, kt_coupled c, size_t columns, size_t first, size_t end) {
     const size_t u = (c.end - c.first) * w->unknowns, n = w->model->n.v;
-    const bool begin = begins(w, c);
+    const bool begin = only_start_changes(w, c);
     for (size_t j = first; j < end; j++) {
-        const column k = column_of(w, columns, j);
+        const column k = change_column_of(w, columns, j);
         const double *held = j < w->states ? NULL : w->by_held + (j - w->states) * n;
         if (begin)
             form_unit(w, c, j, &k, held);
         else
-            form_column(w, c, &k, held);
+            form_change_column(w, c, &k, held);
         for (size_t l = 0; l < u; l++)
             w->lanes[l][j - first] = w->correction[l];
     }
     w->products.solve(w->matrix, u, w->pivot, w->lanes);
     for (size_t j = first; j < end; j++) {
-        const column k = column_of(w, columns, j);
+        const column k = change_column_of(w, columns, j);
         for (size_t l = 0; l < u; l++)
             w->correction[l] = w->lanes[l][j - first];
         keep_column(w, c, &k);
     }
 }
 
-static void solve_columns(kt_step_work *w, kt_coupled c, size_t columns) {
+static void solve_change_columns(kt_step_work *w, kt_coupled c, size_t columns) {
     for (size_t j = 0; j < columns; j += KT_LANES)
         solve_lanes(w, c, columns, j, j + KT_LANES < columns ? j + KT_LANES : columns);
 }
@@ -172,7 +175,7 @@ kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v,
             continue;
         status = kt_coupled_differentiate(w, c, held, error);
         if (status == KT_OK)
-            solve_columns(w, c, w->states + held);
+            solve_change_columns(w, c, w->states + held);
     }
     return status;
 }
@@ -185,9 +188,9 @@ static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double
     const size_t N = w->model->n.q + w->model->n.v;
     const double h = w->step->h;
     memset(s, 0, N * sizeof *s);
-    add(s, h * entry(method, w->stages - 1, i), w->by_end, N);
+    add_factor_times(s, h * change_entry(method, w->stages - 1, i), w->by_end, N);
     for (size_t j = c.end; j < w->stages; j++)
-        add(s, h * entry(method, j, i), w->by_stage + j * N, N);
+        add_factor_times(s, h * change_entry(method, j, i), w->by_stage + j * N, N);
 }
 
 /* y += A' x */
@@ -206,7 +209,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *right = x + (i - c.first) * n;
         memcpy(right, s + (i - c.first) * N + n, n * sizeof *right);
         for (size_t j = c.first; j < c.end; j++)
-            add(right, h * entry(method, j, i), s + (j - c.first) * N, n);
+            add_factor_times(right, h * change_entry(method, j, i), s + (j - c.first) * N, n);
     }
     kt_coupled_solve_transposed(w, c, x);
     for (size_t i = c.first; i < c.end; i++)
@@ -215,7 +218,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *by_v = w->by_stage + i * N + n;
         memcpy(by_v, s + (i - c.first) * N, n * sizeof *by_v);
         for (size_t j = c.first; j < c.end; j++)
-            add(by_v, h * entry(method, j, i), w->by_stage + j * N, n);
+            add_factor_times(by_v, h * change_entry(method, j, i), w->by_stage + j * N, n);
         add_transposed(w->by_v + (i - c.first) * n * n, n, x + (i - c.first) * n, by_v);
     }
 }

@@ -98,7 +98,7 @@ static size_t step_size_of(const kt_model *model, const kt_method *method) {
     return most;
 }
 
-static void measure(motion *m, const kt_simulation *simulation) {
+static void measure_motion(motion *m, const kt_simulation *simulation) {
     const kt_model *model = simulation->model;
     *m = (motion){.model = model,
                   .N = kt_tangent_numbers(model),
@@ -115,11 +115,11 @@ size_t kt_motion_work_size(const kt_simulation *simulation) {
     motion m;
     if (simulation == NULL)
         return 0;
-    measure(&m, simulation);
+    measure_motion(&m, simulation);
     return m.step_size > 0 ? place_arrays(&m, NULL, &m) : 0;
 }
 
-static kt_status check(const kt_simulation *simulation, kt_error *error) {
+static kt_status check_differentiated_simulation(const kt_simulation *simulation, kt_error *error) {
     if (simulation->transformation != NULL || simulation->acceleration != NULL || simulation->projection != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "the simulation uses equations or a projection of the caller, or another formulation, "
@@ -139,13 +139,13 @@ static kt_status check(const kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-static kt_status begin(motion *m, kt_simulation *simulation, void *work, size_t work_size, kt_error *error) {
-    kt_status status = check(simulation, error);
+static kt_status begin_motion(motion *m, kt_simulation *simulation, void *work, size_t work_size, kt_error *error) {
+    kt_status status = check_differentiated_simulation(simulation, error);
     if (status == KT_OK)
         status = kt_arena_check("work", "kt_motion_work_size", work, work_size, kt_motion_work_size(simulation), error);
     if (status != KT_OK)
         return status;
-    measure(m, simulation);
+    measure_motion(m, simulation);
     m->simulation = simulation;
     (void)place_arrays(m, work, m);
     memset(m->change, 0, m->N * m->columns * sizeof *m->change);
@@ -163,7 +163,7 @@ static double time_inside(const kt_simulation *simulation, double t) {
 }
 
 /* change = A change. B is added to the columns of joint forces. */
-static void multiply(motion *m) {
+static void multiply_changes(motion *m) {
     for (size_t j = 0; j < m->columns; j++) {
         const double *from = m->change + j * m->N;
         double *to = m->moved + j * m->N;
@@ -179,7 +179,7 @@ static void multiply(motion *m) {
 }
 
 /* Adds the step that the simulation has taken from (t0, start). */
-static kt_status add_step(motion *m, double t0, kt_error *error) {
+static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const double from = time_inside(simulation, t0);
     const kt_step step = {.method = method_of(simulation),
@@ -200,14 +200,14 @@ static kt_status add_step(motion *m, double t0, kt_error *error) {
     status = kt_step_tangents(&w, m->start, m->start + m->nq, m->nv, error);
     if (status == KT_OK) {
         kt_step_give(&w, m->A, m->B);
-        multiply(m);
+        multiply_changes(m);
     }
     return status;
 }
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
-static kt_status reject(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
+static kt_status reject_event(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", m->simulation->event[k].name,
                    kt_integrator_time(m->simulation->integrator));
@@ -223,15 +223,17 @@ static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
         if (!simulation->event_root[k].due || simulation->event[k].action == NULL)
             continue;
         if (*event < simulation->event_count)
-            return reject(m, k, KT_ERROR_SINGULAR,
-                          "it happens at the same instant as another one; neighbouring motions have them in either "
-                          "order, and there is no derivative",
-                          error);
+            return reject_event(
+                m, k, KT_ERROR_SINGULAR,
+                "it happens at the same instant as another one; neighbouring motions have them in either "
+                "order, and there is no derivative",
+                error);
         if (k >= contacts && !simulation->event[k].repeatable)
-            return reject(m, k, KT_ERROR_UNSUPPORTED,
-                          "its action would also be called in neighbouring states; if it only jumps and switches, set "
-                          "kt_event.repeatable",
-                          error);
+            return reject_event(
+                m, k, KT_ERROR_UNSUPPORTED,
+                "its action would also be called in neighbouring states; if it only jumps and switches, set "
+                "kt_event.repeatable",
+                error);
         *event = k;
     }
     return KT_OK;
@@ -257,7 +259,7 @@ static double make_neighbour(motion *m, const direction *d, double s) {
     return kt_integrator_time(simulation->integrator) + s * d->time;
 }
 
-static double distance_of(const motion *m, const direction *d) {
+static double direction_distance_of(const motion *m, const direction *d) {
     double most = fmax(fabs(d->time), d->tau >= 0 ? 1.0 : 0.0);
     for (size_t i = 0; i < m->N; i++)
         most = fmax(most, fabs(d->change[i]));
@@ -273,7 +275,7 @@ static const double weight[POINTS] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 
 static kt_status difference_value(motion *m, size_t k, const direction *d, double *rate, double *size,
                                   kt_error *error) {
     kt_simulation *simulation = m->simulation;
-    const double s = distance_of(m, d);
+    const double s = direction_distance_of(m, d);
     kt_status status = KT_OK;
     *rate = *size = 0.0;
     for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
@@ -293,7 +295,7 @@ static kt_status difference_value(motion *m, size_t k, const direction *d, doubl
 }
 
 /* Computes velocities, accelerations and rates of auxiliary states: the change (N) of the state y in a unit of time. */
-static kt_status find_rate(motion *m, double t, const double *y, double *rate, kt_error *error) {
+static kt_status find_state_rate(motion *m, double t, const double *y, double *rate, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     simulation->cause.code = KT_OK;
@@ -341,24 +343,25 @@ static outcome outcome_of(const kt_simulation *simulation) {
 static kt_status difference_state(motion *m, size_t k, const direction *d, const outcome *end, double *to,
                                   kt_error *error) {
     kt_simulation *simulation = m->simulation;
-    const double s = distance_of(m, d);
+    const double s = direction_distance_of(m, d);
     memset(to, 0, m->N * sizeof *to);
     for (int i = 0; i < POINTS && s > 0.0; i++) {
         kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
         if (status == KT_OK)
             status = move_and_fire(m, make_neighbour(m, d, offset[i] * s), error);
         if (status == KT_ERROR_CONSTRAINT)
-            return reject(m, k, KT_ERROR_SINGULAR,
-                          "neighbouring motions meet another contact that is nearly closed, or loops that they cannot "
-                          "close, and there is no derivative",
-                          error);
+            return reject_event(
+                m, k, KT_ERROR_SINGULAR,
+                "neighbouring motions meet another contact that is nearly closed, or loops that they cannot "
+                "close, and there is no derivative",
+                error);
         if (status != KT_OK)
             return status;
         const outcome its = outcome_of(simulation);
         if (its.model != end->model || its.impacts != end->impacts || its.touching != end->touching)
-            return reject(m, k, KT_ERROR_SINGULAR,
-                          "neighbouring motions come out of it with other contacts closed, and there is no derivative",
-                          error);
+            return reject_event(
+                m, k, KT_ERROR_SINGULAR,
+                "neighbouring motions come out of it with other contacts closed, and there is no derivative", error);
         const double *y = kt_integrator_state(simulation->integrator);
         for (size_t j = 0; j < m->n; j++)
             m->sum[j] = weight[i] / s * (y[j] - m->after[j]);
@@ -371,17 +374,18 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
 }
 
 /* Computes the delays with which neighbouring motions reach the event. */
-static kt_status find_delays(motion *m, size_t k, kt_error *error) {
+static kt_status find_event_delays(motion *m, size_t k, kt_error *error) {
     const double t = kt_integrator_time(m->simulation->integrator);
     double rate, size;
-    kt_status status = find_rate(m, t, m->before, m->rate_before, error);
+    kt_status status = find_state_rate(m, t, m->before, m->rate_before, error);
     if (status == KT_OK)
         status = difference_value(m, k, &(direction){m->rate_before, -1, 1.0}, &rate, &size, error);
     if (status == KT_OK && !(fabs(rate) > grazing * size))
-        return reject(m, k, KT_ERROR_SINGULAR,
-                      "its value touches zero without crossing it; neighbouring motions may miss it, and there is no "
-                      "derivative",
-                      error);
+        return reject_event(
+            m, k, KT_ERROR_SINGULAR,
+            "its value touches zero without crossing it; neighbouring motions may miss it, and there is no "
+            "derivative",
+            error);
     for (size_t j = 0; status == KT_OK && j < m->columns; j++) {
         double by;
         const direction d = {m->change + j * m->N, j < m->N ? -1 : (int)(j - m->N), 0.0};
@@ -396,7 +400,7 @@ static kt_status find_delays(motion *m, size_t k, kt_error *error) {
 static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const double t = kt_integrator_time(simulation->integrator);
-    kt_status status = find_delays(m, k, error);
+    kt_status status = find_event_delays(m, k, error);
     if (status == KT_OK)
         status = kt_simulation_restore(simulation, m->checkpoint, error);
     if (status == KT_OK)
@@ -405,7 +409,7 @@ static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
         return status;
     const outcome end = outcome_of(simulation);
     kt_copy(m->after, kt_integrator_state(simulation->integrator), m->n * sizeof *m->after);
-    status = find_rate(m, t, m->after, m->rate_after, error);
+    status = find_state_rate(m, t, m->after, m->rate_after, error);
     for (size_t j = 0; status == KT_OK && j < m->columns; j++) {
         double *column = m->change + j * m->N, *to = m->moved + j * m->N, later = m->later[j];
         for (size_t i = 0; i < m->N; i++)
@@ -440,13 +444,13 @@ static kt_status pass_events(motion *m, kt_error *error) {
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-static kt_status advance(motion *m, double t_end, kt_error *error) {
+static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const double t = kt_integrator_time(simulation->integrator);
     kt_copy(m->start, kt_integrator_state(simulation->integrator), m->n * sizeof *m->start);
     kt_status status = kt_simulation_take_step(simulation, t_end, error);
     if (status == KT_OK && kt_integrator_time(simulation->integrator) > t)
-        status = add_step(m, t, error);
+        status = add_taken_step(m, t, error);
     return status == KT_OK && simulation->memory.fires ? pass_events(m, error) : status;
 }
 
@@ -459,14 +463,14 @@ kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t wo
     if (!(t_end >= t) || !isfinite(t_end))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
-    kt_status status = begin(&m, simulation, work, work_size, error);
+    kt_status status = begin_motion(&m, simulation, work, work_size, error);
     if (status != KT_OK)
         return status;
     simulation->memory.stopped = 0;
     if (simulation->memory.fires) /* a call has ended before events took effect */
         status = pass_events(&m, error);
     while (status == KT_OK && simulation->memory.stopped == 0 && kt_integrator_time(simulation->integrator) < t_end)
-        status = advance(&m, t_end, error);
+        status = advance_motion(&m, t_end, error);
     kt_simulation_skip_records(simulation);
     if (status != KT_OK)
         return status;

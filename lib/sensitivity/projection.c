@@ -113,7 +113,7 @@ static void solve_dense(const kt_projection_work *w, bool mass, const double *e,
 }
 
 /* Overwrites columns g in x with x of W x - J' lambda = g, J x = e. */
-static void solve(const kt_projection_work *w, bool mass, size_t columns, const double *e, double *x) {
+static void solve_projected(const kt_projection_work *w, bool mass, size_t columns, const double *e, double *x) {
     if (!w->dense)
         kt_kkt_solve(&w->kkt, columns, x, e);
     for (size_t c = 0; c < columns && w->dense; c++)
@@ -121,7 +121,7 @@ static void solve(const kt_projection_work *w, bool mass, size_t columns, const 
 }
 
 /* Computes lambda from J' lambda = W x. `momentum` is M x. */
-static kt_status find_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
+static kt_status find_projection_multipliers(kt_projection_work *w, const double *momentum, kt_error *error) {
     if (!w->dense)
         return kt_loops_multipliers_of(w->model, w->data, momentum, w->lambda, error);
     kt_jacobian_qr_multipliers(&w->qr, momentum, w->lambda);
@@ -131,7 +131,7 @@ static kt_status find_multipliers(kt_projection_work *w, const double *momentum,
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
 
 /* Adds d(M x)/dq to w->force, row by row, as the gradients of (M x)_k. Writes M x into w->by_x. */
-static kt_status differentiate_inertia(kt_projection_work *w, const double *q, kt_error *error) {
+static kt_status differentiate_momentum(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_gradient row = {w->by_inertia, w->residue, w->by_x, w->by_g, w->links};
     const kt_dynamic_state rest = {.q = q, .v = w->model->zero};
     kt_status status = KT_OK;
@@ -149,17 +149,18 @@ static kt_status differentiate_inertia(kt_projection_work *w, const double *q, k
 }
 
 /* Computes lambda, G and E. For positions z = x, and d phi/dq = J is added. For velocities z = v. */
-static kt_status differentiate(kt_projection_work *w, const double *q, bool mass, const double *v, kt_error *error) {
+static kt_status differentiate_projected(kt_projection_work *w, const double *q, bool mass, const double *v,
+                                         kt_error *error) {
     const size_t n = w->n;
     kt_status status = KT_OK;
     memset(w->force, 0, n * n * sizeof *w->force);
     memset(w->unit, 0, n * sizeof *w->unit);
     if (mass)
-        status = differentiate_inertia(w, q, error);
+        status = differentiate_momentum(w, q, error);
     if (status == KT_OK && kt_loop_gradient_reads_space(w->model))
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
     if (status == KT_OK)
-        status = find_multipliers(w, mass ? w->by_x : w->x, error);
+        status = find_projection_multipliers(w, mass ? w->by_x : w->x, error);
     if (status != KT_OK)
         return status;
     const kt_dual_motion at = {.model = w->model,
@@ -209,13 +210,13 @@ static void find_matrices(kt_projection_work *w, linear_step step) {
 }
 
 /* to = eight columns of n numbers, `stride` apart; missing columns are zero. */
-static void gather(size_t columns, size_t n, size_t stride, const double *from, kt_v8 *to) {
+static void gather_eight_columns(size_t columns, size_t n, size_t stride, const double *from, kt_v8 *to) {
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < KT_LANES; c++)
             to[i][c] = c < columns ? from[c * stride + i] : 0.0;
 }
 
-static void apply(const kt_model *model, const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
+static void apply_sparse(const kt_model *model, const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
     (void)model; /* unused in a library with one instruction set */
     KT_BY_ISA(model->isa, , kt_sparse_apply, (a, x, y));
 }
@@ -230,18 +231,18 @@ static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parame
 }
 
 /* Computes dx of up to eight columns of changes (xi, dv), of which `first` is the first one, into w->moved. */
-static void change(kt_projection_work *w, linear_step step, size_t columns, const double *x,
-                   const kt_parameter_work *parameter, size_t first) {
+static void change_eight_columns(kt_projection_work *w, linear_step step, size_t columns, const double *x,
+                                 const kt_parameter_work *parameter, size_t first) {
     const size_t n = w->n, p = w->p;
     kt_v8 *xi = w->columns, *dv = xi + n, *g = dv + n, *e = g + n;
-    gather(columns, n, 2 * n, x, xi);
+    gather_eight_columns(columns, n, 2 * n, x, xi);
     memset(g, 0, (n + p) * sizeof *g);
     if (step.moves)
-        apply(w->model, &w->force_of, xi, g);
-    apply(w->model, step.moves ? &w->equation_of : &w->jacobian_of, xi, e);
+        apply_sparse(w->model, &w->force_of, xi, g);
+    apply_sparse(w->model, step.moves ? &w->equation_of : &w->jacobian_of, xi, e);
     if (step.fast) {
-        gather(columns, n, 2 * n, x + n, dv);
-        apply(w->model, &w->jacobian_of, dv, e);
+        gather_eight_columns(columns, n, 2 * n, x + n, dv);
+        apply_sparse(w->model, &w->jacobian_of, dv, e);
     }
     for (size_t c = 0; c < columns; c++) {
         const gain by = gain_of(w, parameter, first + c);
@@ -250,7 +251,7 @@ static void change(kt_projection_work *w, linear_step step, size_t columns, cons
         for (size_t i = 0; i < p; i++)
             w->closed[c * p + i] = -e[i][c] - (by.gap ? by.gap[i] : 0.0);
     }
-    solve(w, step.mass, columns, w->closed, w->moved);
+    solve_projected(w, step.mass, columns, w->closed, w->moved);
 }
 
 /* ---- iterations -------------------------------------------------------------------------------------------------- */
@@ -278,8 +279,8 @@ static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_er
     for (size_t i = 0; i < w->p; i++)
         w->residual[i] = -w->residual[i];
     memset(w->x, 0, w->n * sizeof *w->x);
-    solve(w, mass, 1, w->residual, w->x);
-    status = differentiate(w, q, mass, NULL, error);
+    solve_projected(w, mass, 1, w->residual, w->x);
+    status = differentiate_projected(w, q, mass, NULL, error);
     return status == KT_OK ? factor_again(w, KT_ROWS_CLOSED, q, mass, error) : status;
 }
 
@@ -292,7 +293,7 @@ static kt_status prepare_velocities(kt_projection_work *w, const double *q, cons
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->x[i] = v[i] - w->v[i];
-    status = differentiate(w, q, true, v, error);
+    status = differentiate_projected(w, q, true, v, error);
     return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, true, error) : status;
 }
 
@@ -348,7 +349,7 @@ static void change_columns(kt_projection_work *w, linear_step step, const double
     for (size_t from = 0; from < columns; from += KT_LANES) {
         const size_t count = columns - from < KT_LANES ? columns - from : KT_LANES;
         double *first = x + 2 * n * from;
-        change(w, step, count, first, parameter, from);
+        change_eight_columns(w, step, count, first, parameter, from);
         for (size_t c = 0; c < count; c++, first += 2 * n) {
             const double *moved = w->moved + n * c;
             if (by != NULL)
@@ -407,8 +408,8 @@ static bool shares_equations(const kt_model *model) {
 }
 
 /* Propagates columns of changes, of which the first `moving` ones move positions. */
-static kt_status propagate(kt_projection_work *w, const double *q, const double *v, size_t moving, size_t columns,
-                           double *x, kt_parameter_work *parameter, kt_error *error) {
+static kt_status propagate_projection(kt_projection_work *w, const double *q, const double *v, size_t moving,
+                                      size_t columns, double *x, kt_parameter_work *parameter, kt_error *error) {
     const bool shared = w->dense && shares_equations(w->model);
     kt_status status = propagate_positions(w, moving, x, parameter, error);
     if (status == KT_OK)
@@ -434,7 +435,7 @@ static kt_status propagate_units(kt_projection_work *w, const double *q, const d
     memset(w->map, 0, N * N * sizeof *w->map);
     for (size_t j = 0; j < N; j++)
         w->map[j * (N + 1)] = 1.0;
-    const kt_status status = propagate(w, q, v, w->n, N, w->map, NULL, error);
+    const kt_status status = propagate_projection(w, q, v, w->n, N, w->map, NULL, error);
     for (size_t j = 0; j < columns && status == KT_OK; j++) {
         memcpy(w->work, x + j * N, N * sizeof *x);
         kt_dense_apply(w->map, (int)N, (int)N, w->work, x + j * N);
@@ -447,8 +448,9 @@ kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, siz
     const kt_status status = kt_projection_run(w, q, v, error);
     if (status != KT_OK)
         return status;
-    return w->dense && !parameter && columns >= 2 * w->n ? propagate_units(w, q, v, columns, x, error)
-                                                         : propagate(w, q, v, columns, columns, x, parameter, error);
+    return w->dense && !parameter && columns >= 2 * w->n
+               ? propagate_units(w, q, v, columns, x, error)
+               : propagate_projection(w, q, v, columns, columns, x, parameter, error);
 }
 
 kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, const double *v, const double *e,
@@ -460,6 +462,6 @@ kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, 
         status = factor_projected(&then, KT_ROWS_ALL, q, false, error);
     memset(x, 0, w->n * sizeof *x);
     if (status == KT_OK)
-        solve(&then, false, 1, e, x);
+        solve_projected(&then, false, 1, e, x);
     return status;
 }

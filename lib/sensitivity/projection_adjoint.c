@@ -30,8 +30,8 @@ static kt_status differentiate_inertia(kt_projection_work *w, const double *q, k
 }
 
 /* Adds d(lambda . J g - e . J z) to by_xi, with J' lambda = W x and J' e = y - W g. */
-static kt_status add_loops(kt_projection_work *w, const double *q, const double *z, const double *y, double *by_xi,
-                           kt_error *error) {
+static kt_status add_loop_gradients(kt_projection_work *w, const double *q, const double *z, const double *y,
+                                    double *by_xi, kt_error *error) {
     const kt_loop_sum sum = {.lambda = {w->lambda, w->residual}, .p = {w->response, z}};
     for (size_t i = 0; i < w->n; i++)
         w->work[i] = w->by_g[i] - y[i];
@@ -59,13 +59,13 @@ static kt_status pull_velocities(kt_projection_work *w, const double *q, const d
         return status;
     for (size_t i = 0; i < w->n; i++)
         by_xi[i] -= w->by_inertia[i];
-    status = add_loops(w, q, v, y, by_xi, error);
+    status = add_loop_gradients(w, q, v, y, by_xi, error);
     memcpy(y, w->by_g, w->n * sizeof *y);
     return status;
 }
 
 /* Computes x of an iteration at q, whose equations are factored. In the last iteration, nothing moves and x is zero. */
-static kt_status find_step(kt_projection_work *w, bool last, kt_error *error) {
+static kt_status find_projection_step(kt_projection_work *w, bool last, kt_error *error) {
     memset(w->x, 0, w->n * sizeof *w->x);
     if (last)
         return KT_OK;
@@ -76,7 +76,7 @@ static kt_status find_step(kt_projection_work *w, bool last, kt_error *error) {
 }
 
 /* Computes g, W g and W x for the gradient y. In the metric of the coordinates, g = y - (least z with J z = J y). */
-static kt_status respond(kt_projection_work *w, const double *q, const double *y, kt_error *error) {
+static kt_status respond_to_gradient(kt_projection_work *w, const double *q, const double *y, kt_error *error) {
     const kt_model *model = w->model;
     kt_status status;
     if (model->metric == KT_METRIC_MASS) {
@@ -101,17 +101,17 @@ static kt_status pull_positions(kt_projection_work *w, const double *q, bool las
     kt_status status = last ? kt_loops_factor_again(w->model, w->data, KT_ROWS_CLOSED, error)
                             : kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
     if (status == KT_OK)
-        status = find_step(w, last, error);
+        status = find_projection_step(w, last, error);
     if (status != KT_OK)
         return status;
     kt_tangent_add_transposed(w->model, w->x, by_xi, w->before, w->change);
-    status = respond(w, q, w->change, error);
+    status = respond_to_gradient(w, q, w->change, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->before[i] += w->by_g[i] - w->change[i] - (last ? 0.0 : w->by_inertia[i]);
     if (!last)
-        status = add_loops(w, q, w->x, w->change, w->before, error);
+        status = add_loop_gradients(w, q, w->x, w->change, w->before, error);
     memcpy(by_xi, w->before, w->n * sizeof *by_xi);
     return status;
 }
@@ -123,7 +123,7 @@ static kt_status find_iterations(kt_projection_work *w, kt_error *error) {
         const double *q = w->q + i * w->model->n.q;
         status = kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);
         if (status == KT_OK)
-            status = find_step(w, false, error);
+            status = find_projection_step(w, false, error);
         if (status == KT_OK)
             kt_position_add(w->model, q, w->x, w->q + (i + 1) * w->model->n.q);
     }

@@ -28,7 +28,7 @@ static double beta(int c, int r, int n) {
 
 /* The distance to the next checkpoint in steps, with n > 1 steps left to reverse and c checkpoints, including the
  * present one. */
-static int distance(int n, int c) {
+static int checkpoint_distance(int n, int c) {
     int r = 1;
     if (c >= n)
         return 1;
@@ -52,7 +52,7 @@ kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_
             r->kept--;
             continue;
         }
-        const int free = r->most - r->kept, end = free > 0 ? k + distance(target - k + 1, free + 1) : target;
+        const int free = r->most - r->kept, end = free > 0 ? k + checkpoint_distance(target - k + 1, free + 1) : target;
         memcpy(r->here, last, r->numbers * sizeof *r->here);
         for (; k < end && status == KT_OK; k++)
             status = advance(user, k, r->here, error);

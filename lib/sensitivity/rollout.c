@@ -37,7 +37,7 @@ typedef struct rollout_work {
 KT_ARENA_ARRAYS(place_arrays, rollout_work, KT_ROLLOUT_FIELDS, const kt_model *model, const kt_rollout *rollout,
                 size_t N, size_t n, size_t changes, size_t kept, size_t s, size_t c, size_t steps)
 
-static size_t lay_out(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
+static size_t lay_out_rollout(rollout_work *w, void *memory, const kt_model *model, const kt_rollout *rollout) {
     return place_arrays(w, memory, model, rollout, kt_state_numbers(model), model->n.v, kt_tangent_numbers(model),
                         kt_step_kept(model, rollout->method), kt_step_stages_of(rollout->method),
                         (size_t)kt_checkpoints_of(rollout), (size_t)rollout->steps);
@@ -47,13 +47,13 @@ size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *rollout) {
     if (!model || !rollout || !rollout->method)
         return 0;
     return rollout->steps > 0 && rollout->checkpoints >= 0 && kt_step_work_size(model, rollout->method) > 0
-               ? lay_out(NULL, NULL, model, rollout)
+               ? lay_out_rollout(NULL, NULL, model, rollout)
                : 0;
 }
 
 /* ---- steps and costs --------------------------------------------------------------------------------------------- */
 
-static kt_step step_at(const rollout_work *w, int k, const double *state) {
+static kt_step rollout_step_at(const rollout_work *w, int k, const double *state) {
     const kt_rollout *r = w->rollout;
     return (kt_step){.method = r->method,
                      .t = r->t + k * r->h,
@@ -63,8 +63,8 @@ static kt_step step_at(const rollout_work *w, int k, const double *state) {
                      .x = state + w->model->n.q + w->model->n.v};
 }
 
-static kt_status call_cost(rollout_work *w, int k, const double *state, double *value, double *by_state, double *by_tau,
-                           kt_error *error) {
+static kt_status call_rollout_cost(rollout_work *w, int k, const double *state, double *value, double *by_state,
+                                   double *by_tau, kt_error *error) {
     const kt_rollout *r = w->rollout;
     const kt_cost_point at = {.step = k,
                               .t = r->t + k * r->h,
@@ -83,15 +83,15 @@ static kt_status call_cost(rollout_work *w, int k, const double *state, double *
 
 /* Advances from the state at the start of step k to that of k + 1, in place. Counts the cost of step k at the first
  * pass. The last checkpoint receives the results of its own step. */
-static kt_status advance(void *user, int k, double *state, kt_error *error) {
+static kt_status advance_rollout(void *user, int k, double *state, kt_error *error) {
     rollout_work *w = user;
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->checkpoints.kept - 1;
-    const kt_step step = step_at(w, k, state);
+    const kt_step step = rollout_step_at(w, k, state);
     kt_step_work s;
     kt_status status = KT_OK;
     if (k == w->reached) {
         double value;
-        status = call_cost(w, k, state, &value, NULL, NULL, error);
+        status = call_rollout_cost(w, k, state, &value, NULL, NULL, error);
         w->value += value;
         w->reached += status == KT_OK;
     }
@@ -113,12 +113,12 @@ static kt_status advance(void *user, int k, double *state, kt_error *error) {
 
 /* Turns the gradient with respect to the state after step k into that before it, with the cost of step k. The argument
  * `kept` is the checkpoint of the step, or -1. */
-static kt_status reverse(void *user, int k, int kept, const double *state, kt_error *error) {
+static kt_status reverse_rollout(void *user, int k, int kept, const double *state, kt_error *error) {
     rollout_work *w = user;
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model), N = kt_state_numbers(model);
     const size_t at = kept < 0 ? 0 : (size_t)kept;
-    const kt_step step = step_at(w, k, state);
+    const kt_step step = rollout_step_at(w, k, state);
     double value;
     kt_step_work s;
     kt_status status =
@@ -129,7 +129,7 @@ static kt_status reverse(void *user, int k, int kept, const double *state, kt_er
     else if (status == KT_OK)
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status == KT_OK && k == w->rollout->steps - 1) {
-        status = call_cost(w, k + 1, s.next, &value, w->gradient, NULL, error);
+        status = call_rollout_cost(w, k + 1, s.next, &value, w->gradient, NULL, error);
         w->value += value;
     }
     if (status != KT_OK)
@@ -140,7 +140,7 @@ static kt_status reverse(void *user, int k, int kept, const double *state, kt_er
         return status;
     memset(w->gradient, 0, changes * sizeof *w->gradient);
     memset(w->by_tau, 0, n * sizeof *w->by_tau);
-    status = call_cost(w, k, state, &value, w->gradient, w->by_tau, error);
+    status = call_rollout_cost(w, k, state, &value, w->gradient, w->by_tau, error);
     for (size_t i = 0; i < changes; i++)
         w->gradient[i] += s.by_next[i];
     for (size_t i = 0; i < n; i++)
@@ -173,7 +173,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
         kt_arena_check("work", "kt_rollout_work_size", work, work_size, kt_rollout_work_size(model, rollout), error);
     if (status != KT_OK)
         return status;
-    (void)lay_out(&w, work, model, rollout);
+    (void)lay_out_rollout(&w, work, model, rollout);
     kt_copy(w.state, q, nq * sizeof *q);
     memcpy(w.state + nq, v, n * sizeof *v);
     if (kt_has_auxiliary_states(model))
@@ -186,7 +186,7 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
                                  .here = w.here,
                                  .index = w.index,
                                  .taken = w.taken};
-    status = kt_revolve_run(&w.checkpoints, advance, reverse, &w, error);
+    status = kt_revolve_run(&w.checkpoints, advance_rollout, reverse_rollout, &w, error);
     if (status != KT_OK)
         return status;
     *value = w.value;

@@ -110,17 +110,17 @@ size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rollout *r
     return together > alone ? together : alone;
 }
 
-static const kt_model *model_of(const kt_model *model, const kt_rollout_task *task) {
+static const kt_model *task_model_of(const kt_model *model, const kt_rollout_task *task) {
     return task->model ? task->model : model;
 }
 
 /* Whether the motions of a group can be computed together. A model that does not fit the data is rejected on its
  * own. */
-static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
-    const kt_model *first = model_of(model, tasks);
+static bool tasks_fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
+    const kt_model *first = task_model_of(model, tasks);
     for (size_t i = 0; i < used; i++) {
         const kt_rollout *r = &tasks[i].rollout, *r0 = &tasks[0].rollout;
-        const kt_model *own = model_of(model, &tasks[i]);
+        const kt_model *own = task_model_of(model, &tasks[i]);
         if (!tasks[i].q || r->method != r0->method || r->steps != r0->steps ||
             kt_checkpoints_of(r) != kt_checkpoints_of(r0) || !isfinite(r->h) || !isfinite(r->t))
             return false;
@@ -132,13 +132,13 @@ static bool fit(const kt_model *model, const kt_rollout_task *tasks, size_t used
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-static void fail(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
+static void fail_lane(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
 
 /* The status of a run without remaining lanes: its error is not read. */
-static kt_status goes_on(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
+static kt_status status_of_lanes(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
 
 /* Computes out = y + h sum_j weight_j k_j for all lanes, as kt_combine_rows. */
-static void combine(lanes_work *w, const double *y, const double *weights, size_t count, double *out) {
+static void combine_lane_slopes(lanes_work *w, const double *y, const double *weights, size_t count, double *out) {
     double *rows[KT_METHOD_STAGES_MAX];
     for (size_t j = 0; j < count; j++)
         rows[j] = w->slope + j * w->n.W * w->n.N;
@@ -149,7 +149,7 @@ static void combine(lanes_work *w, const double *y, const double *weights, size_
 static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
     const size_t W = w->n.W, at = i * W * w->n.N;
     const double *q = w->stage + at, *v = q + W * w->n.nq;
-    combine(w, y, kt_step_row(w->method, i), i, w->stage + at);
+    combine_lane_slopes(w, y, kt_step_row(w->method, i), i, w->stage + at);
     w->kernels->rate(w->model, w->lanes, q, v, w->slope + at);
     for (size_t lane = 0; lane < W; lane++)
         w->t[lane] = kt_stage_time(w->method->c[i], w->start[lane], w->h[lane]);
@@ -159,7 +159,7 @@ static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
 static double *accelerations(const lanes_work *w, size_t i) { return w->slope + w->n.W * (i * w->n.N + w->n.nq); }
 
 /* Sets times, lengths and inputs of step k. Lanes without a motion copy those of the first one. */
-static void begin_step(lanes_work *w, int k) {
+static void begin_lanes_step(lanes_work *w, int k) {
     for (size_t lane = 0; lane < w->n.W; lane++) {
         const kt_rollout *r = &w->tasks[lane < w->used ? lane : 0].rollout;
         w->start[lane] = r->t + k * r->h;
@@ -170,20 +170,20 @@ static void begin_step(lanes_work *w, int k) {
 
 /* kt_adjoint_run */
 static void run_step(lanes_work *w, int k, const double *state) {
-    begin_step(w, k);
+    begin_lanes_step(w, k);
     for (size_t i = 0; i < w->n.s; i++) {
         const kt_lane_state at = set_stage(w, i, state);
         const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = accelerations(w, i)};
         w->live &= kt_lanes_accelerate(w->kernels, w->model, &at, &work);
     }
-    combine(w, state, w->method->b, w->n.s, w->raw);
+    combine_lane_slopes(w, state, w->method->b, w->n.s, w->raw);
     kt_copy(w->next, w->raw, w->n.W * w->n.N * sizeof *w->raw);
     if (w->n.nq > w->n.n)
         w->live &= w->kernels->make_units(w->model, w->lanes, w->next);
 }
 
 /* kt_adjoint_keep, at a checkpoint, and then kt_adjoint_recall from it. */
-static void keep(lanes_work *w, size_t index) {
+static void keep_lane_states(lanes_work *w, size_t index) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
         memcpy(w->kept + (index * w->n.s + i) * one, accelerations(w, i), one * sizeof *w->kept);
@@ -193,18 +193,18 @@ static void keep(lanes_work *w, size_t index) {
 
 static void recall(lanes_work *w, int k, size_t index, const double *state) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
-    begin_step(w, k);
+    begin_lanes_step(w, k);
     for (size_t i = 0; i < w->n.s; i++) {
         (void)set_stage(w, i, state);
         memcpy(accelerations(w, i), w->kept + (index * w->n.s + i) * one, one * sizeof *w->kept);
     }
-    combine(w, state, w->method->b, w->n.s, w->raw);
+    combine_lane_slopes(w, state, w->method->b, w->n.s, w->raw);
     memcpy(w->next, w->after + index * N, N * sizeof *w->next);
 }
 
 /* Evaluates the cost of a lane at the start of step k. Its gradients are written behind the state in w->one unless `by`
  * is NULL. */
-static double call_cost(lanes_work *w, size_t lane, int k, const double *state, double *by) {
+static double call_lane_cost(lanes_work *w, size_t lane, int k, const double *state, double *by) {
     const size_t n = w->n.n;
     kt_rollout_task *task = &w->tasks[lane];
     const kt_rollout *r = &task->rollout;
@@ -219,31 +219,31 @@ static double call_cost(lanes_work *w, size_t lane, int k, const double *state, 
         memset(by, 0, 3 * n * sizeof *by);
     const int result = w->cost(&at, &value, by, by && k < r->steps ? by + 2 * n : NULL, task->user);
     if (result != 0 || !isfinite(value))
-        fail(w, lane);
+        fail_lane(w, lane);
     return value;
 }
 
-static kt_status advance(void *user, int k, double *state, kt_error *error) {
+static kt_status advance_lanes(void *user, int k, double *state, kt_error *error) {
     lanes_work *w = user;
     const size_t last = (size_t)w->checkpoints.kept - 1;
     (void)error;
     if (k == w->reached) {
         for (size_t lane = 0; lane < w->used; lane++)
             if (kt_lane_is_in(w->live, lane))
-                w->value[lane] += call_cost(w, lane, k, state, NULL);
+                w->value[lane] += call_lane_cost(w, lane, k, state, NULL);
         w->reached++;
     }
     run_step(w, k, state);
     if (k == w->index[last] && !w->taken[last])
-        keep(w, last);
+        keep_lane_states(w, last);
     memcpy(state, w->next, w->n.W * w->n.N * sizeof *state);
-    return goes_on(w);
+    return status_of_lanes(w);
 }
 
 /* ---- adjoints ---------------------------------------------------------------------------------------------------- */
 
 /* k_i of step_adjoint.c */
-static void gather(lanes_work *w, size_t i) {
+static void gather_lane_stage(lanes_work *w, size_t i) {
     const size_t all = w->n.W * w->n.N;
     for (size_t l = 0; l < all; l++)
         w->by_slope[l] = w->method->b[i] * w->by_end[l];
@@ -257,7 +257,7 @@ static void gather(lanes_work *w, size_t i) {
 }
 
 /* Computes x_i, and adds the stage's part of the gradient by tau. */
-static void pull(lanes_work *w, size_t i) {
+static void pull_lane_stage(lanes_work *w, size_t i) {
     const size_t W = w->n.W, nq = W * w->n.nq, n = W * w->n.n, all = nq + n;
     const double *q = w->stage + i * all, *v = q + nq;
     const kt_lane_state at = {.t = w->t, .q = q, .v = v, .live = w->live};
@@ -278,7 +278,7 @@ static void pull(lanes_work *w, size_t i) {
 }
 
 /* kt_adjoint_sweep */
-static void sweep(lanes_work *w, const double *state) {
+static void sweep_lanes(lanes_work *w, const double *state) {
     const size_t W = w->n.W, nq = W * w->n.nq, n = W * w->n.n, all = nq + n;
     memset(w->by_end, 0, nq * sizeof *w->by_end);
     memcpy(w->by_end + nq, w->by_next + n, n * sizeof *w->by_end);
@@ -286,8 +286,8 @@ static void sweep(lanes_work *w, const double *state) {
     memcpy(w->by_start, w->by_end, all * sizeof *w->by_start);
     memset(w->by_force, 0, n * sizeof *w->by_force);
     for (size_t i = w->n.s; i-- > 0;) {
-        gather(w, i);
-        pull(w, i);
+        gather_lane_stage(w, i);
+        pull_lane_stage(w, i);
         for (size_t l = 0; l < all; l++)
             w->by_start[l] += w->by_stage[i * all + l];
     }
@@ -303,7 +303,7 @@ static void add_cost(lanes_work *w, int k, const double *state) {
     for (size_t lane = 0; lane < w->used; lane++) {
         if (!kt_lane_is_in(w->live, lane))
             continue;
-        const double value = call_cost(w, lane, k, state, by);
+        const double value = call_lane_cost(w, lane, k, state, by);
         double *inputs = w->inputs + (lane * w->n.steps + (size_t)k) * n;
         for (size_t i = 0; i < 2 * n; i++)
             w->by_next[i * W + lane] = by[i] + w->by_next[i * W + lane];
@@ -319,12 +319,12 @@ static void add_last_cost(lanes_work *w) {
     for (size_t lane = 0; lane < w->used; lane++) {
         if (!kt_lane_is_in(w->live, lane))
             continue;
-        w->value[lane] += call_cost(w, lane, (int)w->n.steps, w->next, by);
+        w->value[lane] += call_lane_cost(w, lane, (int)w->n.steps, w->next, by);
         kt_lane_put(by, w->n.W, lane, 2 * w->n.n, w->by_next);
     }
 }
 
-static kt_status reverse(void *user, int k, int kept, const double *state, kt_error *error) {
+static kt_status reverse_lanes(void *user, int k, int kept, const double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;
     if (kept >= 0 && w->taken[kept])
@@ -333,17 +333,17 @@ static kt_status reverse(void *user, int k, int kept, const double *state, kt_er
         run_step(w, k, state);
     if (k == (int)w->n.steps - 1)
         add_last_cost(w);
-    sweep(w, state);
+    sweep_lanes(w, state);
     add_cost(w, k, state);
-    return goes_on(w);
+    return status_of_lanes(w);
 }
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 /* Initialises w in memory, with the models and states of a group, and runs it. Returns the lanes that are done. */
-static kt_lane_mask run(lanes_work *w, const kt_model *model, kt_rollout_task *tasks, size_t used, void *memory) {
+static kt_lane_mask run_lanes(lanes_work *w, const kt_model *model, kt_rollout_task *tasks, size_t used, void *memory) {
     const kt_rollout *r = &tasks[0].rollout;
-    *w = (lanes_work){.model = model_of(model, tasks), .tasks = tasks, .used = used, .cost = w->cost};
+    *w = (lanes_work){.model = task_model_of(model, tasks), .tasks = tasks, .used = used, .cost = w->cost};
     w->n = counts_of(w->model, r);
     w->kernels = w->n.kernels;
     w->method = r->method;
@@ -354,7 +354,7 @@ static kt_lane_mask run(lanes_work *w, const kt_model *model, kt_rollout_task *t
     const size_t W = w->n.W;
     for (size_t lane = 0; lane < W; lane++) {
         const kt_rollout_task *task = &tasks[lane < used ? lane : 0];
-        const kt_model *own = model_of(model, task);
+        const kt_model *own = task_model_of(model, task);
         if (lane == 0)
             w->kernels->put_model(own, w->lanes, kt_lanes_first(W));
         else if (own != w->model)
@@ -371,11 +371,11 @@ static kt_lane_mask run(lanes_work *w, const kt_model *model, kt_rollout_task *t
                                   .here = w->here,
                                   .index = w->index,
                                   .taken = w->taken};
-    return kt_revolve_run(&w->checkpoints, advance, reverse, w, NULL) == KT_OK ? w->live : 0;
+    return kt_revolve_run(&w->checkpoints, advance_lanes, reverse_lanes, w, NULL) == KT_OK ? w->live : 0;
 }
 
 /* The results of a lane. */
-static void give(const lanes_work *w, size_t lane) {
+static void give_lane_results(const lanes_work *w, size_t lane) {
     kt_rollout_task *task = &w->tasks[lane];
     task->value = w->value[lane];
     task->status = KT_OK;
@@ -392,16 +392,17 @@ kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work,
     kt_status first = KT_OK;
     for (size_t i = 0; i < count;) {
         const kt_rollout *r = &tasks[i].rollout;
-        const kt_model *own = model_of(model, &tasks[i]);
+        const kt_model *own = task_model_of(model, &tasks[i]);
         const size_t width = kt_rollout_width(own, r, NULL), left = count - i, used = left < width ? left : width;
         lanes_work w = {.cost = cost};
         kt_lane_mask done = 0;
-        if (used > 1 && work && work_size >= kt_rollout_gradients_work_size(own, r) && fit(model, tasks + i, used))
-            done = run(&w, model, tasks + i, used, work);
+        if (used > 1 && work && work_size >= kt_rollout_gradients_work_size(own, r) &&
+            tasks_fit(model, tasks + i, used))
+            done = run_lanes(&w, model, tasks + i, used, work);
         for (size_t lane = 0; lane < used; lane++) {
             tasks[i + lane].in_lanes = kt_lane_is_in(done, lane);
             if (tasks[i + lane].in_lanes)
-                give(&w, lane);
+                give_lane_results(&w, lane);
         }
         for (size_t lane = 0; lane < used; lane++) { /* in the same memory */
             kt_rollout_task *task = &tasks[i + lane];
@@ -409,7 +410,7 @@ kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work,
             if (task->in_lanes)
                 continue;
             task->status =
-                kt_rollout_gradient(model_of(model, task), data, work, work_size, &task->rollout, task->q, task->v,
+                kt_rollout_gradient(task_model_of(model, task), data, work, work_size, &task->rollout, task->q, task->v,
                                     &task->value, task->by_start, task->by_inputs, cost, task->user, &made);
             if (task->status != KT_OK && first == KT_OK) {
                 first = task->status;

@@ -36,14 +36,14 @@
 
 #define REACH 0x1p-9
 
-static const kt_rosenbrock *table_of(const kt_step_work *w) { return w->step->method->transformed; }
+static const kt_rosenbrock *differentiated_table_of(const kt_step_work *w) { return w->step->method->transformed; }
 
 static double g_of(const kt_step_work *w) { return w->step->h * w->step->method->gamma[0]; }
 
-static size_t numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
+static size_t rosenbrock_numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
 /* y += factor x */
-static void add(double *y, double factor, const double *x, size_t n) {
+static void add_multiple(double *y, double factor, const double *x, size_t n) {
     for (size_t l = 0; l < n && factor != 0.0; l++)
         y[l] += factor * x[l];
 }
@@ -51,7 +51,7 @@ static void add(double *y, double factor, const double *x, size_t n) {
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
 static void form_whole(kt_step_work *w) {
-    const size_t N = numbers_of(w);
+    const size_t N = rosenbrock_numbers_of(w);
     double *unit = w->unit_state, *change = unit + N, *xi = change + N;
     memset(unit, 0, N * sizeof *unit);
     for (size_t j = 0; j < N; j++) {
@@ -83,13 +83,13 @@ static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
 }
 
 /* R becomes U. */
-static void solve(const kt_step_work *w, double *r) {
-    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = numbers_of(w);
+static void solve_stage_matrix(const kt_step_work *w, double *r) {
+    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = rosenbrock_numbers_of(w);
     const double g = g_of(w);
     for (size_t l = 0; l < N; l++)
         r[l] *= g;
     for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
-        add(r + n, g * r[l], w->by_q + l * e, e);
+        add_multiple(r + n, g * r[l], w->by_q + l * e, e);
     kt_lu_solve(w->matrix, w->unknowns, w->pivot, r + N - w->unknowns);
     for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
         r[l] += g * r[n + l];
@@ -106,10 +106,10 @@ static bool differs_in_time(kt_step_work *w, double *rates) {
 }
 
 /* Computes h f_t like a simulation. It is exact, or a difference if loops or a caller's own effects depend on time. */
-static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
+static kt_status find_step_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = numbers_of(w);
+    const size_t nq = model->n.q, n = model->n.v, N = rosenbrock_numbers_of(w);
     double *slope = w->time_derivative, *other = w->neighbour, *f = w->slope;
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
@@ -130,33 +130,33 @@ static kt_status find_time_derivative(kt_step_work *w, kt_error *error) {
 }
 
 /* out = y0 + sum_j weight_j U_j */
-static void combine(const kt_step_work *w, const double *weights, size_t count, double *out) {
-    const size_t N = numbers_of(w);
+static void combine_stage_solutions(const kt_step_work *w, const double *weights, size_t count, double *out) {
+    const size_t N = rosenbrock_numbers_of(w);
     memcpy(out, w->y, N * sizeof *out);
     for (size_t j = 0; j < count; j++)
-        add(out, weights[j], w->increment + j * N, N);
+        add_multiple(out, weights[j], w->increment + j * N, N);
 }
 
 static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
-    const kt_rosenbrock *table = table_of(w);
-    const size_t N = numbers_of(w);
+    const kt_rosenbrock *table = differentiated_table_of(w);
+    const size_t N = rosenbrock_numbers_of(w);
     double *y = w->stage + i * N, *f = w->slope + i * N, *u = w->increment + i * N;
-    combine(w, table->a[i], i, y);
+    combine_stage_solutions(w, table->a[i], i, y);
     const kt_status status =
         i ? kt_step_slope(w, kt_step_time(w->step, i), y, f, error) : KT_OK; /* the slope at the start is available */
     if (status != KT_OK)
         return status;
     memcpy(u, f, N * sizeof *u);
     for (size_t j = 0; j < i; j++)
-        add(u, table->coupling[i][j] / w->step->h, w->increment + j * N, N);
-    add(u, table->gamma_sum[i], w->time_derivative, N);
-    solve(w, u);
+        add_multiple(u, table->coupling[i][j] / w->step->h, w->increment + j * N, N);
+    add_multiple(u, table->gamma_sum[i], w->time_derivative, N);
+    solve_stage_matrix(w, u);
     return KT_OK;
 }
 
 /* Computes f_y at a state into a place of by_q and by_v (0: that of J), and f_p. */
-static kt_status differentiate(kt_step_work *w, size_t block, double t, const double *y, const double *a, size_t held,
-                               kt_error *error) {
+static kt_status differentiate_at_state(kt_step_work *w, size_t block, double t, const double *y, const double *a,
+                                        size_t held, kt_error *error) {
     kt_status status = kt_step_differentiate_at(w, t, y, a, block, held > 0, error);
     if (status == KT_OK && held && w->parameter)
         status = kt_parameter_stage(w, t, y, a, error);
@@ -164,29 +164,30 @@ static kt_status differentiate(kt_step_work *w, size_t block, double t, const do
 }
 
 /* Computes the stages. With `held` columns, f_p at the start stays in its block. */
-static kt_status run(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
+static kt_status run_rosenbrock_stages(kt_step_work *w, const double *q, const double *v, size_t held,
+                                       kt_error *error) {
     kt_step_start(w, q, v);
     kt_status status = kt_step_slope(w, w->step->t, w->y, w->slope, error);
     if (status == KT_OK)
-        status = find_time_derivative(w, error);
+        status = find_step_time_derivative(w, error);
     if (status == KT_OK)
-        status = differentiate(w, 0, w->step->t, w->y, w->slope + w->model->n.q, held, error);
+        status = differentiate_at_state(w, 0, w->step->t, w->y, w->slope + w->model->n.q, held, error);
     if (status == KT_OK)
         status = factor_shifted(w, error);
     for (size_t i = 0; i < w->stages && status == KT_OK; i++)
         status = solve_stage(w, i, error);
     if (status == KT_OK)
-        combine(w, table_of(w)->m, w->stages, w->next);
+        combine_stage_solutions(w, differentiated_table_of(w)->m, w->stages, w->next);
     return status;
 }
 
 kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
-    return run(w, q, v, 0, error);
+    return run_rosenbrock_stages(w, q, v, 0, error);
 }
 
 /* ---- its tangents ------------------------------------------------------------------------------------------------ */
 
-static void start_of(const kt_step_work *w, size_t k, double *dy) {
+static void start_change_of(const kt_step_work *w, size_t k, double *dy) {
     const size_t nq = w->model->n.q;
     memcpy(dy, w->start_q + k * kt_padded_q(w->model), nq * sizeof *dy);
     memcpy(dy + nq, w->start_v + k * kt_padded_v(w->model), kt_rate_numbers(w->model) * sizeof *dy);
@@ -196,34 +197,34 @@ static void start_of(const kt_step_work *w, size_t k, double *dy) {
  * column k is at dy + k N, or at the start if dy is NULL. less may be NULL, too. */
 static void add_changes(kt_step_work *w, double factor, size_t block, const double *y, const double *dy,
                         const double *less, size_t held, double *to) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = numbers_of(w);
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = rosenbrock_numbers_of(w);
     const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
     double *start = w->unit_state, *change = start + N, *xi = change + N;
     for (size_t k = 0; k < w->states + held; k++) {
-        start_of(w, k, start);
+        start_change_of(w, k, start);
         kt_slope_change(w, block, y, dy ? dy + k * N : start, xi, change);
         if (k >= w->states)
-            add(change + nq, 1.0, by_held + (k - w->states) * n, n);
+            add_multiple(change + nq, 1.0, by_held + (k - w->states) * n, n);
         if (less)
-            add(change, -1.0, less + k * N, N);
-        add(to + k * N, factor, change, N);
+            add_multiple(change, -1.0, less + k * N, N);
+        add_multiple(to + k * N, factor, change, N);
     }
 }
 
 /* Adds H_i to the right-hand sides. */
 static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     static const double weight[] = {0.0, 4.0, -3.0, 4.0 / 3.0, -0.25};
-    const size_t nq = w->model->n.q, N = numbers_of(w);
-    const double ahead = table_of(w)->gamma_sum[i], e = ahead < 0.0 ? -REACH : REACH;
+    const size_t nq = w->model->n.q, N = rosenbrock_numbers_of(w);
+    const double ahead = differentiated_table_of(w)->gamma_sum[i], e = ahead < 0.0 ? -REACH : REACH;
     kt_status status = KT_OK;
     for (int k = 1; k <= 4 && status == KT_OK; k++) {
         const double t = w->step->t + k * e * ahead * w->step->h;
         double *y = w->neighbour, *slope = w->neighbour_slope;
         memcpy(y, w->y, N * sizeof *y);
-        add(y, k * e, w->increment + i * N, N);
+        add_multiple(y, k * e, w->increment + i * N, N);
         status = kt_step_slope(w, t, y, slope, error);
         if (status == KT_OK)
-            status = differentiate(w, 1, t, y, slope + nq, held, error);
+            status = differentiate_at_state(w, 1, t, y, slope + nq, held, error);
         if (status == KT_OK)
             add_changes(w, weight[k] / e, 1, y, NULL, w->first, held, w->right);
     }
@@ -232,33 +233,34 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
 
 /* Computes the changes of y0 + sum_j weight_j U_j. */
 static void combine_changes(kt_step_work *w, const double *weights, size_t count, size_t columns) {
-    const size_t N = numbers_of(w);
+    const size_t N = rosenbrock_numbers_of(w);
     for (size_t k = 0; k < columns; k++) {
         double *dy = w->changed + k * N;
-        start_of(w, k, dy);
+        start_change_of(w, k, dy);
         for (size_t j = 0; j < count; j++)
-            add(dy, weights[j], w->moved + (j * columns + k) * N, N);
+            add_multiple(dy, weights[j], w->moved + (j * columns + k) * N, N);
     }
 }
 
 /* Adds F_i dY_i + f_p dp to the right-hand sides. */
 static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
-    const size_t nq = w->model->n.q, N = numbers_of(w), columns = w->states + held;
+    const size_t nq = w->model->n.q, N = rosenbrock_numbers_of(w), columns = w->states + held;
     const double *y = w->stage + i * N;
     if (i == 0) {
-        add(w->right, 1.0, w->first, columns * N);
+        add_multiple(w->right, 1.0, w->first, columns * N);
         return KT_OK;
     }
-    const kt_status status = differentiate(w, 1, kt_step_time(w->step, i), y, w->slope + i * N + nq, held, error);
+    const kt_status status =
+        differentiate_at_state(w, 1, kt_step_time(w->step, i), y, w->slope + i * N + nq, held, error);
     if (status != KT_OK)
         return status;
-    combine_changes(w, table_of(w)->a[i], i, columns);
+    combine_changes(w, differentiated_table_of(w)->a[i], i, columns);
     add_changes(w, 1.0, 1, y, w->changed, NULL, held, w->right);
     return KT_OK;
 }
 
 static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, N = numbers_of(w);
+    const size_t columns = w->states + held, N = rosenbrock_numbers_of(w);
     memset(w->right, 0, columns * N * sizeof *w->right);
     kt_status status = add_stage(w, i, held, error);
     if (status == KT_OK)
@@ -267,15 +269,16 @@ static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *
         double *u = w->moved + (i * columns + k) * N;
         memcpy(u, w->right + k * N, N * sizeof *u);
         for (size_t j = 0; j < i; j++)
-            add(u, table_of(w)->coupling[i][j] / w->step->h, w->moved + (j * columns + k) * N, N);
-        solve(w, u);
+            add_multiple(u, differentiated_table_of(w)->coupling[i][j] / w->step->h, w->moved + (j * columns + k) * N,
+                         N);
+        solve_stage_matrix(w, u);
     }
     return status;
 }
 
 kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, nq = w->model->n.q, N = numbers_of(w);
-    kt_status status = run(w, q, v, held, error);
+    const size_t columns = w->states + held, nq = w->model->n.q, N = rosenbrock_numbers_of(w);
+    kt_status status = run_rosenbrock_stages(w, q, v, held, error);
     if (status != KT_OK)
         return status;
     memset(w->first, 0, columns * N * sizeof *w->first);
@@ -283,7 +286,7 @@ kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double 
     for (size_t i = 0; i < w->stages && status == KT_OK; i++)
         status = change_stage(w, i, held, error);
     if (status == KT_OK)
-        combine_changes(w, table_of(w)->m, w->stages, columns);
+        combine_changes(w, differentiated_table_of(w)->m, w->stages, columns);
     for (size_t k = 0; k < columns && status == KT_OK; k++) {
         memcpy(w->change_q + k * kt_padded_q(w->model), w->changed + k * N, nq * sizeof *w->change_q);
         memcpy(w->rate_v + k * kt_padded_v(w->model), w->changed + k * N + nq, (N - nq) * sizeof *w->rate_v);

@@ -34,8 +34,8 @@ kt_status kt_step_slope(const kt_step_work *w, double t, const double *y, double
 
 /* For a tree without effects, the accelerations are written to `a` unless that is NULL. Otherwise `known` holds
  * them. */
-static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, double *a, const double *known,
-                               const kt_forward_matrices *by, kt_error *error) {
+static kt_status differentiate_stage(kt_step_work *w, const kt_dynamic_state *at, double *a, const double *known,
+                                     const kt_forward_matrices *by, kt_error *error) {
     const kt_model *model = w->model;
     if (!model->n.group && !model->n.effect)
         return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), at, a, by, error);
@@ -46,8 +46,8 @@ static kt_status differentiate(kt_step_work *w, const kt_dynamic_state *at, doub
 /* Widens a matrix of n columns of n numbers to n + m columns of n + m. Below them come -`below` (m x n), then columns
  * of
  * -`right` (m x m). These begin with the columns of `above` (n x m). NULL: zeros. */
-static void join_states(double *matrix, size_t n, size_t m, const double *below, const double *above,
-                        const double *right) {
+static void join_state_blocks(double *matrix, size_t n, size_t m, const double *below, const double *above,
+                              const double *right) {
     const size_t e = n + m;
     for (size_t j = e; j-- > 0;) {
         double *column = matrix + j * e;
@@ -69,7 +69,7 @@ kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, c
     const kt_dynamic_state at = {t, y, y + model->n.q, w->step->tau, w->step->external};
     const kt_forward_matrices by = {w->by_q + block * e * e, w->by_v + block * e * e, inputs ? w->by_tau : NULL};
     if (!(KT_HAS_FORMULAS && m > 0))
-        return differentiate(w, &at, NULL, a, &by, error);
+        return differentiate_stage(w, &at, NULL, a, &by, error);
     const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
                                          w->by_states + 3 * n * m};
     kt_auxiliary_states_put(model, w->data, y);
@@ -77,14 +77,14 @@ kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, c
         kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), &at, a,
                                        &(kt_acceleration_matrices){.by = by, .states = &states}, error);
     if (status == KT_OK) {
-        join_states(by.q, n, m, states.rate_q, NULL, NULL);
-        join_states(by.v, n, m, states.rate_v, states.force, states.rate_x);
+        join_state_blocks(by.q, n, m, states.rate_q, NULL, NULL);
+        join_state_blocks(by.v, n, m, states.rate_v, states.force, states.rate_x);
     }
     return status;
 }
 
 /* y += factor x */
-static void add(double *y, double factor, const double *x, size_t n) {
+static void add_vector_times(double *y, double factor, const double *x, size_t n) {
     for (size_t l = 0; l < n && factor != 0.0; l++)
         y[l] += factor * x[l];
 }
@@ -98,8 +98,8 @@ void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const
     memset(out + nq, 0, e * sizeof *out);
     for (size_t l = 0; l < e; l++) { /* most changes are unit vectors */
         if (l < n)
-            add(out + nq, xi[l], by_q + l * e, e);
-        add(out + nq, dy[nq + l], by_v + l * e, e);
+            add_vector_times(out + nq, xi[l], by_q + l * e, e);
+        add_vector_times(out + nq, dy[nq + l], by_v + l * e, e);
     }
 }
 
@@ -116,5 +116,6 @@ kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *
     }
     if (has_states)
         return kt_step_differentiate_at(w, at.t, y, known, 0, inputs, error);
-    return differentiate(w, &at, a, known, &(kt_forward_matrices){w->by_q, w->by_v, inputs ? w->by_tau : NULL}, error);
+    return differentiate_stage(w, &at, a, known, &(kt_forward_matrices){w->by_q, w->by_v, inputs ? w->by_tau : NULL},
+                               error);
 }

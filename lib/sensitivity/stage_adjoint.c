@@ -48,22 +48,22 @@ void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const 
 }
 
 /* Computes w = M^-1 mu, or with loops the response, into by_tau. */
-static kt_status respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
-                         kt_error *error) {
+static kt_status respond_to_stage(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
+                                  kt_error *error) {
     if (KT_HAS_LOOPS && w->model->n.group)
         return kt_stage_respond(w, t, q, mu, by_tau, error);
     memcpy(by_tau, mu, w->model->n.v * sizeof *mu);
     return kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
 }
 
-static kt_status sweep(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
+static kt_status sweep_stage(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq;
     const double t = kt_step_time(w->step, stage);
     double *by_xi = w->tangent, *by_v = by_xi + n, *by_tau = by_v + n;
     const kt_gradient gradient = {by_xi, by_v, w->inverse_force, w->momentum, w->links};
     const kt_dynamic_state at = {.t = t, .q = q, .v = v, .external = w->step->external};
-    kt_status status = respond(w, t, q, mu, by_tau, error);
+    kt_status status = respond_to_stage(w, t, q, mu, by_tau, error);
     if (status == KT_OK)
         status = kt_gradient_evaluate(w->model, w->data, &at, a, KT_GRADIENT_POSED, by_tau, &gradient, error);
     if (status != KT_OK)
@@ -76,7 +76,7 @@ static kt_status sweep(kt_step_work *w, size_t stage, const double *mu, kt_error
     return status;
 }
 
-static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
+static kt_status multiply_stage_adjoint(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t n = w->model->n.v;
     const kt_status status = kt_step_differentiate(w, stage, true, NULL, error);
     for (size_t j = 0; j < n && status == KT_OK; j++) {
@@ -88,5 +88,5 @@ static kt_status multiply(kt_step_work *w, size_t stage, const double *mu, kt_er
 }
 
 kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *mu, kt_error *error) {
-    return kt_sweep_rejected(w->model) ? multiply(w, i, mu, error) : sweep(w, i, mu, error);
+    return kt_sweep_rejected(w->model) ? multiply_stage_adjoint(w, i, mu, error) : sweep_stage(w, i, mu, error);
 }

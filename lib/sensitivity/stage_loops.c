@@ -9,7 +9,7 @@
 /* Rejects derivatives that are too uncertain next to a singular position. Their error is compared with accelerations,
  * in units of their coordinates. A gradient does not form the derivatives themselves, which are larger where the path
  * bends. */
-static kt_status reject_unknown(kt_step_work *w, double t, const double *q, double *a, kt_error *error) {
+static kt_status reject_unknown_stage(kt_step_work *w, double t, const double *q, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const double *v = q + model->n.q;
     double size, most = 0.0;
@@ -26,7 +26,7 @@ static kt_status reject_unknown(kt_step_work *w, double t, const double *q, doub
 
 kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                            kt_error *error) {
-    kt_status status = reject_unknown(w, t, q, by_tau, error);
+    kt_status status = reject_unknown_stage(w, t, q, by_tau, error);
     if (status == KT_OK)
         status = kt_loops_factor(w->model, w->data, t, q, KT_ROWS_ALL, error);
     return status == KT_OK ? kt_loops_respond(w->model, w->data, KT_METRIC_MASS, NULL, mu, by_tau, error) : status;

@@ -23,7 +23,7 @@ size_t kt_step_kept(const kt_model *model, const kt_method *method) {
 }
 
 /* Whether a step of the method is a function of a state. */
-static bool is_function(const kt_method *method) {
+static bool step_is_function(const kt_method *method) {
     return method && (kt_method_family_of(method) == &kt_family_explicit || kt_method_is_coupled(method) ||
                       kt_method_is_linear(method));
 }
@@ -39,7 +39,7 @@ static size_t held_most(const kt_model *model) { return model->n.v > KT_PARAMETE
 KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *model, size_t N, size_t n, size_t e,
                 size_t s, size_t m, size_t c, size_t p, size_t g, size_t u, size_t r)
 
-static size_t place(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
+static size_t place_step_work(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
     const bool linear = kt_method_is_linear(method);
     const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), unknowns = unknowns_of(model, method);
     const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
@@ -54,7 +54,9 @@ static size_t place(kt_step_work *w, void *memory, const kt_model *model, const 
 size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
     if (!model || !method)
         return 0;
-    return is_function(method) && kt_method_check_sizes(method, NULL) == KT_OK ? place(NULL, NULL, model, method) : 0;
+    return step_is_function(method) && kt_method_check_sizes(method, NULL) == KT_OK
+               ? place_step_work(NULL, NULL, model, method)
+               : 0;
 }
 
 static kt_products products_of(const kt_model *model) {
@@ -68,7 +70,7 @@ static kt_products products_of(const kt_model *model) {
     return (kt_products){kt_product_baseline, kt_sum_baseline, kt_solve_lanes_baseline};
 }
 
-static kt_status check_auxiliary_states(const kt_model *model, const double *x, kt_error *error) {
+static kt_status check_step_states(const kt_model *model, const double *x, kt_error *error) {
     return kt_all_finite(x, model->n.x) ? KT_OK
                                         : kt_error_set(error, KT_ERROR_NOT_FINITE, "auxiliary states",
                                                        "a number of x at the start is not finite");
@@ -76,7 +78,7 @@ static kt_status check_auxiliary_states(const kt_model *model, const double *x, 
 
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                         const kt_step *step, kt_error *error) {
-    if (!is_function(step->method))
+    if (!step_is_function(step->method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
                             "a step of '%s' depends on earlier steps, so it has no derivatives with respect to one "
                             "state; use rk4, dopri5, implicit-euler, crank-nicolson, radau5 or rodas5p",
@@ -91,7 +93,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
     if (status == KT_OK)
         status = kt_slip_reject(model, "step", error);
     if (status == KT_OK && kt_has_auxiliary_states(model) && step->x)
-        status = check_auxiliary_states(model, step->x, error);
+        status = check_step_states(model, step->x, error);
     if (status == KT_OK)
         status = kt_method_check_sizes(step->method, error);
     if (status == KT_OK)
@@ -109,7 +111,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .unknowns = unknowns_of(model, step->method),
                         .held_most = held_most(model),
                         .products = products_of(model)};
-    (void)place(w, memory, model, step->method);
+    (void)place_step_work(w, memory, model, step->method);
     if (kt_has_auxiliary_states(model))
         kt_copy(w->before, data->x, model->n.x * sizeof *w->before);
     w->projection.data = data;

@@ -17,7 +17,7 @@
  * auxiliary states, there is no other way. */
 static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_auxiliary_states(w->model); }
 
-static bool closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
+static bool step_closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
 
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
@@ -27,7 +27,7 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     if (status != KT_OK)
         return status;
     memcpy(w->raw, w->next, N * sizeof *w->raw);
-    if (closes(w)) {
+    if (step_closes(w)) {
         const kt_status closed = kt_projection_run(&w->projection, w->next, w->next + nq, error);
         return closed == KT_OK ? kt_projection_reject_unknown(&w->projection, w->next + nq, 1.0, 1.0, error) : closed;
     }
@@ -69,11 +69,11 @@ kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, c
     memcpy(w->raw, w->next, N * sizeof *w->raw);
     memcpy(w->next, next, N * sizeof *next);
     w->projection.iterations = iterations;
-    return closes(w) ? kt_projection_begin(&w->projection, w->raw, w->raw + nq, error) : KT_OK;
+    return step_closes(w) ? kt_projection_begin(&w->projection, w->raw, w->raw + nq, error) : KT_OK;
 }
 
 /* Computes k_i. */
-static void gather(kt_step_work *w, size_t i) {
+static void gather_stage_adjoint(kt_step_work *w, size_t i) {
     const kt_method *method = w->step->method;
     const size_t N = w->model->n.q + w->model->n.v;
     for (size_t l = 0; l < N; l++)
@@ -88,7 +88,7 @@ static void gather(kt_step_work *w, size_t i) {
 }
 
 /* Computes x_i, and adds the stage's part of the gradient by tau. */
-static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
+static kt_status pull_stage_adjoint(kt_step_work *w, size_t i, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
     const double *q = w->stage + i * N;
@@ -107,7 +107,7 @@ static kt_status pull(kt_step_work *w, size_t i, kt_error *error) {
 }
 
 /* Computes the adjoint with A and B. */
-static kt_status multiply(kt_step_work *w, kt_error *error) {
+static kt_status multiply_step_adjoint(kt_step_work *w, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), N = kt_state_numbers(w->model);
     const double *change_x = w->rate_v + n;
     memcpy(w->raw, w->y, N * sizeof *w->raw);
@@ -128,9 +128,9 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
     if (is_formed(w))
-        return multiply(w, error);
+        return multiply_step_adjoint(w, error);
     kt_status status =
-        closes(w) ? kt_projection_transposed(&w->projection, w->next, w->next + nq, w->by_next, error) : KT_OK;
+        step_closes(w) ? kt_projection_transposed(&w->projection, w->next, w->next + nq, w->by_next, error) : KT_OK;
     if (status != KT_OK)
         return status;
     memset(w->by_end, 0, nq * sizeof *w->by_end);
@@ -142,8 +142,8 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
         status = kt_coupled_adjoint(w, error);
     for (size_t i = w->stages; i-- > 0 && status == KT_OK;) {
         if (!w->coupled) {
-            gather(w, i);
-            status = pull(w, i, error);
+            gather_stage_adjoint(w, i);
+            status = pull_stage_adjoint(w, i, error);
         }
         for (size_t l = 0; l < N; l++)
             w->by_start[l] += w->by_stage[i * N + l];

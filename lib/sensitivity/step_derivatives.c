@@ -8,7 +8,7 @@
 
 /* Sets the changes at the start: unit vectors of xi and dv, zero for held inputs. The padding of the columns stays zero
  * from here on. */
-static void begin(kt_step_work *w, size_t columns) {
+static void begin_changes(kt_step_work *w, size_t columns) {
     const size_t n = w->model->n.v, Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
     memset(w->start_v, 0, V * columns * sizeof *w->start_v);
@@ -32,7 +32,7 @@ static void begin(kt_step_work *w, size_t columns) {
 
 /* Forms dK_i: the derivatives by held inputs, the rates of positions, and a_q xi + a_v dv unless i is 0. At the start,
  * xi and dv are unit vectors or zero, so that the derivatives themselves are copied. */
-static void propagate(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
+static void propagate_stage(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model), Q = kt_padded_q(model), V = kt_padded(e);
     const double *q = w->stage + i * (nq + e), *dq = w->change_q, *dv = w->change_v + i * V * columns;
@@ -53,8 +53,8 @@ static void propagate(kt_step_work *w, const kt_products *products, size_t i, si
 }
 
 /* Forms dX_i (or, after the last stage, the changes at the end) from the rates: into change_q and *dv. */
-static void combine(kt_step_work *w, const kt_products *products, const double *row, size_t count, size_t columns,
-                    double *dv) {
+static void combine_rate_changes(kt_step_work *w, const kt_products *products, const double *row, size_t count,
+                                 size_t columns, double *dv) {
     const size_t Q = kt_padded_q(w->model) * columns, V = kt_padded_v(w->model) * columns;
     const double *rate_q = kt_is_plain(w->model) ? w->change_v : w->rate_q;
     products->sum(w->change_q, w->start_q, w->step->h, row, count, rate_q, Q);
@@ -64,7 +64,7 @@ static void combine(kt_step_work *w, const kt_products *products, const double *
 /* Rejects derivatives that are too uncertain next to a singular position after the step. They are the columns of states
  * or, without these, of held inputs. A unit of a held input moves positions and velocities little or not at all. Its
  * velocities are therefore compared with its positions. */
-static kt_status reject_unknown(const kt_step_work *w, size_t columns, kt_error *error) {
+static kt_status reject_unknown_step(const kt_step_work *w, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, count = w->states > 0 ? model->n.group_v : columns;
     double by = 0.0, v_by = 0.0;
@@ -102,7 +102,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
     if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected) {
         const kt_status status =
             kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
-        return status == KT_OK ? reject_unknown(w, columns, error) : status;
+        return status == KT_OK ? reject_unknown_step(w, columns, error) : status;
     }
     return kt_step_close(model, w->data, w->step, w->next, w->next + nq, error);
 }
@@ -120,8 +120,8 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
         if (status != KT_OK)
             return status;
         const double *row = kt_step_row(w->step->method, i);
-        combine(w, products, row, i, columns, w->change_v + i * V);
-        propagate(w, products, i, columns);
+        combine_rate_changes(w, products, row, i, columns, w->change_v + i * V);
+        propagate_stage(w, products, i, columns);
     }
     kt_step_finish(w);
     return KT_OK;
@@ -132,7 +132,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     const kt_products *products = &w->products;
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_step_start(w, q, v);
-    begin(w, columns);
+    begin_changes(w, columns);
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
                        : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
                                                       : differentiate_stages(w, products, held, columns, error);
@@ -140,7 +140,8 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     if (status != KT_OK)
         return status;
     if (!w->linear)
-        combine(w, products, method->b, w->stages, columns, w->rate_v); /* in place: each number after its last use */
+        combine_rate_changes(w, products, method->b, w->stages, columns,
+                             w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK &&
         !(kt_all_finite(w->end, 2 * n * columns) &&

@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-static kt_quat load(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
+static kt_quat load_rotation(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
 
 void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq) {
     kt_position_rate(model, q, xi, dq);
@@ -28,7 +28,8 @@ void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, d
         if (!motion.quaternions)
             continue;
         const int at = link->q + motion.plain;
-        kt_joint_store(xi + link->v + motion.plain, kt_quat_angular_body(load(q + at), load(dq + at)));
+        kt_joint_store(xi + link->v + motion.plain,
+                       kt_quat_angular_body(load_rotation(q + at), load_rotation(dq + at)));
     }
 }
 
@@ -42,7 +43,7 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
             continue;
         double *p = rate + link->q + motion.plain;
         const kt_quat d =
-            kt_quat_rate_body(load(dq + link->q + motion.plain), kt_joint_load(v + link->v + motion.plain));
+            kt_quat_rate_body(load_rotation(dq + link->q + motion.plain), kt_joint_load(v + link->v + motion.plain));
         p[0] += d.w;
         p[1] += d.x;
         p[2] += d.y;
@@ -51,7 +52,7 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 }
 
 /* T(x) dx; T(x)' = T(-x). */
-static kt_vec3 jacobian(kt_vec3 x, kt_vec3 dx) {
+static kt_vec3 rotation_tangent(kt_vec3 x, kt_vec3 dx) {
     const double r = kt_vec3_norm(x);
     const double first = r < 1e-3 ? 0.5 - r * r / 24.0 : (1.0 - cos(r)) / (r * r);
     const double second = r < 1e-2 ? 1.0 / 6.0 - r * r / 120.0 * (1.0 - r * r / 42.0) : (r - sin(r)) / (r * r * r);
@@ -71,7 +72,7 @@ void kt_tangent_add(const kt_model *model, const double *x, const double *xi, co
         const kt_vec3 turn = kt_joint_load(x + at);
         const kt_vec3 turned =
             kt_mat3_apply_transposed(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), kt_joint_load(xi + at));
-        kt_joint_store(out + at, kt_vec3_add(turned, jacobian(turn, kt_joint_load(dx + at))));
+        kt_joint_store(out + at, kt_vec3_add(turned, rotation_tangent(turn, kt_joint_load(dx + at))));
     }
 }
 
@@ -102,6 +103,6 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
         const int at = link->v + motion.plain;
         const kt_vec3 turn = kt_joint_load(x + at), y = kt_joint_load(by_out + at);
         kt_joint_store(by_xi + at, kt_mat3_apply(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), y));
-        kt_joint_store(by_dx + at, jacobian(kt_vec3_scale(-1.0, turn), y));
+        kt_joint_store(by_dx + at, rotation_tangent(kt_vec3_scale(-1.0, turn), y));
     }
 }
