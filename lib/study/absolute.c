@@ -49,7 +49,7 @@ KT_ARENA_ARRAYS(place_arrays, loosen, LOOSEN_FIELDS, const loosen_counts *n)
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 
 /* The pose and the twist of a body of the tree in its initial state. */
-static kt_pose pose_of(const loosen *w, int32_t body) {
+static kt_pose initial_pose_of(const loosen *w, int32_t body) {
     const kt_body_record *b = &w->tree->body[body];
     return kt_pose_compose(w->pose[b->link], b->in_link);
 }
@@ -95,7 +95,7 @@ static void name_counter(loosen *w, const char **joint) {
 
 /* ---- joints become loops ----------------------------------------------------------------------------------------- */
 
-static const char *name_part(loosen *w, const char *name, const char *part) {
+static const char *name_absolute_part(loosen *w, const char *name, const char *part) {
     char *text = w->text + w->used.text;
     const size_t size = strlen(name) + strlen(part) + 1;
     (void)snprintf(text, size, "%s%s", name, part);
@@ -106,7 +106,7 @@ static const char *name_part(loosen *w, const char *name, const char *part) {
 static const char position_part[] = ".position", cross_part[] = ".cross";
 
 /* Adds a massless body; returns its index in the absolute model. */
-static int32_t add_body(loosen *w, const char *name, kt_body **body) {
+static int32_t add_absolute_body(loosen *w, const char *name, kt_body **body) {
     *body = &w->body[w->used.body];
     **body = kt_body_default();
     (*body)->name = name;
@@ -114,8 +114,8 @@ static int32_t add_body(loosen *w, const char *name, kt_body **body) {
 }
 
 /* Adds a loop between the origins and axes of two bodies; returns its index. */
-static int32_t add_loop(loosen *w, const char *name, kt_loop_type type, const char *first, const char *second,
-                        kt_loop **loop) {
+static int32_t add_absolute_loop(loosen *w, const char *name, kt_loop_type type, const char *first, const char *second,
+                                 kt_loop **loop) {
     *loop = &w->loop[w->used.loop];
     **loop = kt_loop_default();
     (*loop)->name = name;
@@ -141,33 +141,34 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     kt_loop *tie;
     (void)kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
     const bool slides = kt_motion_facts_of(elements[0].motion).lengths > 0;
-    const char *name = name_part(w, body->name, position_part);
-    j->counter = add_body(w, name, &counter);
+    const char *name = name_absolute_part(w, body->name, position_part);
+    j->counter = add_absolute_body(w, name, &counter);
     counter->parent = body->parent;
     counter->joint = body->joint;
     counter->joint.name = NULL;
     counter->joint.type = slides ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
-    j->tie = add_loop(w, name, slides ? KT_LOOP_INPLANE : KT_LOOP_ORTHOGONAL, name, body->name, &tie);
+    j->tie = add_absolute_loop(w, name, slides ? KT_LOOP_INPLANE : KT_LOOP_ORTHOGONAL, name, body->name, &tie);
     tie->axis = slides ? j->axes.triad.z : j->axes.triad.x;
     tie->axis2 = j->axes.triad.y;
 }
 
 /* Replaces a universal joint whose axes are not normal to each other. A revolute loop about the first axis connects the
  * parent with the cross. Another one about the second axis connects the cross with the body. */
-static void add_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
+static void add_absolute_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
     kt_body *cross;
     kt_loop *first, *second;
     kt_pose pose;
     kt_twist twist;
     const int32_t up = w->tree->body[self].parent;
-    const char *name = name_part(w, body->name, cross_part);
-    kt_cross_motion(j, pose_of(w, up), twist_of(w, up), body->joint.position, body->joint.velocity, &pose, &twist);
-    j->cross = add_body(w, name, &cross);
+    const char *name = name_absolute_part(w, body->name, cross_part);
+    kt_cross_motion(j, initial_pose_of(w, up), twist_of(w, up), body->joint.position, body->joint.velocity, &pose,
+                    &twist);
+    j->cross = add_absolute_body(w, name, &cross);
     set_free(cross, pose, twist);
-    (void)add_loop(w, name, KT_LOOP_REVOLUTE, body->parent, name, &first);
+    (void)add_absolute_loop(w, name, KT_LOOP_REVOLUTE, body->parent, name, &first);
     start_at_joint(first, &body->joint);
     first->axis = j->axes.triad.z;
-    j->loop = add_loop(w, kt_joint_name_of(body), KT_LOOP_REVOLUTE, name, body->name, &second);
+    j->loop = add_absolute_loop(w, kt_joint_name_of(body), KT_LOOP_REVOLUTE, name, body->name, &second);
     second->axis = j->axes.second;
 }
 
@@ -181,11 +182,11 @@ static void close_joint(loosen *w, const kt_body *body, kt_absolute_joint *j, in
     kt_loop *loop;
     j->loop = j->tie = -1;
     if (type == KT_LOOP_UNIVERSAL && is_oblique(j)) {
-        add_cross(w, body, j, self);
+        add_absolute_cross(w, body, j, self);
         return;
     }
     if (type != KT_LOOP_TYPE_COUNT) {
-        j->loop = add_loop(w, kt_joint_name_of(body), type, body->parent, body->name, &loop);
+        j->loop = add_absolute_loop(w, kt_joint_name_of(body), type, body->parent, body->name, &loop);
         start_at_joint(loop, joint);
         loop->axis = j->axes.triad.z;
         loop->axis2 = j->axes.second;
@@ -225,7 +226,7 @@ static void copy_all(loosen *w) {
     w->used.loop = (size_t)d->loop_count;
 }
 
-static void transform(loosen *w) {
+static void transform_description(loosen *w) {
     const kt_description *d = w->from;
     copy_all(w);
     each_reference(w, count_joint);
@@ -237,7 +238,7 @@ static void transform(loosen *w) {
         j->parent = w->tree->body[r->parent].source + 1;
         j->axes = kt_joint_axes_of(&body->joint);
         close_joint(w, body, j, b);
-        set_free(&w->body[r->source], pose_of(w, b), twist_of(w, b));
+        set_free(&w->body[r->source], initial_pose_of(w, b), twist_of(w, b));
     }
     each_reference(w, name_counter);
 }
@@ -314,7 +315,7 @@ static kt_status reject_switches(const kt_description *d, kt_error *error) {
                         "it is switched on and off while the mechanism moves; run it with formulation: tree");
 }
 
-static kt_status compile(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
+static kt_status compile_absolute(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
     kt_status rejected = reject_effects(w->tree, w->from, error);
     if (rejected == KT_OK)
@@ -325,7 +326,7 @@ static kt_status compile(loosen *w, const kt_model_options *options, kt_model **
         return rejected;
     kt_link_poses(w->tree, w->tree->q0, w->pose);
     kt_link_twists(w->tree, w->tree->v0, w->pose, w->twist);
-    transform(w);
+    transform_description(w);
     to.bodies = w->body;
     to.body_count = (int)w->used.body;
     to.loops = w->loop;
@@ -362,7 +363,7 @@ static kt_status loosen_all(const kt_description *description, const kt_model_op
         return KT_ERROR_MEMORY;
     memset(memory, 0, bytes);
     (void)place_arrays(&w, memory, &n);
-    const kt_status status = compile(&w, options, &made->model, error);
+    const kt_status status = compile_absolute(&w, options, &made->model, error);
     kt_aligned_release(memory);
     return status;
 }

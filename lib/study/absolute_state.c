@@ -43,28 +43,29 @@ typedef struct motion {
     kt_twist velocity, acceleration;
 } motion;
 
-static kt_vec3 load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
+static kt_vec3 load_vector(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
 
-static kt_pose pose_of(const kt_model *absolute, int body, const double *q) {
+static kt_pose absolute_pose_of(const kt_model *absolute, int body, const double *q) {
     kt_pose pose = kt_pose_identity();
     if (body == 0)
         return pose;
     q += kt_body_coordinates(absolute, body).q;
-    pose.position = load(q);
+    pose.position = load_vector(q);
     pose.rotation = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
     return pose;
 }
 
-static motion motion_of(const kt_model *absolute, int body, const double *q, const double *v, const double *a) {
-    motion m = {.pose = pose_of(absolute, body, q)};
+static motion absolute_motion_of(const kt_model *absolute, int body, const double *q, const double *v,
+                                 const double *a) {
+    motion m = {.pose = absolute_pose_of(absolute, body, q)};
     if (body == 0)
         return m;
     const int at = kt_body_coordinates(absolute, body).v;
-    m.velocity.linear = load(v + at);
-    m.velocity.angular = kt_mat3_apply(m.pose.rotation, load(v + at + 3));
+    m.velocity.linear = load_vector(v + at);
+    m.velocity.angular = kt_mat3_apply(m.pose.rotation, load_vector(v + at + 3));
     if (a) {
-        m.acceleration.linear = load(a + at);
-        m.acceleration.angular = kt_mat3_apply(m.pose.rotation, load(a + at + 3));
+        m.acceleration.linear = load_vector(a + at);
+        m.acceleration.angular = kt_mat3_apply(m.pose.rotation, load_vector(a + at + 3));
     }
     return m;
 }
@@ -151,8 +152,8 @@ static void from_free(const kt_transformation *self, const double *free_q, const
         const kt_coordinates at = kt_body_coordinates(tree, b);
         if (at.nq == 0)
             continue;
-        const motion p = motion_of(absolute, j->parent, free_q, free_v, free_a);
-        const motion c = motion_of(absolute, j->body, free_q, free_v, free_a);
+        const motion p = absolute_motion_of(absolute, j->parent, free_q, free_v, free_a);
+        const motion c = absolute_motion_of(absolute, j->body, free_q, free_v, free_a);
         const kt_joint_motion m = relative_motion(&p, &c, &j->frame);
         measure_absolute_state(j, at, &m, ago, q, v, a);
     }
@@ -161,14 +162,14 @@ static void from_free(const kt_transformation *self, const double *free_q, const
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
 static kt_vec3 joint_point(const kt_model *absolute, const kt_absolute_joint *j, const double *free_q) {
-    return kt_pose_apply(pose_of(absolute, j->parent, free_q), j->frame.position);
+    return kt_pose_apply(absolute_pose_of(absolute, j->parent, free_q), j->frame.position);
 }
 
 /* The wrench that tau exerts on the body of a joint, about the body's origin, world axes. */
 static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint *j, const double *tau,
                               const double *free_q) {
-    const kt_pose joint = kt_pose_compose(pose_of(absolute, j->parent, free_q), j->frame);
-    const kt_pose relative = kt_pose_compose(kt_pose_invert(joint), pose_of(absolute, j->body, free_q));
+    const kt_pose joint = kt_pose_compose(absolute_pose_of(absolute, j->parent, free_q), j->frame);
+    const kt_pose relative = kt_pose_compose(kt_pose_invert(joint), absolute_pose_of(absolute, j->body, free_q));
     kt_wrench w = kt_joint_kinds[j->type]->wrench(&j->axes, &relative, tau);
     w.moment = kt_mat3_apply(joint.rotation, w.moment);
     w.force = kt_mat3_apply(joint.rotation, w.force);
@@ -178,7 +179,7 @@ static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint 
 /* Adds a wrench, given about `point`, about a free body's origin. */
 static void add_at(const kt_model *absolute, int body, kt_vec3 point, kt_wrench w, const double *free_q,
                    kt_wrench *wrenches) {
-    const kt_vec3 arm = kt_vec3_sub(point, pose_of(absolute, body, free_q).position);
+    const kt_vec3 arm = kt_vec3_sub(point, absolute_pose_of(absolute, body, free_q).position);
     const kt_vec3 moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
     wrenches[body].moment = kt_vec3_add(wrenches[body].moment, moment);
     wrenches[body].force = kt_vec3_add(wrenches[body].force, w.force);
@@ -196,7 +197,7 @@ static void convert_wrenches(const kt_transformation *self, const double *free_q
         const kt_coordinates at = kt_body_coordinates(tree, b);
         if (at.nv == 0)
             continue;
-        const kt_vec3 origin = pose_of(absolute, j->body, free_q).position;
+        const kt_vec3 origin = absolute_pose_of(absolute, j->body, free_q).position;
         const kt_wrench w = joint_wrench(absolute, j, tau + at.v, free_q);
         const kt_wrench opposite = {kt_vec3_scale(-1.0, w.moment), kt_vec3_scale(-1.0, w.force)};
         add_at(absolute, j->body, origin, w, free_q, wrenches);
@@ -228,7 +229,8 @@ static void convert_reactions(const kt_transformation *self, const double *free_
         if (!tau || at.nv == 0)
             continue;
         const kt_wrench applied = joint_wrench(absolute, j, tau + at.v, free_q);
-        const kt_vec3 arm = kt_vec3_sub(pose_of(absolute, j->body, free_q).position, joint_point(absolute, j, free_q));
+        const kt_vec3 arm =
+            kt_vec3_sub(absolute_pose_of(absolute, j->body, free_q).position, joint_point(absolute, j, free_q));
         add_wrench(&joints[b], applied, kt_vec3_cross(arm, applied.force));
     }
 }

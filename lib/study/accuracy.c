@@ -22,7 +22,7 @@ kt_variant kt_variant_default(const kt_run *run) {
 
 /* ---- checks of the request --------------------------------------------------------------------------------------- */
 
-static kt_status reject(kt_error *error, const char *where, const char *message) {
+static kt_status reject_study(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
 }
 
@@ -33,54 +33,55 @@ static bool are_positive(const double *numbers, int count) {
     return numbers == NULL || (count > 0 && count <= KT_ACCURACY_POINTS_MAX);
 }
 
-static bool is_length(const void *array, int count) { return count >= 0 && (count == 0 || array != NULL); }
+static bool has_length(const void *array, int count) { return count >= 0 && (count == 0 || array != NULL); }
 
 static kt_status check_variant(const kt_variant *variant, kt_error *error) {
     if (kt_formulation_name(variant->formulation) == NULL)
-        return reject(error, "variant.formulation", "there is no such formulation");
+        return reject_study(error, "variant.formulation", "there is no such formulation");
     if (kt_constraint_formulation_name(variant->constraint_formulation) == NULL)
-        return reject(error, "variant.constraint_formulation", "there is no such constraint formulation");
+        return reject_study(error, "variant.constraint_formulation", "there is no such constraint formulation");
     if (!(isfinite(variant->gain) && variant->gain >= 0.0))
-        return reject(error, "variant.gain", "must be above zero, or zero for 1");
+        return reject_study(error, "variant.gain", "must be above zero, or zero for 1");
     return KT_OK;
 }
 
 /* Lengths without their arrays, and numbers that are none. */
 static kt_status check_lists(const kt_accuracy_options *options, kt_error *error) {
-    if (!is_length(options->methods, options->method_count))
-        return reject(error, "methods", "method_count is not their number");
-    if (!is_length(options->steps, options->step_count))
-        return reject(error, "steps", "step_count is not their number");
-    if (!is_length(options->tolerances, options->tolerance_count))
-        return reject(error, "tolerances", "tolerance_count is not their number");
-    if (!is_length(options->variants, options->variant_count))
-        return reject(error, "variants", "variant_count is not their number");
+    if (!has_length(options->methods, options->method_count))
+        return reject_study(error, "methods", "method_count is not their number");
+    if (!has_length(options->steps, options->step_count))
+        return reject_study(error, "steps", "step_count is not their number");
+    if (!has_length(options->tolerances, options->tolerance_count))
+        return reject_study(error, "tolerances", "tolerance_count is not their number");
+    if (!has_length(options->variants, options->variant_count))
+        return reject_study(error, "variants", "variant_count is not their number");
     if (!(isfinite(options->duration) && options->duration >= 0.0))
-        return reject(error, "duration", "must be above zero, or zero for that of the run");
+        return reject_study(error, "duration", "must be above zero, or zero for that of the run");
     kt_status status = options->own ? check_variant(options->own, error) : KT_OK;
     for (int i = 0; i < options->variant_count && status == KT_OK; i++)
         status = check_variant(&options->variants[i], error);
     return status;
 }
 
-static kt_status check_options(const kt_accuracy_options *options, double duration, kt_error *error) {
+static kt_status check_accuracy_options(const kt_accuracy_options *options, double duration, kt_error *error) {
     const kt_status status = check_lists(options, error);
     if (status != KT_OK)
         return status;
     if (!(isfinite(duration) && duration > 0.0))
-        return reject(error, "duration", "must be above zero for an error to be measured");
+        return reject_study(error, "duration", "must be above zero for an error to be measured");
     if (options->records < 1 || !(options->budget > 0.0 && isfinite(options->budget)) ||
         !(options->amplification > 1.0 && isfinite(options->amplification)) || options->run_evaluations == 0)
-        return reject(error, "accuracy", "records, budget and run_evaluations must be above 0, amplification above 1");
+        return reject_study(error, "accuracy",
+                            "records, budget and run_evaluations must be above 0, amplification above 1");
     if (!are_positive(options->steps, options->step_count))
-        return reject(error, "steps", "must be 1 to 40 numbers above zero");
+        return reject_study(error, "steps", "must be 1 to 40 numbers above zero");
     if (!are_positive(options->tolerances, options->tolerance_count))
-        return reject(error, "tolerances", "must be 1 to 40 numbers above zero");
+        return reject_study(error, "tolerances", "must be 1 to 40 numbers above zero");
     if ((options->methods != NULL && options->method_count < 1) ||
         (options->variants != NULL && options->variant_count < 1))
-        return reject(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
+        return reject_study(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
     if (options->reference != NULL && options->reference->count < 2) /* its interval is checked with the duration */
-        return reject(error, "reference", "it needs two records or more, an interval above zero apart");
+        return reject_study(error, "reference", "it needs two records or more, an interval above zero apart");
     return KT_OK;
 }
 
@@ -105,7 +106,7 @@ static kt_status check_options(const kt_accuracy_options *options, double durati
 KT_ARENA_ARRAYS(place_arrays, kt_accuracy, KT_ACCURACY_FIELDS, size_t rows, size_t variants, size_t curves)
 
 /* Allocates the study and its arrays behind it. */
-static kt_accuracy *make_room(const kt_accuracy *start) {
+static kt_accuracy *make_study_room(const kt_accuracy *start) {
     kt_accuracy probe = *start;
     const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
     const size_t curves = (size_t)start->results.curve_count, head = kt_arena_round(sizeof(kt_accuracy));
@@ -138,7 +139,7 @@ void kt_accuracy_free(kt_accuracy *study) {
 
 /* ---- the study --------------------------------------------------------------------------------------------------- */
 
-static const kt_method *method_at(const kt_accuracy_options *options, int index) {
+static const kt_method *study_method_at(const kt_accuracy_options *options, int index) {
     return options->methods != NULL ? options->methods[index] : kt_method_at(index);
 }
 
@@ -148,7 +149,7 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
     kt_accuracy_curve *curve = &study->curves[index];
     const double now = kt_accuracy_now(study), left = study->deadline - now;
     curve->variant = index / methods;
-    curve->method = method_at(&study->options, index % methods);
+    curve->method = study_method_at(&study->options, index % methods);
     curve->adaptive = curve->method->embedded_order > 0;
     curve->first = KT_ACCURACY_POINTS_MAX * index;
     const char *label = results->variants[curve->variant].label;
@@ -176,7 +177,7 @@ static void close_gaps(kt_accuracy *study) {
 }
 
 /* Methods of high order run first, so that the best results do not wait for slow methods. */
-static kt_status work(kt_accuracy *study, kt_error *error) {
+static kt_status run_study(kt_accuracy *study, kt_error *error) {
     const int count = study->results.curve_count, variants = study->results.variant_count, methods = count / variants;
     kt_status status = kt_accuracy_find_reference(study, error);
     study->deadline = study->started + study->options.budget;
@@ -190,7 +191,8 @@ static kt_status work(kt_accuracy *study, kt_error *error) {
 }
 
 /* The part that precedes allocation: sizes and the model. */
-static kt_status begin(kt_accuracy *study, const kt_description *description, const kt_run *run, kt_error *error) {
+static kt_status begin_study(kt_accuracy *study, const kt_description *description, const kt_run *run,
+                             kt_error *error) {
     const kt_accuracy_options *options = &study->options;
     kt_accuracy_results *results = &study->results;
     study->description = description;
@@ -204,7 +206,7 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
     }
     results->duration = results->asked;
     results->interval = results->duration / results->records;
-    kt_status status = check_options(options, results->asked, error);
+    kt_status status = check_accuracy_options(options, results->asked, error);
     if (status != KT_OK)
         return status;
     study->own = options->own != NULL ? *options->own : kt_variant_default(run);
@@ -218,7 +220,7 @@ static kt_status begin(kt_accuracy *study, const kt_description *description, co
     study->nq = (size_t)kt_model_nq(study->model);
     study->nv = (size_t)kt_model_nv(study->model);
     if (study->nv == 0)
-        return reject(error, "accuracy", "nothing moves in this scene: it has no error");
+        return reject_study(error, "accuracy", "nothing moves in this scene: it has no error");
     return KT_OK;
 }
 
@@ -232,9 +234,9 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
         return KT_ERROR_ARGUMENT;
     kt_accuracy start = {.options = *o};
     kt_accuracy *made = NULL;
-    kt_status status = begin(&start, description, run, error);
+    kt_status status = begin_study(&start, description, run, error);
     if (status == KT_OK) {
-        made = make_room(&start);
+        made = make_study_room(&start);
         if (made == NULL)
             status = kt_error_set(error, KT_ERROR_MEMORY, "accuracy", "there is not enough memory for the study");
     }
@@ -243,7 +245,7 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
         kt_model_free(start.model);
         return status;
     }
-    status = work(made, error);
+    status = run_study(made, error);
     if (status == KT_OK)
         *study = made;
     else
@@ -262,7 +264,8 @@ kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, con
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
     if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
-        return reject(error, "accuracy", "a method, adaptive only with an error estimate, and a setting above zero");
+        return reject_study(error, "accuracy",
+                            "a method, adaptive only with an error estimate, and a setting above zero");
     kt_status status = kt_accuracy_compile(study, variant, &model, &absolute, error);
     if (status == KT_OK) {
         point->setting = setting;

@@ -29,7 +29,7 @@ typedef struct kt_baseline_work {
 KT_ARENA_LAYOUT(lay_out, kt_baseline_work, KT_BASELINE_FIELDS, size_t nq, size_t nv, size_t own_nq, size_t own_nv,
                 size_t k)
 
-static size_t place(void *memory, const kt_accuracy *study, const kt_model *model) {
+static size_t place_baseline(void *memory, const kt_accuracy *study, const kt_model *model) {
     return lay_out(memory, (size_t)kt_model_nq(model), (size_t)kt_model_nv(model), study->nq, study->nv,
                    (size_t)kt_model_mobility(model).equations);
 }
@@ -37,7 +37,7 @@ static size_t place(void *memory, const kt_accuracy *study, const kt_model *mode
 static double larger(double a, double b) { return b > a || isnan(b) ? b : a; }
 
 /* The reference's state at a record, in the coordinates that are integrated. */
-static kt_status spread(const kt_accuracy *study, kt_baseline_work *w, int record, kt_error *error) {
+static kt_status spread_reference(const kt_accuracy *study, kt_baseline_work *w, int record, kt_error *error) {
     const double *q = study->reference.q + (size_t)record * study->nq;
     const double *v = study->reference.v + (size_t)record * study->nv;
     if (w->absolute == NULL) {
@@ -57,7 +57,7 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     kt_residual open;
     kt_status status = kt_dae_residual(w->dae, &open, error);
     if (status == KT_OK)
-        status = spread(study, w, record, error);
+        status = spread_reference(study, w, record, error);
     if (status == KT_OK)
         status = kt_dae_consistent(w->dae, kt_dae_time(w->dae), w->q, w->v, w->multiplier, error);
     if (status != KT_OK)
@@ -85,13 +85,13 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
 }
 
 /* Errors of the run are those of the baseline, not of the call. */
-static kt_status run(kt_accuracy *study, kt_baseline_work *w, double step, kt_accuracy_baseline *b) {
+static kt_status run_baseline(kt_accuracy *study, kt_baseline_work *w, double step, kt_accuracy_baseline *b) {
     const double interval = study->results.interval;
     const int steps = (int)fmax(1.0, ceil(interval / step * (1.0 - 1e-9)));
     memcpy(w->own_q, study->reference.q, study->nq * sizeof(double));
     memcpy(w->own_v, study->reference.v, study->nv * sizeof(double));
     b->step = interval / steps;
-    kt_status status = spread(study, w, 0, NULL);
+    kt_status status = spread_reference(study, w, 0, NULL);
     if (status == KT_OK)
         status = kt_dae_start(w->dae, 0.0, w->q, w->v, NULL);
     for (int record = 1; record <= study->results.records && status == KT_OK; record++) {
@@ -119,14 +119,14 @@ kt_status kt_accuracy_measure_baseline(kt_accuracy *study, const kt_dae_options 
     if (status != KT_OK)
         return status;
     const kt_model *model = absolute != NULL ? kt_absolute_model(absolute) : study->model;
-    const size_t size = place(NULL, study, model);
+    const size_t size = place_baseline(NULL, study, model);
     kt_baseline_work *w = kt_arena_allocate(size, "a baseline", error);
     if (w == NULL) {
         kt_absolute_free(absolute);
         return KT_ERROR_MEMORY;
     }
     memset(w, 0, size);
-    (void)place(w, study, model);
+    (void)place_baseline(w, study, model);
     w->owned = w;
     w->model = model;
     w->absolute = absolute;
@@ -134,7 +134,7 @@ kt_status kt_accuracy_measure_baseline(kt_accuracy *study, const kt_dae_options 
     if (status == KT_OK)
         status = kt_dae_create(model, options, &w->dae, error);
     if (status == KT_OK) {
-        b.status = run(study, w, step, &b);
+        b.status = run_baseline(study, w, step, &b);
         *baseline = b;
     }
     kt_dae_free(w->dae);

@@ -26,7 +26,7 @@ bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point
     return log((double)tight->counts.steps / (double)loose->counts.steps) < 0.2 * expected;
 }
 
-static double floor_of(const kt_accuracy *study, const kt_accuracy_curve *curve) {
+static double curve_floor_of(const kt_accuracy *study, const kt_accuracy_curve *curve) {
     const kt_accuracy_point *points = study->points + curve->first;
     double least = HUGE_VAL;
     for (int i = 0; i < curve->count; i++)
@@ -41,7 +41,7 @@ void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
     double least = clear * study->results.uncertainty.position;
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     const int most = curve->adaptive ? KT_ACCURACY_POINTS_MAX : FIT_MOST;
-    curve->floor = ended ? floor_of(study, curve) : (double)NAN;
+    curve->floor = ended ? curve_floor_of(study, curve) : (double)NAN;
     if (ended)
         least = fmax(least, clear * curve->floor);
     for (int i = curve->count - 1; i >= 0 && n < most; i--) {

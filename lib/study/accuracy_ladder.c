@@ -36,7 +36,7 @@ static kt_status try_setting(const kt_ladder *ladder, double setting, kt_accurac
 }
 
 /* Inserts a point in the order of settings. */
-static void keep(kt_ladder *ladder, const kt_accuracy_point *point) {
+static void keep_point(kt_ladder *ladder, const kt_accuracy_point *point) {
     kt_accuracy_curve *curve = ladder->curve;
     int i = curve->count;
     if (i == KT_ACCURACY_POINTS_MAX)
@@ -90,7 +90,7 @@ static kt_status try_all(kt_ladder *ladder, const double *settings, int count, k
         kt_accuracy_point point;
         status = try_setting(ladder, settings[i], &point, error);
         if (status == KT_OK)
-            keep(ladder, &point);
+            keep_point(ladder, &point);
     }
     ladder->curve->end = KT_ACCURACY_LISTED;
     return status;
@@ -98,7 +98,7 @@ static kt_status try_all(kt_ladder *ladder, const double *settings, int count, k
 
 /* ---- fixed steps ------------------------------------------------------------------------------------------------- */
 
-static double step_of(const kt_ladder *ladder, double steps) { return ladder->study->results.duration / steps; }
+static double ladder_step_of(const kt_ladder *ladder, double steps) { return ladder->study->results.duration / steps; }
 
 /* Finds the stability limit between a step that is usable and one that is not. */
 static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *error) {
@@ -117,15 +117,15 @@ static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *er
 static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_point *failed, kt_error *error) {
     kt_accuracy_point point;
     const int stages = ladder->curve->method->stages;
-    kt_status status = try_setting(ladder, step_of(ladder, *steps), &point, error);
+    kt_status status = try_setting(ladder, ladder_step_of(ladder, *steps), &point, error);
     const bool is_usable = point.usable;
     failed->setting = 0.0;
     while (status == KT_OK && is_usable && point.usable) {
-        keep(ladder, &point);
+        keep_point(ladder, &point);
         if (*steps < 2.0 || ladder->curve->count == KT_ACCURACY_POINTS_MAX / 2)
             return KT_OK;
         *steps = floor(0.5 * *steps);
-        status = try_setting(ladder, step_of(ladder, *steps), &point, error);
+        status = try_setting(ladder, ladder_step_of(ladder, *steps), &point, error);
         if (!point.usable)
             *failed = point;
     }
@@ -136,10 +136,10 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
             *steps = 0.0;
             return KT_OK;
         }
-        status = try_setting(ladder, step_of(ladder, *steps), &point, error);
+        status = try_setting(ladder, ladder_step_of(ladder, *steps), &point, error);
     }
     if (status == KT_OK && !is_usable)
-        keep(ladder, &point);
+        keep_point(ladder, &point);
     return status;
 }
 
@@ -158,7 +158,7 @@ static kt_status refine(kt_ladder *ladder, kt_error *error) {
             }
             status = try_setting(ladder, step, &point, error);
             if (status == KT_OK)
-                keep(ladder, &point);
+                keep_point(ladder, &point);
         }
         if (status == KT_OK && is_done(ladder, i > 0 ? &points[i - 1] : NULL, &points[i])) {
             curve->count = i + 1; /* finer points were computed by find_coarsest and add nothing */
@@ -231,7 +231,7 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
         status = try_setting(ladder, tolerance, &point, error);
         if (status != KT_OK || (!point.usable && curve->count == 0))
             continue;
-        keep(ladder, &point);
+        keep_point(ladder, &point);
         if (!point.usable && point.status != KT_OK) { /* the step became too small or the run too long */
             curve->end = KT_ACCURACY_LENGTH;
             break;

@@ -15,7 +15,7 @@ static const double turn = 6.28318530717958647692;
 
 static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }
 
-static bool is_length(kt_coordinate_kind kind) {
+static bool kind_is_length(kt_coordinate_kind kind) {
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
 
@@ -32,7 +32,7 @@ static double measure_joint(kt_joint_type type, int count, double length, bool o
             k++;
         } while (is_vector && k < count && kt_joint_coordinate_kind(type, k) == kind);
         const double size = sqrt(square);
-        largest = larger(is_length(kind) ? size / length : size, largest);
+        largest = larger(kind_is_length(kind) ? size / length : size, largest);
     }
     return largest;
 }
@@ -62,7 +62,7 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         for (int k = 0; k < at.nv; k++) {
-            const bool length = is_length(kt_joint_coordinate_kind(at.type, k));
+            const bool length = kind_is_length(kt_joint_coordinate_kind(at.type, k));
             lengths = lengths || length;
             angles = angles || !length;
         }

@@ -46,7 +46,7 @@ static kt_status open_reader(const kt_accuracy *study, kt_pose_reader *reader, k
 
 /* Writes the joints' positions for one row of poses into reader->q, which holds those of the row before. Returns
  * whether all poses are finite and have a rotation. */
-static bool read_row(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
+static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
     const kt_model *model = kt_absolute_model(reader->absolute);
     const kt_transformation *by = &reader->absolute->transformation;
     for (int b = 1; b < kt_model_body_count(study->model); b++, poses += POSE) {
@@ -73,7 +73,7 @@ static kt_accuracy_error find_error(const kt_accuracy *study, kt_pose_reader *re
     for (int row = 0; row <= study->results.records && !isnan(found.position); row++) {
         const double *q = study->reference.q + (size_t)row * study->nq;
         found.end_position = unknown;
-        if (read_row(study, reader, poses + (size_t)row * width))
+        if (read_pose_row(study, reader, poses + (size_t)row * width))
             found.end_position = kt_accuracy_distance(study->model, study->results.length, q, reader->v, reader->q,
                                                       reader->v, study->difference)
                                      .position;

@@ -39,7 +39,7 @@ typedef struct kt_walk {
     double reached; /* s: the time at which the run ended */
 } kt_walk;
 
-static void widen(kt_walk *walk, kt_vec3 at) {
+static void widen_walk(kt_walk *walk, kt_vec3 at) {
     walk->low = kt_vec3_make(fmin(walk->low.x, at.x), fmin(walk->low.y, at.y), fmin(walk->low.z, at.z));
     walk->high = kt_vec3_make(fmax(walk->high.x, at.x), fmax(walk->high.y, at.y), fmax(walk->high.z, at.z));
 }
@@ -49,15 +49,15 @@ static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
     const kt_model *model = walk->guard.study->model;
     kt_vec3 center;
     if (kt_mass_center(model, data, &center) > 0.0)
-        widen(walk, center);
+        widen_walk(walk, center);
     for (int body = 1; body < kt_model_body_count(model); body++) {
-        widen(walk, kt_point_position(model, data, body, kt_vec3_make(0.0, 0.0, 0.0)));
+        widen_walk(walk, kt_point_position(model, data, body, kt_vec3_make(0.0, 0.0, 0.0)));
         for (int marker = 0; marker < kt_marker_count(model, body); marker++)
-            widen(walk, kt_point_position(model, data, body, kt_marker_at(model, body, marker)));
+            widen_walk(walk, kt_point_position(model, data, body, kt_marker_at(model, body, marker)));
     }
 }
 
-static double distance(const kt_walk *walk, const kt_record *record) {
+static double walk_distance(const kt_walk *walk, const kt_record *record) {
     kt_accuracy *study = walk->guard.study;
     const size_t row = (size_t)record->index;
     const kt_accuracy_norm norm =
@@ -66,7 +66,7 @@ static double distance(const kt_walk *walk, const kt_record *record) {
     return norm.position + walk->time * norm.velocity;
 }
 
-static int watch(const kt_record *record, void *user) {
+static int watch_walk(const kt_record *record, void *user) {
     kt_walk *walk = user;
     kt_accuracy *study = walk->guard.study;
     const size_t row = (size_t)record->index;
@@ -78,7 +78,7 @@ static int watch(const kt_record *record, void *user) {
     if (walk->has_room)
         widen_by_bodies(walk, record->data);
     if (walk->against != NULL) {
-        const double grown = distance(walk, record) / walk->begin;
+        const double grown = walk_distance(walk, record) / walk->begin;
         if (!(grown <= study->options.amplification))
             return 1;
         walk->amplification = fmax(walk->amplification, grown);
@@ -103,15 +103,15 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
 }
 
 /* Runs to the end, or until the walk stops or its time is over, which is not an error. */
-static kt_status follow(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
-    const kt_status status = kt_simulation_run(simulation, watch, walk, error);
+static kt_status follow_walk(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
+    const kt_status status = kt_simulation_run(simulation, watch_walk, walk, error);
     walk->reached = kt_simulation_time(simulation);
     return status == KT_ERROR_CALLBACK || walk->guard.late ? KT_OK : status;
 }
 
 /* Solves at the tightest tolerance that works, from *tolerance upwards, and writes this tolerance. */
-static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt_simulation_counts *counts,
-                       kt_error *error) {
+static kt_status solve_reference(kt_walk *start, const char *method, double *tolerance, kt_simulation_counts *counts,
+                                 kt_error *error) {
     kt_status status;
     const kt_walk fresh = *start;
     for (;;) {
@@ -119,7 +119,7 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
         *start = fresh;
         status = make_simulation(start, method, *tolerance, &simulation, error);
         if (status == KT_OK)
-            status = follow(start, simulation, error);
+            status = follow_walk(start, simulation, error);
         if (status == KT_OK)
             *counts = kt_simulation_counts_get(simulation);
         kt_simulation_free(simulation);
@@ -130,7 +130,7 @@ static kt_status solve(kt_walk *start, const char *method, double *tolerance, kt
 }
 
 /* Keeps the first `rows` records. */
-static void shorten(kt_accuracy *study, int rows, kt_accuracy_cut cut) {
+static void shorten_reference(kt_accuracy *study, int rows, kt_accuracy_cut cut) {
     kt_accuracy_results *results = &study->results;
     if (rows > results->records)
         return;
@@ -185,8 +185,8 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     kt_position_add(study->model, study->begin, study->difference, study->moved);
     if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
         const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
-        walk.begin = distance(&walk, &first);
-        const bool failed = walk.begin > 0.01 * nudge && follow(&walk, simulation, NULL) != KT_OK;
+        walk.begin = walk_distance(&walk, &first);
+        const bool failed = walk.begin > 0.01 * nudge && follow_walk(&walk, simulation, NULL) != KT_OK;
         if (failed || walk.guard.late) /* the limit was not reached */
             walk.rows = results->records + 1;
     }
@@ -210,8 +210,8 @@ static double choose_tolerance(const kt_accuracy *study, double used) {
 }
 
 /* The largest differences of two solutions before they diverge. Returns the number of records up to there. */
-static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const kt_accuracy_states *b, int rows,
-                   kt_accuracy_error *error) {
+static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states *a, const kt_accuracy_states *b,
+                             int rows, kt_accuracy_error *error) {
     const kt_accuracy_results *results = &study->results;
     memset(error, 0, sizeof *error);
     for (int k = 0; k < rows; k++) {
@@ -233,7 +233,7 @@ static int compare(const kt_accuracy *study, const kt_accuracy_states *a, const 
 /* The longest step of the second solution: a hundredth of the shortest feature of the functions of time. It detects
  * features that the reference steps over. The step becomes longer if a tenth of the budget would not suffice. 0: no
  * limit. */
-static double choose_step(const kt_accuracy *study) {
+static double choose_second_step(const kt_accuracy *study) {
     const double duration = study->results.duration, evaluations = 6.0;
     const double shortest = kt_simulation_shortest_feature(study->model, duration);
     if (!isfinite(shortest))
@@ -251,11 +251,11 @@ static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_walk walk = {.guard = kt_accuracy_guard_make(study, 0.25, 16.0), .into = &study->second};
     results->check = kt_method_find("tsit5");
     results->check_tolerance = choose_tolerance(study, used);
-    results->check_step = walk.max_step = choose_step(study);
-    const kt_status status = solve(&walk, results->check->name, &results->check_tolerance, &counts, error);
+    results->check_step = walk.max_step = choose_second_step(study);
+    const kt_status status = solve_reference(&walk, results->check->name, &results->check_tolerance, &counts, error);
     if (status != KT_OK)
         return status;
-    shorten(study, walk.rows, KT_ACCURACY_LATE);
+    shorten_reference(study, walk.rows, KT_ACCURACY_LATE);
     return KT_OK;
 }
 
@@ -289,7 +289,7 @@ static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, k
         walk->low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
         walk->high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
         const double start = kt_accuracy_now(study);
-        const kt_status status = solve(walk, "dop853", tolerance, counts, error);
+        const kt_status status = solve_reference(walk, "dop853", tolerance, counts, error);
         if (status != KT_OK)
             return status;
         *first = (kt_first){kt_accuracy_now(study) - start, walk->reached, walk->guard.late, walk->rows, 0};
@@ -309,7 +309,7 @@ static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_f
     const kt_status status = find_solution(study, states, &walk, first, tolerance, &counts, error);
     if (status != KT_OK)
         return status;
-    shorten(study, walk.rows, KT_ACCURACY_LATE);
+    shorten_reference(study, walk.rows, KT_ACCURACY_LATE);
     study->evaluation = first->used / (double)counts.evaluations;
     study->reference_steps = (double)counts.steps / results->duration;
     memcpy(study->begin, states->q, study->nq * sizeof(double));
@@ -346,7 +346,7 @@ static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     }
     if (first.taken < 2)
         return say_late(study, &first, error);
-    shorten(study, first.grown, KT_ACCURACY_GROWTH);
+    shorten_reference(study, first.grown, KT_ACCURACY_GROWTH);
     return find_second(study, first.used, error);
 }
 
@@ -363,7 +363,7 @@ static kt_status find_given(kt_accuracy *study, kt_error *error) {
         return status;
     if (first.taken < 2)
         return say_late(study, &first, error);
-    shorten(study, first.grown, KT_ACCURACY_GROWTH);
+    shorten_reference(study, first.grown, KT_ACCURACY_GROWTH);
     memcpy(study->reference.energy, study->second.energy, rows * sizeof(double));
     return KT_OK;
 }
@@ -375,8 +375,9 @@ kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
         status = study->options.reference != NULL ? find_given(study, error) : find_computed(study, error);
     if (status != KT_OK)
         return status;
-    const int rows = compare(study, &study->reference, &study->second, results->records + 1, &results->uncertainty);
-    shorten(study, rows, KT_ACCURACY_DISAGREEMENT);
+    const int rows =
+        compare_solutions(study, &study->reference, &study->second, results->records + 1, &results->uncertainty);
+    shorten_reference(study, rows, KT_ACCURACY_DISAGREEMENT);
     if (rows < 2 && study->options.reference == NULL)
         return kt_error_set(
             error, KT_ERROR_STEP, "reference",

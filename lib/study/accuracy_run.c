@@ -83,7 +83,7 @@ typedef struct kt_watcher {
 
 static double larger(double a, double b) { return b > a || isnan(b) ? b : a; }
 
-static int watch(const kt_record *record, void *user) {
+static int watch_errors(const kt_record *record, void *user) {
     const kt_watcher *watcher = user;
     kt_accuracy *study = watcher->study;
     kt_accuracy_error *error = watcher->error;
@@ -103,7 +103,7 @@ static int watch(const kt_record *record, void *user) {
 
 /* ---- the time ---------------------------------------------------------------------------------------------------- */
 
-static int pass_over(const kt_record *record, void *user) {
+static int pass_over_record(const kt_record *record, void *user) {
     (void)record;
     (void)user;
     return 0;
@@ -112,13 +112,13 @@ static int pass_over(const kt_record *record, void *user) {
 static kt_status run_once(kt_accuracy *study, kt_simulation *simulation, bool records) {
     kt_status status = kt_simulation_set_state(simulation, 0.0, study->begin, study->begin + study->nq, NULL);
     if (status == KT_OK)
-        status = records ? kt_simulation_run(simulation, pass_over, NULL, NULL)
+        status = records ? kt_simulation_run(simulation, pass_over_record, NULL, NULL)
                          : kt_simulation_advance(simulation, study->results.duration, NULL);
     return status;
 }
 
 /* Inserts a sample in increasing order. */
-static void insert(double *samples, int count, double sample) {
+static void insert_time(double *samples, int count, double sample) {
     for (; count > 0 && samples[count - 1] > sample; count--)
         samples[count] = samples[count - 1];
     samples[count] = sample;
@@ -137,16 +137,16 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
     const int inner = used < sample_least ? (int)fmin(1000.0, ceil(sample_least / fmax(used, 1e-7))) : 1;
     int count = 0;
     if (inner == 1) /* the first run counts as a sample */
-        insert(samples, count++, used);
+        insert_time(samples, count++, used);
     while (count < SAMPLES_MOST && last - start < (count < SAMPLES_LEAST ? share / 15.0 : share / 60.0)) {
         for (int i = 0; i < inner && status == KT_OK; i++)
             status = run_once(study, simulation, variant->records);
         const double now = kt_accuracy_now(study);
-        insert(samples, count++, (now - last) / inner);
+        insert_time(samples, count++, (now - last) / inner);
         last = now;
     }
     if (count == 0)
-        insert(samples, count++, used);
+        insert_time(samples, count++, used);
     point->cpu = samples[0];
     point->repeats = count * inner;
     point->spread = samples[0] > 0.0 ? samples[count / 2] / samples[0] - 1.0 : 0.0;
@@ -198,7 +198,7 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
     if (status != KT_OK)
         return status;
-    point->status = kt_simulation_run(simulation, watch, &watcher, NULL);
+    point->status = kt_simulation_run(simulation, watch_errors, &watcher, NULL);
     point->counts = kt_simulation_counts_get(simulation);
     kt_simulation_free(simulation);
     kt_accuracy_judge(study, point);

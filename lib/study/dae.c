@@ -48,14 +48,14 @@ const char *kt_dae_name(kt_dae_type type) {
 
 KT_ARENA_LAYOUT(lay_out, kt_dae, KT_DAE_FIELDS, size_t n, size_t nq, size_t k, size_t most, size_t all)
 
-static size_t place(void *memory, const kt_model *model, kt_dae_type type, int stages) {
+static size_t place_dae(void *memory, const kt_model *model, kt_dae_type type, int stages) {
     const kt_mobility mobility = kt_model_mobility(model);
     const size_t n = (size_t)kt_model_nv(model), m = (size_t)mobility.rank;
     const size_t most = 2 * n + (type == KT_DAE_GGL ? 2 : 1) * m;
     return lay_out(memory, n, (size_t)kt_model_nq(model), (size_t)mobility.equations, most, most * (size_t)stages);
 }
 
-static kt_status check(const kt_dae_options *o, kt_error *error) {
+static kt_status check_dae_options(const kt_dae_options *o, kt_error *error) {
     const char *family = kt_method_family_name(o->method);
     if (kt_dae_name(o->type) == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "type", "%d is no differential-algebraic baseline", (int)o->type);
@@ -111,17 +111,17 @@ kt_status kt_dae_create(const kt_model *model, const kt_dae_options *given, kt_d
         return KT_ERROR_ARGUMENT;
     kt_dae_options own = kt_dae_options_default(given->type);
     options = KT_OPTIONS(kt_dae_options, beta, &own, given, error);
-    kt_status status = options ? check(options, error) : KT_ERROR_ARGUMENT;
+    kt_status status = options ? check_dae_options(options, error) : KT_ERROR_ARGUMENT;
     if (status == KT_OK)
         status = reject_dae_contacts(model, error);
     if (status != KT_OK)
         return status;
-    const size_t size = place(NULL, model, options->type, solved_stages(options->method));
+    const size_t size = place_dae(NULL, model, options->type, solved_stages(options->method));
     kt_dae *made = kt_arena_allocate(size, "a differential-algebraic baseline", error);
     if (made == NULL)
         return KT_ERROR_MEMORY;
     memset(made, 0, size);
-    (void)place(made, model, options->type, solved_stages(options->method));
+    (void)place_dae(made, model, options->type, solved_stages(options->method));
     made->owned = made;
     status = fill_memory(made, model, options, error);
     if (status == KT_OK)
@@ -162,8 +162,8 @@ static kt_status choose_rows(kt_dae *dae, double t, const double *q, const doubl
 }
 
 /* M a - A' lambda = f, A a = b'' [MSD 8.47a, 8.52]: a matrix of n + m rows. */
-static kt_status find_multipliers(kt_dae *dae, double t, const double *q, const double *v, double *a,
-                                  double *multipliers, kt_error *error) {
+static kt_status find_dae_multipliers(kt_dae *dae, double t, const double *q, const double *v, double *a,
+                                      double *multipliers, kt_error *error) {
     const size_t n = dae->n, m = dae->m, size = n + m;
     const kt_constraint_formulation *e = dae->equations;
     const kt_status status = kt_formulation_fill(dae->equations, dae->data, t, q, v, NULL, NULL, error);
@@ -199,7 +199,7 @@ kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, 
     dae->started = false; /* a failure leaves no valid state */
     kt_status status = choose_rows(dae, t, q, v, error);
     if (status == KT_OK)
-        status = find_multipliers(dae, t, q, v, dae->slope + dae->n, dae->multiplier, error);
+        status = find_dae_multipliers(dae, t, q, v, dae->slope + dae->n, dae->multiplier, error);
     if (status != KT_OK)
         return status;
     kt_copy(dae->q, q, dae->nq * sizeof *q);
@@ -219,7 +219,7 @@ kt_status kt_dae_consistent(kt_dae *dae, double t, const double *q, const double
     if (KT_IS_MISSING(error, dae, dae->started, q || dae->nq == 0, v || dae->n == 0, multipliers, isfinite(t)))
         return KT_ERROR_ARGUMENT;
     dae->solved = false; /* Newton's factors are overwritten; the next step makes its own */
-    return find_multipliers(dae, t, q, v, dae->rate, multipliers, error);
+    return find_dae_multipliers(dae, t, q, v, dae->rate, multipliers, error);
 }
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
@@ -231,7 +231,7 @@ typedef struct kt_dae_stages {
 } kt_dae_stages;
 
 /* d = a^-1, column by column. */
-static void invert(const double *a, int stages, int stride, kt_dae_stages *s) {
+static void invert_stage_matrix(const double *a, int stages, int stride, kt_dae_stages *s) {
     double factor[KT_DAE_STAGES * KT_DAE_STAGES], column[KT_DAE_STAGES];
     int pivot[KT_DAE_STAGES];
     for (int j = 0; j < stages; j++)
@@ -251,7 +251,7 @@ static void invert(const double *a, int stages, int stride, kt_dae_stages *s) {
 static kt_dae_stages runge_kutta(kt_dae *dae, double h) {
     const kt_method *m = dae->options.method;
     kt_dae_stages s = {.count = solved_stages(m)};
-    invert(m->a + m->stages + 1, s.count, m->stages, &s);
+    invert_stage_matrix(m->a + m->stages + 1, s.count, m->stages, &s);
     for (int i = 0; i < s.count; i++) {
         const double known = h * m->a[(i + 1) * m->stages];
         double *base = dae->base + (size_t)i * 2 * dae->n;
@@ -281,7 +281,7 @@ static kt_dae_stages two_step(kt_dae *dae, double h) {
 }
 
 /* x'_i */
-static void find_rate(kt_dae *dae, const kt_dae_stages *s, double h, int i) {
+static void find_stage_rate(kt_dae *dae, const kt_dae_stages *s, double h, int i) {
     const size_t n = 2 * dae->n;
     for (size_t l = 0; l < n; l++) {
         double sum = 0.0;
@@ -295,7 +295,7 @@ static kt_status make_matrix(kt_dae *dae, const kt_dae_stages *s, double h, kt_e
     const size_t size = dae->size, n = 2 * dae->n, all = size * (size_t)s->count;
     memset(dae->matrix, 0, all * all * sizeof(double));
     for (int i = 0; i < s->count; i++) {
-        find_rate(dae, s, h, i);
+        find_stage_rate(dae, s, h, i);
         const kt_status status =
             kt_dae_differentiate(dae, dae->t + s->c[i] * h, dae->y + (size_t)i * size, dae->rate, error);
         if (status != KT_OK)
@@ -323,7 +323,7 @@ static kt_status make_matrix(kt_dae *dae, const kt_dae_stages *s, double h, kt_e
 
 /* The size of the last correction of positions and of h times velocities. Multipliers do not count: their rounding
  * error is larger by 1 / h^2 and follows from these. */
-static double correction(const kt_dae *dae, int stages, double h) {
+static double newton_correction(const kt_dae *dae, int stages, double h) {
     double most = 0.0;
     for (int i = 0; i < stages; i++)
         for (size_t l = 0; l < 2 * dae->n; l++) {
@@ -333,14 +333,14 @@ static double correction(const kt_dae *dae, int stages, double h) {
     return most;
 }
 
-static kt_status iterate(kt_dae *dae, const kt_dae_stages *s, double h, kt_error *error) {
+static kt_status iterate_dae_stages(kt_dae *dae, const kt_dae_stages *s, double h, kt_error *error) {
     enum { ITERATIONS = 40 };
     const size_t size = dae->size, all = size * (size_t)s->count;
     double last = HUGE_VAL;
     kt_status status = make_matrix(dae, s, h, error);
     for (int iteration = 0; iteration < ITERATIONS && status == KT_OK; iteration++) {
         for (int i = 0; i < s->count && status == KT_OK; i++) {
-            find_rate(dae, s, h, i);
+            find_stage_rate(dae, s, h, i);
             status = kt_dae_evaluate(dae, dae->t + s->c[i] * h, dae->y + (size_t)i * size, dae->rate,
                                      dae->residual + (size_t)i * size, error);
         }
@@ -350,7 +350,7 @@ static kt_status iterate(kt_dae *dae, const kt_dae_stages *s, double h, kt_error
         kt_lu_solve(dae->factor, all, dae->pivot, dae->residual);
         for (size_t l = 0; l < all; l++)
             dae->y[l] -= dae->residual[l];
-        const double now = correction(dae, s->count, h);
+        const double now = newton_correction(dae, s->count, h);
         if (now < 1e-15 || (now < 1e-11 && now > 0.5 * last)) /* the rest is rounding */
             return KT_OK;
         if (!isfinite(now))
@@ -367,13 +367,13 @@ static kt_status iterate(kt_dae *dae, const kt_dae_stages *s, double h, kt_error
 }
 
 /* The last stage becomes the state. */
-static void accept(kt_dae *dae, const kt_dae_stages *s, double h) {
+static void accept_dae_step(kt_dae *dae, const kt_dae_stages *s, double h) {
     const size_t n = dae->n, m = dae->m;
     const double *y = dae->y + (size_t)(s->count - 1) * dae->size;
     memcpy(dae->past_q, dae->q, dae->nq * sizeof(double));
     memcpy(dae->past_v, dae->v, n * sizeof(double));
     memcpy(dae->past_slope, dae->slope, 2 * n * sizeof(double));
-    find_rate(dae, s, h, s->count - 1);
+    find_stage_rate(dae, s, h, s->count - 1);
     memcpy(dae->slope + n, dae->rate + n, n * sizeof(double));
     kt_position_add(dae->model, dae->q, y, dae->q);
     memcpy(dae->v, y + n, n * sizeof(double));
@@ -407,9 +407,9 @@ kt_status kt_dae_step(kt_dae *dae, double h, kt_error *error) {
         for (size_t r = 0; r < dae->m; r++)
             y[2 * n + r] = dae->multiplier[dae->row[r]];
     }
-    const kt_status status = iterate(dae, &s, h, error);
+    const kt_status status = iterate_dae_stages(dae, &s, h, error);
     if (status == KT_OK)
-        accept(dae, &s, h);
+        accept_dae_step(dae, &s, h);
     return status;
 }
 

@@ -92,7 +92,7 @@ kt_status kt_dae_evaluate(kt_dae *dae, double t, const double *y, const double *
 }
 
 /* Columns of F by xi and v. Their steps are the cube root of rounding. */
-static kt_status difference(kt_dae *dae, double t, const double *y, const double *rate, kt_error *error) {
+static kt_status difference_residual(kt_dae *dae, double t, const double *y, const double *rate, kt_error *error) {
     const double step = 6e-6;
     kt_status status = KT_OK;
     memcpy(dae->stage_y, y, dae->size * sizeof *y);
@@ -115,7 +115,7 @@ kt_status kt_dae_differentiate(kt_dae *dae, double t, const double *y, const dou
     const size_t n = dae->n, m = dae->m, k = dae->k, size = dae->size;
     const kt_constraint_formulation *e = dae->equations;
     const bool accelerates = dae->options.type == KT_DAE_INDEX1 || dae->options.type == KT_DAE_STABILISED;
-    kt_status status = difference(dae, t, y, rate, error);
+    kt_status status = difference_residual(dae, t, y, rate, error);
     if (status == KT_OK)
         status = kt_dae_evaluate(dae, t, y, rate, dae->moved, error);
     if (status != KT_OK)

@@ -25,7 +25,7 @@ enum { SWEEPS = 30 };
 #define KT_EIGENVALUE_TOLERANCE 1e-15
 
 /* G = A'A, U = 1; the sum of the squares of G's entries off the diagonal and on it is not finite where A is not. */
-static bool begin(const kt_group_work *w) {
+static bool begin_jacobi(const kt_group_work *w) {
     const size_t m = (size_t)w->m;
     double size = 0.0;
     memset(w->square, 0, m * m * sizeof(double));
@@ -43,7 +43,7 @@ static bool begin(const kt_group_work *w) {
 }
 
 /* A rotation of coordinates p and q that makes G_pq zero. */
-static void rotate(const kt_group_work *w, size_t p, size_t q) {
+static void rotate_coordinates(const kt_group_work *w, size_t p, size_t q) {
     const size_t m = (size_t)w->m;
     double *g = w->basis, *u = w->square;
     const double theta = (g[q * m + q] - g[p * m + p]) / (2.0 * g[p * m + q]);
@@ -74,7 +74,7 @@ static void diagonalise(const kt_group_work *w) {
             for (size_t q = p + 1; q < m; q++)
                 if (fabs(g[p * m + q]) > 1e-17 * sqrt(fabs(g[p * m + p] * g[q * m + q])) &&
                     fabs(g[p * m + q]) > 1e-300) {
-                    rotate(w, p, q);
+                    rotate_coordinates(w, p, q);
                     done = false;
                 }
         if (done)
@@ -83,7 +83,7 @@ static void diagonalise(const kt_group_work *w) {
 }
 
 /* Columns of U and the diagonal of G by falling eigenvalues. */
-static void sort(const kt_group_work *w) {
+static void sort_eigenvectors(const kt_group_work *w) {
     const size_t m = (size_t)w->m;
     double *g = w->basis, *u = w->square;
     for (size_t i = 0; i + 1 < m; i++) {
@@ -105,10 +105,10 @@ static int factor_eigen(kt_group_work *w, int cap) {
     const size_t m = (size_t)w->m;
     if (w->m == 0 || w->k == 0)
         return 0;
-    if (!begin(w))
+    if (!begin_jacobi(w))
         return -1;
     diagonalise(w);
-    sort(w);
+    sort_eigenvectors(w);
     const double first = kt_larger(w->basis[0], w->least * w->least);
     const double floor = KT_EIGENVALUE_TOLERANCE * (double)m * first;
     int rank = 0;
@@ -118,7 +118,7 @@ static int factor_eigen(kt_group_work *w, int cap) {
 }
 
 /* x = U1 L1^-1 U1' y */
-static inline void invert(const kt_group_work *w, int rank, const double *y, double *x) {
+static inline void invert_by_eigen(const kt_group_work *w, int rank, const double *y, double *x) {
     const size_t m = (size_t)w->m;
     memset(x, 0, m * sizeof(double));
     for (int i = 0; i < rank; i++) {
@@ -132,23 +132,23 @@ static inline void invert(const kt_group_work *w, int rank, const double *y, dou
     }
 }
 
-static inline void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+static inline void eigen_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
     memset(y, 0, m * sizeof(double));
     for (size_t c = 0; c < (size_t)w->k; c++)
         for (size_t i = 0; i < m; i++)
             y[i] += w->a[c * m + i] * b[c];
-    invert(w, rank, y, x);
+    invert_by_eigen(w, rank, y, x);
 }
 
-static inline void basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
+static inline void eigen_basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
-static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+static void eigen_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
-    invert(w, rank, g, y);
+    invert_by_eigen(w, rank, g, y);
     for (size_t c = 0; c < (size_t)w->k; c++) {
         lambda[c] = 0.0;
         for (size_t i = 0; i < m; i++)
@@ -156,17 +156,17 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
     }
 }
 
-static bool solve(const kt_group_work *w, int rank, int width) {
-    return kt_group_solve(particular, basis, w, rank, width);
+static bool solve_by_eigen(const kt_group_work *w, int rank, int width) {
+    return kt_group_solve(eigen_particular, eigen_basis, w, rank, width);
 }
 
-static double size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
+static double eigen_size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_eigen) = {.least = true,
                                                          .large = INT_MAX,
                                                          .factor = factor_eigen,
-                                                         .size = size,
-                                                         .particular = particular,
-                                                         .basis = basis,
-                                                         .solve = solve,
-                                                         .multipliers = multipliers};
+                                                         .size = eigen_size,
+                                                         .particular = eigen_particular,
+                                                         .basis = eigen_basis,
+                                                         .solve = solve_by_eigen,
+                                                         .multipliers = eigen_multipliers};

@@ -14,8 +14,9 @@
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
 /* f = tau + forces of effects - (h - J' external) */
-static kt_status fill_force(kt_constraint_formulation *formulation, kt_data *data, double t, const double *q,
-                            const double *v, const double *tau, const kt_wrench *external, kt_error *error) {
+static kt_status fill_formulation_force(kt_constraint_formulation *formulation, kt_data *data, double t,
+                                        const double *q, const double *v, const double *tau, const kt_wrench *external,
+                                        kt_error *error) {
     double *f = formulation->force;
     kt_status status = kt_effect_forces(formulation->model, data, t, q, v, f, error);
     if (status == KT_OK)
@@ -25,7 +26,7 @@ static kt_status fill_force(kt_constraint_formulation *formulation, kt_data *dat
     return status;
 }
 
-static void note_open(kt_constraint_formulation *formulation, double t) {
+static void note_open_constraints(kt_constraint_formulation *formulation, double t) {
     for (int r = 0; r < formulation->k; r++)
         if (fabs(formulation->phi[r]) > formulation->found.open) {
             formulation->found.open = fabs(formulation->phi[r]);
@@ -41,7 +42,7 @@ kt_status kt_formulation_fill(kt_constraint_formulation *formulation, kt_data *d
     if (status == KT_OK)
         status = kt_dynamics_mass(formulation->model, data, q, formulation->mass, error);
     if (status == KT_OK)
-        status = fill_force(formulation, data, t, q, v, tau, external, error);
+        status = fill_formulation_force(formulation, data, t, q, v, tau, external, error);
     for (size_t r = 0; r < k && status == KT_OK; r++) {
         formulation->slip[r] = -formulation->rate[r];
         for (size_t i = 0; i < n; i++)
@@ -82,7 +83,7 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
     if (status != KT_OK)
         return status;
     formulation->found.evaluations++;
-    note_open(formulation, t);
+    note_open_constraints(formulation, t);
     kt_formulation_baumgarte(formulation, stable ? o->alpha : 0.0, stable ? o->beta : 0.0);
     status = o->type == KT_CONSTRAINT_FORMULATION_AUGMENTED
                  ? kt_formulation_augmented(formulation, t, formulation->x, error)
@@ -102,7 +103,7 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
 
 /* ---- in a simulation --------------------------------------------------------------------------------------------- */
 
-static int accelerate(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+static int accelerate_formulation(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_constraint_formulation *formulation = user;
     if (at->model != formulation->model) {
         (void)kt_error_set(error, KT_ERROR_ARGUMENT, "constraint formulation",
@@ -120,7 +121,7 @@ void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_si
     if (!formulation || !options)
         return;
     const bool projects = formulation->options.type == KT_CONSTRAINT_FORMULATION_PROJECTION;
-    options->acceleration = accelerate;
+    options->acceleration = accelerate_formulation;
     options->projection = projects ? kt_formulation_project_positions : NULL;
     options->unprojected = !projects;
     options->user = formulation;

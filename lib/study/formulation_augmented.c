@@ -47,7 +47,7 @@ static int factor_augmented(kt_constraint_formulation *formulation) {
     return n > 0 ? kt_lapack_potrf(n, formulation->factor) : 0;
 }
 
-static void solve(kt_constraint_formulation *formulation, double *a) {
+static void solve_augmented(kt_constraint_formulation *formulation, double *a) {
     const int n = formulation->n, k = formulation->k;
     for (int i = 0; i < n; i++) {
         a[i] = formulation->force[i];
@@ -62,7 +62,7 @@ static void solve(kt_constraint_formulation *formulation, double *a) {
 }
 
 /* l += s e; returns the largest |e| over the largest sum of the absolute terms of e. */
-static double take_up(kt_constraint_formulation *formulation, const double *a) {
+static double add_multiplier_errors(kt_constraint_formulation *formulation, const double *a) {
     const int n = formulation->n, k = formulation->k;
     double worst = 0.0, size = 0.0;
     for (int r = 0; r < k; r++) {
@@ -82,7 +82,7 @@ static double take_up(kt_constraint_formulation *formulation, const double *a) {
 
 /* s A' e relative to f and A' l: the error of the iterate's forces. Equations that contradict each other keep an e
  * without a force. */
-static double correction(const kt_constraint_formulation *formulation) {
+static double multiplier_correction(const kt_constraint_formulation *formulation) {
     const size_t n = (size_t)formulation->n, k = (size_t)formulation->k;
     double most = 0.0, size = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -106,10 +106,10 @@ kt_status kt_formulation_augmented(kt_constraint_formulation *formulation, doubl
     int done = 0;
     double left, off = HUGE_VAL, before;
     do { /* until the error no longer decreases */
-        solve(formulation, a);
-        left = take_up(formulation, a);
+        solve_augmented(formulation, a);
+        left = add_multiplier_errors(formulation, a);
         before = off;
-        off = correction(formulation);
+        off = multiplier_correction(formulation);
         done++;
     } while (done < formulation->options.iterations && off > formulation->options.tolerance && off < 0.9 * before);
     if (done > formulation->found.iterations)

@@ -24,16 +24,16 @@ const char *kt_constraint_formulation_name(kt_constraint_formulation_type type) 
 
 KT_ARENA_LAYOUT(lay_out, kt_constraint_formulation, KT_FORMULATION_FIELDS, size_t n, size_t q, size_t k)
 
-static size_t place(void *memory, const kt_model *model) {
+static size_t place_formulation(void *memory, const kt_model *model) {
     return lay_out(memory, (size_t)kt_model_nv(model), (size_t)kt_model_nq(model),
                    (size_t)kt_model_mobility(model).equations);
 }
 
-size_t kt_constraint_formulation_size(const kt_model *model) { return model ? place(NULL, model) : 0; }
+size_t kt_constraint_formulation_size(const kt_model *model) { return model ? place_formulation(NULL, model) : 0; }
 
 /* ---- placing ----------------------------------------------------------------------------------------------------- */
 
-static kt_status check(const kt_constraint_formulation_options *o, kt_error *error) {
+static kt_status check_formulation_options(const kt_constraint_formulation_options *o, kt_error *error) {
     if (kt_constraint_formulation_name(o->type) == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "type", "%d is no constraint formulation", (int)o->type);
     const double numbers[] = {o->alpha, o->beta, o->tolerance, o->rank_tolerance};
@@ -91,15 +91,15 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)
-        status = check(o, error);
+        status = check_formulation_options(o, error);
     if (status != KT_OK)
         return status;
     status = kt_arena_begin("kt_constraint_formulation_init", "kt_constraint_formulation_size", memory, size,
-                            place(NULL, model), error);
+                            place_formulation(NULL, model), error);
     if (status != KT_OK)
         return status;
     kt_constraint_formulation *made = memory;
-    (void)place(memory, model);
+    (void)place_formulation(memory, model);
     made->model = model;
     made->options = *o;
     made->n = kt_model_nv(model);
@@ -116,7 +116,7 @@ kt_status kt_constraint_formulation_create(const kt_model *model, const kt_const
                                            kt_constraint_formulation **formulation, kt_error *error) {
     if (KT_IS_MISSING(error, model, options, formulation))
         return KT_ERROR_ARGUMENT;
-    const size_t size = place(NULL, model);
+    const size_t size = place_formulation(NULL, model);
     kt_data *data = NULL;
     kt_status status = kt_data_create(model, &data, error);
     if (status != KT_OK)

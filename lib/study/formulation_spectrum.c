@@ -40,8 +40,8 @@ static kt_status evaluate_spectrum(kt_formulation_spectrum *s, kt_constraint_for
     return status;
 }
 
-static kt_status differentiate(kt_formulation_spectrum *s, kt_constraint_formulation *formulation, kt_data *data,
-                               double t, const double *q, const double *v, kt_error *error) {
+static kt_status differentiate_formulation(kt_formulation_spectrum *s, kt_constraint_formulation *formulation,
+                                           kt_data *data, double t, const double *q, const double *v, kt_error *error) {
     const size_t half = (size_t)formulation->n, n = 2 * half;
     kt_status status = KT_OK;
     for (size_t j = 0; j < n && status == KT_OK; j++) {
@@ -61,7 +61,7 @@ static kt_status differentiate(kt_formulation_spectrum *s, kt_constraint_formula
 }
 
 /* Sorts by rising modulus. Entries of equal modulus keep LAPACK's order, so that pairs stay together. */
-static void sort(const kt_formulation_spectrum *s, size_t n, double *real, double *imaginary) {
+static void sort_by_modulus(const kt_formulation_spectrum *s, size_t n, double *real, double *imaginary) {
     for (size_t i = 0; i < n; i++) {
         const double re = s->real[i], im = s->imaginary[i], size = kt_hypot(re, im);
         size_t at = i;
@@ -88,12 +88,12 @@ kt_status kt_constraint_formulation_spectrum(kt_constraint_formulation *formulat
     memset(s, 0, size);
     (void)lay_out(s, n, nq);
     s->owned = s;
-    kt_status status = differentiate(s, formulation, data, t, q, v, error);
+    kt_status status = differentiate_formulation(s, formulation, data, t, q, v, error);
     if (status == KT_OK && !KT_EIGEN_SOLVE(s, n, s->jacobian, &norm))
         status = kt_formulation_reject(t, KT_ERROR_NOT_FINITE, "the eigenvalues of the formulation cannot be computed",
                                        error);
     if (status == KT_OK)
-        sort(s, n, real, imaginary);
+        sort_by_modulus(s, n, real, imaginary);
     kt_arena_free(s);
     return status;
 }

@@ -18,15 +18,15 @@
 #include <math.h>
 #include <string.h>
 
-static double *at(const kt_group_work *w, int row, int column) {
+static double *partition_entry(const kt_group_work *w, int row, int column) {
     return &w->factor[(size_t)column * (size_t)w->m + (size_t)row];
 }
 
-static void swap_rows(const kt_group_work *w, int a, int b) {
+static void swap_partition_rows(const kt_group_work *w, int a, int b) {
     for (int c = 0; c < w->k; c++) {
-        const double t = *at(w, a, c);
-        *at(w, a, c) = *at(w, b, c);
-        *at(w, b, c) = t;
+        const double t = *partition_entry(w, a, c);
+        *partition_entry(w, a, c) = *partition_entry(w, b, c);
+        *partition_entry(w, b, c) = t;
     }
     const double t = w->square[a];
     w->square[a] = w->square[b];
@@ -35,9 +35,9 @@ static void swap_rows(const kt_group_work *w, int a, int b) {
 
 static void swap_columns(const kt_group_work *w, int a, int b) {
     for (int i = 0; i < w->m; i++) {
-        const double t = *at(w, i, a);
-        *at(w, i, a) = *at(w, i, b);
-        *at(w, i, b) = t;
+        const double t = *partition_entry(w, i, a);
+        *partition_entry(w, i, a) = *partition_entry(w, i, b);
+        *partition_entry(w, i, b) = t;
     }
     const int32_t t = w->pivot[a];
     w->pivot[a] = w->pivot[b];
@@ -45,40 +45,40 @@ static void swap_columns(const kt_group_work *w, int a, int b) {
 }
 
 /* square[i] is the coordinate in row i. */
-static int eliminate(const kt_group_work *w, int cap) {
+static int eliminate_partition(const kt_group_work *w, int cap) {
     for (int i = 0; i < w->m; i++)
         w->square[i] = i;
     for (int c = 0; c < w->k; c++) {
         w->pivot[c] = c;
         for (int i = 0; i < w->m; i++)
-            *at(w, i, c) = (w->weight ? w->weight[c] : 1.0) * w->a[(size_t)c * (size_t)w->m + (size_t)i];
+            *partition_entry(w, i, c) = (w->weight ? w->weight[c] : 1.0) * w->a[(size_t)c * (size_t)w->m + (size_t)i];
     }
     double first = 0.0;
     for (int j = 0; j < cap; j++) {
         int row = j, column = j;
         for (int c = j; c < w->k; c++)
             for (int i = j; i < w->m; i++) {
-                if (!isfinite(*at(w, i, c)))
+                if (!isfinite(*partition_entry(w, i, c)))
                     return -1;
-                if (fabs(*at(w, i, c)) > fabs(*at(w, row, column))) {
+                if (fabs(*partition_entry(w, i, c)) > fabs(*partition_entry(w, row, column))) {
                     row = i;
                     column = c;
                 }
             }
-        const double pivot = fabs(*at(w, row, column));
+        const double pivot = fabs(*partition_entry(w, row, column));
         if (j == 0)
             first = kt_larger(pivot, w->least);
         if (!(pivot > w->tolerance * first))
             return j;
         if (row != j)
-            swap_rows(w, row, j);
+            swap_partition_rows(w, row, j);
         if (column != j)
             swap_columns(w, column, j);
         for (int i = j + 1; i < w->m; i++) {
-            const double l = *at(w, i, j) / *at(w, j, j);
-            *at(w, i, j) = l;
+            const double l = *partition_entry(w, i, j) / *partition_entry(w, j, j);
+            *partition_entry(w, i, j) = l;
             for (int c = j + 1; c < w->k; c++)
-                *at(w, i, c) -= l * *at(w, j, c);
+                *partition_entry(w, i, c) -= l * *partition_entry(w, j, c);
         }
     }
     return cap;
@@ -86,10 +86,10 @@ static int eliminate(const kt_group_work *w, int cap) {
 
 /* The weights (group.h) are divided out of U again: A' W S = P' L U W. */
 static int factor_partition(kt_group_work *w, int cap) {
-    const int rank = eliminate(w, cap);
+    const int rank = eliminate_partition(w, cap);
     for (int c = 0; c < rank && w->weight; c++)
         for (int i = 0; i <= c; i++)
-            *at(w, i, c) /= w->weight[w->pivot[c]];
+            *partition_entry(w, i, c) /= w->weight[w->pivot[c]];
     return rank;
 }
 
@@ -97,30 +97,30 @@ static int factor_partition(kt_group_work *w, int cap) {
 static void solve_lower_transposed(const kt_group_work *w, int rank, double *x) {
     for (int i = rank - 1; i >= 0; i--)
         for (int j = i + 1; j < rank; j++)
-            x[i] -= *at(w, j, i) * x[j];
+            x[i] -= *partition_entry(w, j, i) * x[j];
 }
 
-static inline void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+static inline void partition_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     double *y = w->work;
     for (int i = 0; i < rank; i++) {
         y[i] = b[w->pivot[i]];
         for (int j = 0; j < i; j++)
-            y[i] -= *at(w, j, i) * y[j];
-        y[i] /= *at(w, i, i);
+            y[i] -= *partition_entry(w, j, i) * y[j];
+        y[i] /= *partition_entry(w, i, i);
     }
     solve_lower_transposed(w, rank, y);
     for (int i = 0; i < w->m; i++)
         x[(int)w->square[i]] = i < rank ? y[i] : 0.0;
 }
 
-static inline void basis(const kt_group_work *w, int rank) {
+static inline void partition_basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
     memset(w->basis, 0, m * (m - (size_t)rank) * sizeof(double));
     for (int c = rank; c < w->m; c++) {
         double *column = w->basis + (size_t)(c - rank) * m;
         for (int i = 0; i < rank; i++)
-            y[i] = -*at(w, c, i);
+            y[i] = -*partition_entry(w, c, i);
         solve_lower_transposed(w, rank, y);
         for (int i = 0; i < rank; i++)
             column[(int)w->square[i]] = y[i];
@@ -129,33 +129,33 @@ static inline void basis(const kt_group_work *w, int rank) {
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
-static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+static void partition_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     double *y = w->work;
     for (int i = 0; i < rank; i++) {
         y[i] = g[(int)w->square[i]];
         for (int j = 0; j < i; j++)
-            y[i] -= *at(w, i, j) * y[j];
+            y[i] -= *partition_entry(w, i, j) * y[j];
     }
     for (int i = rank - 1; i >= 0; i--) {
         for (int j = i + 1; j < rank; j++)
-            y[i] -= *at(w, i, j) * y[j];
-        y[i] /= *at(w, i, i);
+            y[i] -= *partition_entry(w, i, j) * y[j];
+        y[i] /= *partition_entry(w, i, i);
     }
     for (int i = 0; i < w->k; i++)
         lambda[w->pivot[i]] = i < rank ? y[i] : 0.0;
 }
 
-static bool solve(const kt_group_work *w, int rank, int width) {
-    return kt_group_solve(particular, basis, w, rank, width);
+static bool solve_by_partition(const kt_group_work *w, int rank, int width) {
+    return kt_group_solve(partition_particular, partition_basis, w, rank, width);
 }
 
-static double size(const kt_group_work *w, int i) { return fabs(*at(w, i, i)); }
+static double partition_size(const kt_group_work *w, int i) { return fabs(*partition_entry(w, i, i)); }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_partition) = {.chooses = true,
                                                              .large = INT_MAX,
                                                              .factor = factor_partition,
-                                                             .size = size,
-                                                             .particular = particular,
-                                                             .basis = basis,
-                                                             .solve = solve,
-                                                             .multipliers = multipliers};
+                                                             .size = partition_size,
+                                                             .particular = partition_particular,
+                                                             .basis = partition_basis,
+                                                             .solve = solve_by_partition,
+                                                             .multipliers = partition_multipliers};

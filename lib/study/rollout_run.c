@@ -17,7 +17,7 @@ typedef struct run {
     kt_cost *cost;
 } run;
 
-static kt_status differentiate(void *user, size_t thread, size_t item, kt_error *error) {
+static kt_status differentiate_task(void *user, size_t thread, size_t item, kt_error *error) {
     const run *r = user;
     kt_step_task *task = &r->steps[item];
     kt_step step = task->step;
@@ -64,7 +64,7 @@ kt_status kt_step_run(const kt_model *model, kt_data *const *data, void *const *
         return KT_ERROR_ARGUMENT;
     run r = {.model = model, .data = data, .work = work, .work_size = work_size, .steps = tasks};
     const kt_status status = check_threads(&r, threads, error);
-    return status == KT_OK ? kt_threads_share(count, threads, differentiate, &r, used, error) : status;
+    return status == KT_OK ? kt_threads_share(count, threads, differentiate_task, &r, used, error) : status;
 }
 
 kt_status kt_rollout_run(const kt_model *model, kt_data *const *data, void *const *work, size_t work_size,

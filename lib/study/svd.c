@@ -31,7 +31,7 @@ static int factor_svd(kt_group_work *w, int cap) {
     return rank;
 }
 
-static inline void particular(const kt_group_work *w, int rank, const double *b, double *x) {
+static inline void svd_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     const size_t m = (size_t)w->m;
     memset(x, 0, m * sizeof(double));
     for (int i = 0; i < rank; i++) {
@@ -44,10 +44,10 @@ static inline void particular(const kt_group_work *w, int rank, const double *b,
     }
 }
 
-static inline void basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
+static inline void svd_basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
-static void multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
+static void svd_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     memset(lambda, 0, (size_t)w->k * sizeof(double));
     for (int i = 0; i < rank; i++) {
@@ -60,17 +60,17 @@ static void multipliers(const kt_group_work *w, int rank, double *g, double *lam
     }
 }
 
-static bool solve(const kt_group_work *w, int rank, int width) {
-    return kt_group_solve(particular, basis, w, rank, width);
+static bool solve_by_svd(const kt_group_work *w, int rank, int width) {
+    return kt_group_solve(svd_particular, svd_basis, w, rank, width);
 }
 
-static double size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
+static double svd_size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
                                                        .open = kt_lapack_open,
                                                        .factor = factor_svd,
-                                                       .size = size,
-                                                       .particular = particular,
-                                                       .basis = basis,
-                                                       .solve = solve,
-                                                       .multipliers = multipliers};
+                                                       .size = svd_size,
+                                                       .particular = svd_particular,
+                                                       .basis = svd_basis,
+                                                       .solve = solve_by_svd,
+                                                       .multipliers = svd_multipliers};

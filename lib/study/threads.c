@@ -23,7 +23,7 @@ typedef struct worker {
     pthread_t thread;
 } worker;
 
-static void note_failure(work *w, size_t item, const kt_error *error) {
+static void note_item_failure(work *w, size_t item, const kt_error *error) {
     (void)pthread_mutex_lock(&w->mutex);
     if (w->status == KT_OK || item < w->failed) {
         w->status = error->code;
@@ -40,7 +40,7 @@ static void *take_items(void *user) {
     for (size_t item; (item = atomic_fetch_add(&w->next, 1)) < w->count;) {
         kt_error error;
         if (w->call(w->user, self->number, item, &error) != KT_OK)
-            note_failure(w, item, &error);
+            note_item_failure(w, item, &error);
     }
     return NULL;
 }
