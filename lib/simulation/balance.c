@@ -51,7 +51,7 @@ static const double gauss[8] = {0.0, 0.129484966168869693270611, 0.0, 0.27970539
                                 0.0, 0.381830050505118944950370, 0.0, 0.417959183673469387755102};
 
 /* Node j of 15, in rising order: its index in the tables, whose nodes fall to 0, and its signed value. */
-static int place_of(int j) { return j < 8 ? j : 14 - j; }
+static int node_place_of(int j) { return j < 8 ? j : 14 - j; }
 static double node_at(int j) { return j < 8 ? -node[j] : node[14 - j]; }
 
 static kt_work work_add(kt_work work, double factor, kt_power power) {
@@ -77,14 +77,14 @@ static bool find_powers(kt_simulation *simulation, const kt_work_panel *panel, k
 /* Computes the coefficients b_m with the recurrence of Legendre's polynomials:
  *
  *     (m + 1) Q_{m+1} = (2 m + 1) x Q_m - m Q_{m-1} */
-static void expand(kt_work_panel *panel, const kt_power power[NODES]) {
+static void expand_panel(kt_work_panel *panel, const kt_power power[NODES]) {
     const double quarter = 0.25 * (panel->to - panel->from);
     memset(panel->b, 0, sizeof panel->b);
     for (int j = 0; j < NODES; j++) {
         double before = 0.0, now = 1.0;
         for (int m = 0; m < KT_PANEL_TERMS; m++) {
             const double k = (double)m, next = ((2.0 * k + 1.0) * node_at(j) * now - k * before) / (k + 1.0);
-            panel->b[m] = work_add(panel->b[m], quarter * kronrod[place_of(j)] * now, power[j]);
+            panel->b[m] = work_add(panel->b[m], quarter * kronrod[node_place_of(j)] * now, power[j]);
             before = now;
             now = next;
         }
@@ -100,12 +100,12 @@ static double error_over_tolerance(const kt_simulation *simulation, double start
     return fmax(fabs(difference), 2.0 * tail) / kt_scale_of(o->absolute_tolerance, relative, start, turned);
 }
 
-static double error_of(const kt_simulation *simulation, const kt_work_panel *panel, const kt_power power[NODES]) {
+static double panel_error_of(const kt_simulation *simulation, const kt_work_panel *panel, const kt_power power[NODES]) {
     const double half = 0.5 * (panel->to - panel->from);
     const kt_work *b = panel->b + KT_PANEL_TERMS - 2;
     kt_work difference = {0.0, 0.0}, turned = {0.0, 0.0};
     for (int j = 0; j < NODES; j++) {
-        const int at = place_of(j);
+        const int at = node_place_of(j);
         const kt_power p = power[j], size = {fabs(p.dissipated), fabs(p.supplied)};
         difference = work_add(difference, half * (kronrod[at] - gauss[at]), p);
         turned = work_add(turned, half * kronrod[at], size);
@@ -116,20 +116,20 @@ static double error_of(const kt_simulation *simulation, const kt_work_panel *pan
                                      fabs(b[0].supplied) + fabs(b[1].supplied)));
 }
 
-static kt_work end_of(const kt_work_panel *panel) {
+static kt_work panel_end_of(const kt_work_panel *panel) {
     return (kt_work){panel->start.dissipated + 2.0 * panel->b[0].dissipated,
                      panel->start.supplied + 2.0 * panel->b[0].supplied};
 }
 
 /* Whether the last step was accepted although its error estimate was too large, because errors of accelerations caused
  * it (kt_noise). Powers have these errors too, and shorter panels do not reduce them. */
-static bool is_noise(const kt_simulation *simulation) { return simulation->integrator->memory.last_error > 1.0; }
+static bool step_is_noise(const kt_simulation *simulation) { return simulation->integrator->memory.last_error > 1.0; }
 
 /* Moves to the next panel, from the end of the last one. Returns false if no panel is short enough. */
-static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
+static bool advance_panel(kt_simulation *simulation, kt_work_panel *panel) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator), least = ldexp(t1 - t0, -HALVINGS);
-    panel->start = end_of(panel);
+    panel->start = panel_end_of(panel);
     panel->from = panel->to;
     double length = 2.0 * panel->next;
     for (;;) {
@@ -138,9 +138,9 @@ static bool advance(kt_simulation *simulation, kt_work_panel *panel) {
         panel->to = panel->from + 1.5 * length < t1 ? panel->from + length : t1;
         if (panel->tried++ == PANELS_MOST || !find_powers(simulation, panel, power))
             return false;
-        expand(panel, power);
-        const double error = error_of(simulation, panel, power);
-        if (error <= 1.0 || is_noise(simulation)) { /* ~ L^12 */
+        expand_panel(panel, power);
+        const double error = panel_error_of(simulation, panel, power);
+        if (error <= 1.0 || step_is_noise(simulation)) { /* ~ L^12 */
             panel->next = (panel->to - panel->from) * (error < 1e-4 ? 2.0 : 1.0);
             return true;
         }
@@ -164,7 +164,7 @@ static kt_work within(const kt_work_panel *panel, double s) {
 }
 
 /* Puts an empty panel at the start of the last step. */
-static bool begin(kt_simulation *simulation, kt_work_panel *panel) {
+static bool begin_panel(kt_simulation *simulation, kt_work_panel *panel) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     kt_error error;
     if (kt_integrator_interpolate(simulation->integrator, t0, simulation->y, &error) != KT_OK)
@@ -178,13 +178,13 @@ static bool begin(kt_simulation *simulation, kt_work_panel *panel) {
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) {
     kt_work_panel *panel = simulation->panel;
     const kt_crossings crossings = simulation->data->crossings; /* only crossings of the motion are reported */
-    bool fine = (panel->known && panel->from <= t) || begin(simulation, panel);
+    bool fine = (panel->known && panel->from <= t) || begin_panel(simulation, panel);
     while (fine && panel->to < t)
-        fine = advance(simulation, panel);
+        fine = advance_panel(simulation, panel);
     simulation->data->crossings = crossings;
     panel->known = fine;
     if (fine)
-        *work = t == panel->to ? end_of(panel)
+        *work = t == panel->to ? panel_end_of(panel)
                                : within(panel, (2.0 * t - panel->from - panel->to) / (panel->to - panel->from));
     return fine;
 }

@@ -35,7 +35,7 @@ typedef struct breakpoint {
 } breakpoint;
 
 /* Takes the time into account if it is after t and not after the one found so far. */
-static void meet(breakpoint *first, double t, double time, bool jumps) {
+static void meet_breakpoint(breakpoint *first, double t, double time, bool jumps) {
     if (!(time > t) || time > first->time)
         return;
     first->jumps = jumps || (time == first->time && first->jumps);
@@ -44,7 +44,7 @@ static void meet(breakpoint *first, double t, double time, bool jumps) {
 }
 
 /* The next breakpoint of a function. All searches of a run take no more than KT_BREAKPOINT_OPERATIONS. */
-static kt_breakpoint seek(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
+static kt_breakpoint seek_breakpoint(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
     int64_t left = KT_BREAKPOINT_OPERATIONS - simulation->memory.sought;
     const kt_breakpoint next = kt_curve_next_breakpoint(curve, simulation->model->number, t, until, &left);
     simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - left;
@@ -53,8 +53,8 @@ static kt_breakpoint seek(kt_simulation *simulation, const kt_curve *curve, doub
 
 /* order: the highest derivative of the function that the accelerations depend on. */
 static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, const kt_curve *curve, int order) {
-    const kt_breakpoint next = seek(simulation, curve, t, first->time);
-    meet(first, t, next.time, next.order <= order);
+    const kt_breakpoint next = seek_breakpoint(simulation, curve, t, first->time);
+    meet_breakpoint(first, t, next.time, next.order <= order);
     first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
 }
 
@@ -69,17 +69,17 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
         for (int k = 0; k < 3; k++)
             meet_curve(simulation, &first, t, &effect->curve[k], order);
         if (effect->corner != NULL)
-            meet(&first, t, effect->corner(effect->user, t), true);
+            meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
     }
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
         if (model->state[i].corner != NULL)
-            meet(&first, t, model->state[i].corner(model->state[i].user, t), true);
+            meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
         meet_curve(simulation, &first, t, &model->time_part[i], 0);
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
         meet_curve(simulation, &first, t, kt_mass_curve(model, k), 1); /* powers depend on the rates */
     if (simulation->breakpoints.own != NULL)
-        meet(&first, t, simulation->breakpoints.own(simulation->user, t), true);
+        meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;
 }
 
@@ -339,7 +339,7 @@ static bool changes(const kt_curve *curve, const double *numbers, double a, doub
 static double next_jump(kt_simulation *simulation, const kt_curve *curve, double t, double until) {
     kt_breakpoint next = {t, KT_BREAKPOINT_ORDER_MAX + 1};
     while (next.order > KT_BREAKPOINT_ORDER_MAX && next.time < until) {
-        next = seek(simulation, curve, next.time, until);
+        next = seek_breakpoint(simulation, curve, next.time, until);
         simulation->memory.cut += next.order == KT_BREAKPOINT_CUT && next.time < until;
     }
     return next.time < until ? next.time : HUGE_VAL;
@@ -347,7 +347,7 @@ static double next_jump(kt_simulation *simulation, const kt_curve *curve, double
 
 /* Whether t lies between two breakpoints of the function, *a and *b, both within the last step, between which the
  * function changes without a stage. */
-static bool is_missed(kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
+static bool breakpoint_is_missed(kt_simulation *simulation, const kt_curve *curve, double t, double *a, double *b) {
     const kt_integrator *integrator = simulation->integrator;
     const double *numbers = simulation->model->number;
     const double t0 = kt_integrator_previous_time(integrator), t1 = kt_integrator_time(integrator);
@@ -367,14 +367,14 @@ kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, k
     if (!(t < kt_integrator_time(simulation->integrator)))
         return KT_OK;
     for (size_t i = 0; i < model->n.loop && !missed; i++)
-        missed = is_missed(simulation, &model->loop[i].curve, t, &a, &b);
+        missed = breakpoint_is_missed(simulation, &model->loop[i].curve, t, &a, &b);
     for (size_t i = 0; i < model->n.effect && !missed; i++)
         for (int k = 0; k < 3 && !missed; k++)
-            missed = is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
+            missed = breakpoint_is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !missed; i++)
-        missed = is_missed(simulation, &model->time_part[i], t, &a, &b);
+        missed = breakpoint_is_missed(simulation, &model->time_part[i], t, &a, &b);
     for (size_t k = 0; k < kt_mass_curve_count(model) && !missed; k++)
-        missed = is_missed(simulation, kt_mass_curve(model, k), t, &a, &b);
+        missed = breakpoint_is_missed(simulation, kt_mass_curve(model, k), t, &a, &b);
     if (!missed)
         return KT_OK;
     return kt_error_set(

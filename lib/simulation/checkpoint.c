@@ -63,7 +63,7 @@ typedef struct kt_checkpoint_head {
 
 static const char checkpoint_kind[16] = "kinetree state";
 
-static uint64_t sum_of_text(uint64_t sum, const char *text) {
+static uint64_t checkpoint_text_sum(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
@@ -104,22 +104,22 @@ static uint64_t sum_of_path(uint64_t sum, const kt_model *model, const kt_effect
  * the layout depends. With variants, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
-    uint64_t sum = sum_of_text(KT_SUM_START, kt_version());
+    uint64_t sum = checkpoint_text_sum(KT_SUM_START, kt_version());
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const int numbers[] = {kt_body_parent(model, body), at.q, at.nq, at.v, at.nv};
-        sum = kt_sum_add(sum_of_text(sum, kt_body_name(model, body)), numbers, sizeof numbers);
+        sum = kt_sum_add(checkpoint_text_sum(sum, kt_body_name(model, body)), numbers, sizeof numbers);
     }
     for (int loop = 0; loop < kt_loop_count(model); loop++) {
         const int type = (int)kt_loop_type_of(model, loop);
-        sum = kt_sum_add(sum_of_text(sum, kt_loop_name(model, loop)), &type, sizeof type);
+        sum = kt_sum_add(checkpoint_text_sum(sum, kt_loop_name(model, loop)), &type, sizeof type);
     }
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.effect; i++)
         sum = sum_of_path(sum_of_formulas(sum, model, &model->effect[i]), model, &model->effect[i]);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
-        sum = sum_of_formulas(sum_of_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
+        sum = sum_of_formulas(checkpoint_text_sum(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
     return sum;
 }
 
@@ -164,7 +164,7 @@ typedef struct kt_checkpoint_offsets {
     size_t total;
 } kt_checkpoint_offsets;
 
-static kt_checkpoint_offsets measure(const kt_simulation_sizes *size) {
+static kt_checkpoint_offsets measure_checkpoint(const kt_simulation_sizes *size) {
     kt_checkpoint_offsets at;
     size_t offset = 0;
 #define KT_CHECKPOINT_MEASURE(part, bytes)                                                                             \
@@ -193,7 +193,7 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
         snprintf(head.method, sizeof head.method, "%.8s %.14g", method->name, method->rho);
     else if (method->name != NULL)
         snprintf(head.method, sizeof head.method, "%s", method->name);
-    head.size = measure(&simulation->size).total;
+    head.size = measure_checkpoint(&simulation->size).total;
     head.nq = simulation->size.nq;
     head.nv = simulation->size.nv;
     head.body = simulation->size.body;
@@ -206,14 +206,14 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
 }
 
 size_t kt_simulation_state_size(const kt_simulation *simulation) {
-    return simulation ? measure(&simulation->size).total : 0;
+    return simulation ? measure_checkpoint(&simulation->size).total : 0;
 }
 
 void kt_simulation_save(const kt_simulation *simulation, void *block) {
     if (!simulation || !block)
         return;
     const kt_simulation_sizes *size = &simulation->size;
-    kt_checkpoint_offsets at = measure(size);
+    kt_checkpoint_offsets at = measure_checkpoint(size);
     kt_checkpoint_head head = make_head(simulation);
     kt_integrator_memory memory;
     char *to = block;
@@ -264,7 +264,8 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
 }
 
 /* Whether the block is of this kind of simulation. */
-static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint_head *head, kt_error *error) {
+static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt_checkpoint_head *head,
+                                       kt_error *error) {
     kt_checkpoint_head own = make_head(simulation);
     if (memcmp(head->kind, own.kind, sizeof own.kind) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "these bytes are not a checkpoint of a simulation");
@@ -299,7 +300,8 @@ static kt_status check_head(const kt_simulation *simulation, const kt_checkpoint
 }
 
 /* The model of the set of a checkpoint; NULL: there is none. */
-static const kt_model *model_of(kt_simulation *simulation, uint64_t set, const void *ranks, const void *contacts) {
+static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const void *ranks,
+                                           const void *contacts) {
 #if KT_HAS_EVENTS
     if (simulation->size.ranks > 0)
         return kt_contacts_restored_model(simulation, set, ranks, contacts);
@@ -312,20 +314,20 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (KT_IS_MISSING(error, simulation, block))
         return KT_ERROR_ARGUMENT;
     const kt_simulation_sizes *size = &simulation->size;
-    kt_checkpoint_offsets at = measure(size);
+    kt_checkpoint_offsets at = measure_checkpoint(size);
     const char *from = block;
     kt_checkpoint_head head;
     kt_simulation_memory memory;
     kt_integrator_memory integrator;
     memcpy(&head, from + at.head, sizeof head);
-    kt_status status = check_head(simulation, &head, error);
+    kt_status status = check_checkpoint_head(simulation, &head, error);
     if (status != KT_OK)
         return status;
     memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
-        const kt_model *model = model_of(simulation, memory.set, from + at.ranks, from + at.contacts);
+        const kt_model *model = checkpoint_model_of(simulation, memory.set, from + at.ranks, from + at.contacts);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                                 "its set of switched loops and effects is none "

@@ -72,7 +72,7 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
 
 /* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
  * resolved one: then it has the other side again. */
-static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
     (void)what;
@@ -299,7 +299,7 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
-static kt_status resolve(kt_simulation *simulation, kt_error *error) {
+static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     const kt_status status = resolve_once(simulation, error);
     int attempt = 0;
     while (status == KT_OK && is_wedged(simulation) && free_wedged(simulation, &attempt)) {
@@ -321,7 +321,7 @@ static bool rest(kt_simulation *simulation, size_t k) {
 static const kt_contact_calls calls = {.rest = rest,
                                        .ends = kt_contact_slip_ends,
                                        .open = open_all,
-                                       .resolve = resolve,
+                                       .resolve = resolve_contacts,
                                        .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,
@@ -339,7 +339,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     for (int k = 0; status == KT_OK && !steps && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(simulation->model, c->item[k].loop),
                                 .function = watch_contact,
-                                .action = act,
+                                .action = act_on_contacts,
                                 .user = &c->item[k],
                                 .record = simulation->records_contacts,
                                 .direction = KT_DIRECTION_FALLING};

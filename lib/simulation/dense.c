@@ -26,7 +26,7 @@ static double norm(const double *x, size_t n) {
     return sqrt(sum);
 }
 
-static double distance(const double *x, const double *y, size_t n) {
+static double state_distance(const double *x, const double *y, size_t n) {
     double sum = 0.0;
     for (size_t i = 0; i < n; i++)
         sum += (x[i] - y[i]) * (x[i] - y[i]);
@@ -34,17 +34,17 @@ static double distance(const double *x, const double *y, size_t n) {
 }
 
 /* Whether the motion between the ends of the last step can reach the state y; false for NaN. */
-static bool is_between(const kt_simulation *simulation, const double *y) {
+static bool motion_can_reach(const kt_simulation *simulation, const double *y) {
     const kt_integrator *it = simulation->integrator;
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
     const double *y0 = it->previous_y, *y1 = it->y, h = fabs(it->memory.last_step);
-    const double path = distance(y1, y0, nq), turn = distance(y1 + nq, y0 + nq, nv);
+    const double path = state_distance(y1, y0, nq), turn = state_distance(y1 + nq, y0 + nq, nv);
     const double speed = norm(y0 + nq, nv) + norm(y1 + nq, nv);
-    return distance(y, y0, nq) <= leeway * (path + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
-           distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + path / h) + rounding;
+    return state_distance(y, y0, nq) <= leeway * (path + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
+           state_distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + path / h) + rounding;
 }
 
-static void join_states(const kt_simulation *simulation, double t, double *y) {
+static void join_auxiliary_states(const kt_simulation *simulation, double t, double *y) {
     const kt_integrator *it = simulation->integrator;
     const size_t nq = simulation->size.nq, cubic = simulation->size.quaternion == 0 ? nq : 0;
     const double *y0 = it->previous_y, *y1 = it->y, h = it->memory.last_step;
@@ -61,8 +61,8 @@ kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *e
     const bool may_be_dead = simulation->model->driven && simulation->closes_loops && simulation->projection == NULL;
     kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
     if (may_be_dead && simulation->integrator->memory.has_previous &&
-        (status != KT_OK || !is_between(simulation, simulation->y))) {
-        join_states(simulation, t, simulation->y);
+        (status != KT_OK || !motion_can_reach(simulation, simulation->y))) {
+        join_auxiliary_states(simulation, t, simulation->y);
         simulation->memory.joined++;
         simulation->cause.code = KT_OK;
         status = KT_OK;

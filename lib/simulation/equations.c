@@ -30,7 +30,7 @@
 
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 
-static kt_instant instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
+static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
     return (kt_instant){.model = simulation->model,
                         .data = simulation->data,
                         .t = at->t,
@@ -52,8 +52,8 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
 
 /* Writes v' to `a`, and points *rate at the velocities that give q': those of the state, or the caller's. The state is
  * a part of y. power: NULL without a balance. */
-static int accelerate(kt_simulation *simulation, kt_dynamic_state at, const double **rate, double *a, kt_power *power,
-                      kt_error *error) {
+static int accelerate_state(kt_simulation *simulation, kt_dynamic_state at, const double **rate, double *a,
+                            kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
     *rate = at.v;
     if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
@@ -67,7 +67,7 @@ static int accelerate(kt_simulation *simulation, kt_dynamic_state at, const doub
     }
     if (simulation->acceleration == NULL)
         return 0;
-    const kt_instant instant = instant_of(simulation, &at);
+    const kt_instant instant = evaluated_instant_of(simulation, &at);
     kt_error made = {0};
     memcpy(simulation->rate, at.v, simulation->size.nv * sizeof(double));
     *rate = simulation->rate;
@@ -85,15 +85,15 @@ int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate(simulation, (kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a, NULL,
-                      error);
+    return accelerate_state(simulation, (kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a,
+                            NULL, error);
 }
 
 int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate(simulation, state_at(simulation, t, y), &rate, simulation->a, power, error);
+    return accelerate_state(simulation, state_at(simulation, t, y), &rate, simulation->a, power, error);
 }
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
@@ -114,8 +114,8 @@ KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const d
     const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
     kt_power power = {0.0, 0.0};
     const double *rate;
-    const int result = accelerate(simulation, state_at(simulation, at, state), &rate, dydt + size->nq,
-                                  balanced || at_end ? &power : NULL, &simulation->cause);
+    const int result = accelerate_state(simulation, state_at(simulation, at, state), &rate, dydt + size->nq,
+                                        balanced || at_end ? &power : NULL, &simulation->cause);
     if (simulation->acceleration == NULL || balanced)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
     /* Powers and the caller's right-hand side may leave anything in data. */
@@ -202,13 +202,14 @@ static int evaluate_slope_of_states(double t, const double *y, double *dydt, voi
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
 static const double unit_defect = 4.0 * DBL_EPSILON;
 
-static bool is_unit(const double *p) {
+static bool is_unit_quaternion(const double *p) {
     double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
     return fabs(defect) <= unit_defect;
 }
 
 static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
-    const kt_instant at = instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
+    const kt_instant at =
+        evaluated_instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
     kt_error made = {0};
     const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
     if (result == 0)
@@ -240,7 +241,7 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
             return status;
     }
     for (size_t i = 0; i < simulation->size.quaternion && !*changed; i++)
-        *changed = !is_unit(y + simulation->quaternion[i]);
+        *changed = !is_unit_quaternion(y + simulation->quaternion[i]);
     if (!*changed || kt_position_normalize(simulation->model, y))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
@@ -281,7 +282,7 @@ static int project_state(double t, double *y, bool *changed, void *user) {
  *
  * The limit of a tenth applies if rounding deviates by more than the tolerance, which is reported. Otherwise the limit
  * is a thousandth of that time, since the estimated error of shorter steps is rounding. */
-static double noise_within(double h, void *user) {
+static double acceleration_noise_within(double h, void *user) {
     const kt_simulation *simulation = user;
     const kt_passage *passage = &simulation->data->passage;
     const bool uncertain = passage->error > simulation->integrator->options.relative_tolerance;
@@ -295,7 +296,7 @@ static void begin_passage(void *user) {
     simulation->data->passage = (kt_passage){.time = 0.0};
 }
 
-const struct kt_noise kt_simulation_noise = {begin_passage, noise_within};
+const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within};
 
 #if KT_HAS_EVENTS
 /* Time stepping takes no slopes: the integrator's own steps do (leap.c). */

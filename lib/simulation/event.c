@@ -44,7 +44,7 @@ _Static_assert((REPETITIONS + 1) * KT_EVENT_AT_LEAST + 2 <= KT_EVENT_EVALUATIONS
 static const double half_turn = 3.14159265358979323846;
 
 /* No step is shorter. */
-static double shortest(const kt_simulation *simulation, double t) {
+static double shortest_event_step(const kt_simulation *simulation, double t) {
     return 64.0 * DBL_EPSILON * kt_event_extent_of_times(simulation, t);
 }
 
@@ -279,7 +279,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
         const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
                      breakpoint = next_event_breakpoint(simulation, from, &r.of);
         const double to = end_of_panel(simulation, from, fmin(even, breakpoint), t1, &r);
-        if (may_shorten && r.cut && r.half > t0 + shortest(simulation, t0)) {
+        if (may_shorten && r.cut && r.half > t0 + shortest_event_step(simulation, t0)) {
             *shorter = r.half;
             break;
         }
@@ -299,7 +299,7 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
 }
 
 /* The last root that belongs to the same instant as the first one. Roots behind it are not due any longer. */
-static double instant_of(kt_simulation *simulation, double first) {
+static double event_instant_of(kt_simulation *simulation, double first) {
     double last = first;
     for (size_t k = 0; k < simulation->event_count; k++)
         if (simulation->event_root[k].due && simulation->event_root[k].time <= first + kt_event_together(first))
@@ -313,7 +313,7 @@ static double instant_of(kt_simulation *simulation, double first) {
 }
 
 /* Accepts the last step: its end becomes the beginning of the next one. */
-static void pass(kt_simulation *simulation, bool fires) {
+static void pass_step(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
     kt_copy(simulation->event_value, simulation->event_value + (KT_EVENT_SAMPLES - 1) * n, n * sizeof(double));
     simulation->event_time = kt_integrator_time(simulation->integrator);
@@ -399,7 +399,7 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
     const size_t aim = aim_of(simulation);
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
     kt_status status = find_roots(simulation, may_shorten, repetition >= SETTLES, &first, &shorter, error);
-    double instant = status == KT_OK && first < HUGE_VAL ? instant_of(simulation, first) : HUGE_VAL;
+    double instant = status == KT_OK && first < HUGE_VAL ? event_instant_of(simulation, first) : HUGE_VAL;
     const bool ends =
         repetition >= REPETITIONS && !(t1 - instant > kt_event_together(t1) && kt_simulation_skips_contact(simulation));
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= kt_event_least_width(simulation, t1) || ends);
@@ -423,13 +423,13 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
             kt_integrator_retreat(simulation->integrator, t1 - t0);
             return KT_ERROR_STEP;
         }
-        pass(simulation, fires);
+        pass_step(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : kt_simulation_end_within(simulation, instant);
     kt_integrator_retreat(simulation->integrator, instant - t0);
     remember_due(simulation);
-    *again = instant - t0 > shortest(simulation, instant);
+    *again = instant - t0 > shortest_event_step(simulation, instant);
     *t_limit = instant;
     if (!*again) { /* no step is so short: the event happens at the present state */
         for (size_t k = 0; k < simulation->event_count; k++)
@@ -443,7 +443,8 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
 /* ---- effects of events ------------------------------------------------------------------------------------------- */
 
 /* Hands over the record of an event: once before its action, and once after it if the action changed the state. */
-static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
+static kt_status hand_over_event(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user,
+                                 kt_error *error) {
     const kt_event *event = &simulation->event[k];
     if (recorder == NULL || !(event->record || event->stop))
         return KT_OK;
@@ -451,7 +452,7 @@ static kt_status hand_over(kt_simulation *simulation, size_t k, kt_recorder *rec
 }
 
 /* Applies one event: its action, or the end of the run. */
-static kt_status act(kt_simulation *simulation, size_t k, kt_error *error) {
+static kt_status apply_one_event(kt_simulation *simulation, size_t k, kt_error *error) {
     const kt_event *event = &simulation->event[k];
     kt_error from = {0};
     const double t = kt_integrator_time(simulation->integrator);
@@ -489,16 +490,16 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
     kt_status status = KT_OK;
     if (!root->recorded) {
         root->recorded = true;
-        status = hand_over(simulation, k, recorder, user, error);
+        status = hand_over_event(simulation, k, recorder, user, error);
     }
     if (status != KT_OK)
         return status;
     root->due = root->recorded = false;
-    status = act(simulation, k, error);
+    status = apply_one_event(simulation, k, error);
     if (status != KT_OK || simulation->event_time == t)
         return status;
     status = renew_sides(simulation, error); /* before the record: a checkpoint there holds them */
-    return status == KT_OK ? hand_over(simulation, k, recorder, user, error) : status;
+    return status == KT_OK ? hand_over_event(simulation, k, recorder, user, error) : status;
 }
 
 static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {

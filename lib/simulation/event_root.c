@@ -83,7 +83,7 @@ typedef struct sample {
     double t, g;
 } sample;
 
-static kt_status value_at(kt_simulation *simulation, size_t k, double t, sample *to, kt_error *error) {
+static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, sample *to, kt_error *error) {
     const kt_status status = kt_simulation_between(simulation, t, error);
     to->t = t;
     return status == KT_OK ? kt_event_evaluate(simulation, k, t, simulation->y, &to->g, error) : status;
@@ -108,7 +108,7 @@ static kt_status find_hidden(kt_simulation *simulation, size_t k, sample a, samp
     *found = false;
     for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, &t); i++) {
         sample v;
-        const kt_status status = value_at(simulation, k, t, &v, error);
+        const kt_status status = event_value_at(simulation, k, t, &v, error);
         if (status != KT_OK)
             return status;
         if (kt_sign_of(v.g) == -side) {
@@ -128,7 +128,7 @@ static kt_status find_hidden(kt_simulation *simulation, size_t k, sample a, samp
     return KT_OK;
 }
 
-static int insert(sample *samples, int count, sample new) {
+static int insert_sample(sample *samples, int count, sample new) {
     int i = count;
     for (; i > 0 && samples[i - 1].t > new.t; i--)
         samples[i] = samples[i - 1];
@@ -140,7 +140,7 @@ static int insert(sample *samples, int count, sample new) {
  * the side from which it came. With its present rate, g reaches the other side within the same instant. Up to there,
  * values that are no farther from zero are rounding too, and count as on the other side. For contacts, such values are
  * penetration instead. Returns the size of the rounding. */
-static double clear_rounding(const kt_simulation *simulation, size_t k, sample *base) {
+static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sample *base) {
     const int from = simulation->event_search[k].side;
     const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * kt_event_together(base[0].t);
     if (from == 0 || kt_sign_of(base[0].g) == from)
@@ -170,7 +170,7 @@ static kt_status place_samples(kt_simulation *simulation, size_t k, const double
     kt_status status = KT_OK;
     for (int j = 0; j < KT_EVENT_SAMPLES; j++)
         base[j] = (sample){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
-    const double left = clear_rounding(simulation, k, base);
+    const double left = clear_panel_rounding(simulation, k, base);
     memcpy(samples, base, sizeof base);
     *count = KT_EVENT_SAMPLES;
     for (int j = 1; status == KT_OK && j + 1 < KT_EVENT_SAMPLES; j++) {
@@ -182,7 +182,7 @@ static kt_status place_samples(kt_simulation *simulation, size_t k, const double
             continue;
         status = find_hidden(simulation, k, base[j - 1], base[j], base[j + 1], &hidden, &found, error);
         if (status == KT_OK && found && !(fabs(hidden.g) <= left))
-            *count = insert(samples, *count, hidden);
+            *count = insert_sample(samples, *count, hidden);
     }
     return status;
 }
@@ -191,8 +191,8 @@ static kt_status place_samples(kt_simulation *simulation, size_t k, const double
  * Method: ITP.
  *
  *    kappa_1 = 0.2 / (b - a), kappa_2 = 2, n_0 = 1 */
-static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, sample a, sample b, double *root,
-                         kt_error *error) {
+static kt_status enclose_root(kt_simulation *simulation, size_t k, double threshold, sample a, sample b, double *root,
+                              kt_error *error) {
     a.g -= threshold;
     b.g -= threshold;
     const int side = kt_sign_of(b.g);
@@ -211,7 +211,7 @@ static kt_status enclose(kt_simulation *simulation, size_t k, double threshold, 
         if (!(a.t < t && t < b.t))
             break;
         sample m;
-        const kt_status status = value_at(simulation, k, t, &m, error);
+        const kt_status status = event_value_at(simulation, k, t, &m, error);
         if (status != KT_OK)
             return status;
         m.g -= threshold;
@@ -248,7 +248,7 @@ kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *
         const int to = kt_sign_of(samples[i].g);
         if (from < 0 && samples[i].g < depth && k < kt_simulation_contact_events(simulation)) {
             *side = -1;
-            return enclose(simulation, k, depth, samples[i - 1], samples[i], root, error);
+            return enclose_root(simulation, k, depth, samples[i - 1], samples[i], root, error);
         }
         if (to == 0 || to == from)
             continue;
@@ -259,7 +259,7 @@ kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *
         if (!counts)
             continue;
         *side = to;
-        return enclose(simulation, k, 0.0, samples[i - 1], samples[i], root, error);
+        return enclose_root(simulation, k, 0.0, samples[i - 1], samples[i], root, error);
     }
     simulation->event_search[k].side = from;
     return status;

@@ -106,7 +106,7 @@ static kt_status reject_dead_point(const kt_simulation *simulation, double left,
 
 /* Whether `where` contains a time. It needs no strstr, since newlib's strstr takes 1.4 kB of a microcontroller's
  * memory. */
-static bool has_time(const char *where) {
+static bool contains_time(const char *where) {
     const char *at = strchr(where, 't');
     while (at != NULL && strncmp(at, "t = ", 4) != 0)
         at = strchr(at + 1, 't');
@@ -117,7 +117,7 @@ static bool has_time(const char *where) {
 static void add_time(const kt_simulation *simulation, char *where) {
     const kt_error *cause = &simulation->cause;
     const bool known = cause->code != KT_OK;
-    if (known && has_time(cause->where)) /* contains the time of a stage */
+    if (known && contains_time(cause->where)) /* contains the time of a stage */
         (void)snprintf(where, KT_WHERE_SIZE + 32, "%s", cause->where);
     else
         (void)snprintf(where, KT_WHERE_SIZE + 32, "t = %.9g s%s%s", kt_integrator_time(simulation->integrator),

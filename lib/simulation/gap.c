@@ -44,8 +44,8 @@ enum { HALVINGS = 12, EVALUATIONS = 64 };
 static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
 
 /* max(a, b); fmax of <math.h> is a call. */
-static double larger(double a, double b) { return a > b ? a : b; }
-static double smaller(double a, double b) { return a < b ? a : b; }
+static double larger_double(double a, double b) { return a > b ? a : b; }
+static double smaller_double(double a, double b) { return a < b ? a : b; }
 
 typedef struct sample {
     double t, d, rate; /* d: beyond the boundary of the search */
@@ -53,14 +53,14 @@ typedef struct sample {
 } sample;
 
 /* The larger depth of an effect at the ends of the step, from its distances there; 0 if it acts at neither end. */
-static double deepest(double begin, double end) { return larger(0.0, -smaller(begin, end)); }
+static double deepest(double begin, double end) { return larger_double(0.0, -smaller_double(begin, end)); }
 
 /* The depth that counts as an unseen action, from the depth that the step has seen and a negligible depth. */
 static double boundary_of(double seen, double negligible) { return 2.0 * seen + negligible; }
 
 /* The larger of the speeds at both ends, squared. */
 static double speed_squared(const kt_gap *begin, const kt_gap *end) {
-    return larger(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
+    return larger_double(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
 }
 
 /* One effect in one step. */
@@ -81,7 +81,7 @@ static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double
     if (d0 + d1 >= 4.0 * path)
         return true;
     const double deviation = h * (kt_vec3_norm(kt_vec3_sub(u1, u0)) + turn * path);
-    return smaller(d0, d1) >= deviation && d0 + d1 >= path / 16.0;
+    return smaller_double(d0, d1) >= deviation && d0 + d1 >= path / 16.0;
 }
 
 /* The least Bernstein coefficient of the cubic from a to b. */
@@ -118,8 +118,8 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
 static bool goes_deeper(search *s, sample a, sample b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
     const double h = b.t - a.t, t = a.t + 0.5 * h;
-    const double speed = sqrt(larger(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
-    const double path = larger(h * speed, fabs(b.d - a.d));
+    const double speed = sqrt(larger_double(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
+    const double path = larger_double(h * speed, fabs(b.d - a.d));
     if (halvings == 0 || s->evaluations == 0 || is_out_of_reach(a.d, b.d, a.u, b.u, s->turn, path, h))
         return false;
     if (middle == NULL) {
@@ -211,7 +211,7 @@ static bool reaches_any(kt_simulation *simulation) {
 }
 
 /* Computes the gap of effect k in the state y. swept: as in kt_gaps_evaluate. */
-static void find_gap(kt_simulation *simulation, size_t k, const double *y, bool *swept, kt_known_gap *gap) {
+static void find_effect_gap(kt_simulation *simulation, size_t k, const double *y, bool *swept, kt_known_gap *gap) {
     kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, y, y + simulation->size.nq,
                      *swept, &gap->gap);
     *swept = *swept || simulation->gap_source[k].link == NULL;
@@ -228,13 +228,13 @@ static bool find_gaps(kt_simulation *simulation) {
         simulation->gap_end[k].known = kt_simulation_reaches_gap(simulation, k, h);
         if (!simulation->gap_end[k].known)
             continue;
-        find_gap(simulation, k, y1, &swept_end, &simulation->gap_end[k]);
+        find_effect_gap(simulation, k, y1, &swept_end, &simulation->gap_end[k]);
         simulation->gap_begin[k].known = simulation->gap_begin[k].known && simulation->gaps_known;
         any = true;
     }
     for (size_t k = 0; any && k < simulation->size.gap; k++)
         if (simulation->gap_end[k].known && !simulation->gap_begin[k].known) {
-            find_gap(simulation, k, y0, &swept, &simulation->gap_begin[k]);
+            find_effect_gap(simulation, k, y0, &swept, &simulation->gap_begin[k]);
             simulation->cached = KT_CACHED_NOTHING;
         }
     return any;
@@ -246,7 +246,7 @@ static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, dou
     const kt_gap *begin = &simulation->gap_begin[k].gap, *end = &simulation->gap_end[k].gap;
     const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
     const double seen = deepest(begin->distance, end->distance), path = h * sqrt(speed_squared(begin, end));
-    const double boundary = boundary_of(seen, depth_of_rounding * path), turn = larger(begin->turn, end->turn);
+    const double boundary = boundary_of(seen, depth_of_rounding * path), turn = larger_double(begin->turn, end->turn);
     const bool far = is_out_of_reach(begin->distance + boundary, end->distance + boundary, begin->velocity,
                                      end->velocity, turn, path, h);
     if (far && !simulation->lacks_end_stage)
@@ -307,7 +307,7 @@ bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit) {
 /* ---- of a record ------------------------------------------------------------------------------------------------- */
 
 /* "effect 'face' (contact)" */
-static void name_effect(const kt_model *model, const kt_effect_record *effect, char *text, size_t size) {
+static void name_gap_effect(const kt_model *model, const kt_effect_record *effect, char *text, size_t size) {
     if (effect->name)
         snprintf(text, size, "effect '%.40s' (%s)", model->text + effect->name,
                  kt_effect_type_name((kt_effect_type)effect->type));
@@ -319,7 +319,7 @@ static void name_effect(const kt_model *model, const kt_effect_record *effect, c
 static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
     char name[KT_WHERE_SIZE];
     const kt_effect_record *effect = simulation->gap_source[k].effect;
-    name_effect(simulation->model, effect, name, sizeof name);
+    name_gap_effect(simulation->model, effect, name, sizeof name);
     return kt_error_set(
         error, KT_ERROR_STEP, name,
         "it acts at t = %.9g s, %.3g %s deep, and the step from %.9g to %.9g s has not seen it; take %s", t, depth,

@@ -29,7 +29,7 @@ static bool has_model_equations(const kt_simulation_request *settings) {
 }
 
 /* Rejects options that cannot be combined with coordinates that move no mass. */
-static kt_status reject_massless(const kt_simulation_request *settings, kt_error *error) {
+static kt_status reject_massless_options(const kt_simulation_request *settings, kt_error *error) {
     const kt_simulation_options *options = &settings->options;
     if (options->transformation != NULL)
         return kt_massless_reject(options->transformation->model, "transformation",
@@ -40,7 +40,7 @@ static kt_status reject_massless(const kt_simulation_request *settings, kt_error
     return KT_OK;
 }
 
-static kt_status check_options(const kt_simulation_options *options, kt_error *error) {
+static kt_status check_simulation_options(const kt_simulation_options *options, kt_error *error) {
     if (KT_HAS_SWITCHES && !kt_is_not_negative(options->switch_gap))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "switch_gap", "%g: must be zero or more", options->switch_gap);
     const bool first = !kt_is_not_negative(options->initial_step);
@@ -58,7 +58,8 @@ static kt_status check_options(const kt_simulation_options *options, kt_error *e
 }
 
 /* Rejects what time stepping over contacts has not. */
-static kt_status check_time_stepping(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
+static kt_status check_time_stepping_options(const kt_model *model, const kt_simulation_request *settings,
+                                             kt_error *error) {
     const kt_simulation_options *options = &settings->options;
     if ((unsigned)options->contact >= KT_CONTACT_SCHEME_COUNT)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "contact", "%d: must be KT_CONTACT_EVENTS or KT_CONTACT_STEPS",
@@ -123,9 +124,9 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "there is no method '%s'; kt_method_at lists the methods", settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
     if (status == KT_OK)
-        status = check_options(&settings->options, error);
+        status = check_simulation_options(&settings->options, error);
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
-        status = check_time_stepping(model, settings, error);
+        status = check_time_stepping_options(model, settings, error);
     if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
         status = kt_auxiliary_states_reject(model, "transformation",
                                             "no other formulation carries them; integrate in tree coordinates", error);
@@ -135,7 +136,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                                   "no other formulation supports this; integrate in tree coordinates", error);
 #endif
     if (KT_HAS_QUASI_STATICS && status == KT_OK)
-        status = reject_massless(settings, error);
+        status = reject_massless_options(settings, error);
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
@@ -156,7 +157,8 @@ static const kt_newton *newton_of(const kt_simulation_request *settings) {
     return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
-static void measure(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
+static void measure_simulation(const kt_model *user_model, const kt_simulation_request *settings,
+                               kt_simulation_sizes *size) {
     const kt_model *model = settings->model;
     const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0;
     const bool transformed = settings->options.transformation != NULL;
@@ -209,12 +211,12 @@ static void measure(const kt_model *user_model, const kt_simulation_request *set
 
 /* The largest sizes that any variant of a model needs. */
 static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
-    measure(user_model, settings, size);
+    measure_simulation(user_model, settings, size);
     for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->variants && k < kt_variants_count(user_model->variants); k++) {
         kt_simulation_request other = *settings;
         kt_simulation_sizes one = {0};
         other.model = kt_variants_model(user_model->variants, k);
-        measure(other.model, &other, &one);
+        measure_simulation(other.model, &other, &one);
 #define MEMORY_MOST(member) size->member = one.member > size->member ? one.member : size->member;
         KT_SIMULATION_OF_MODEL(MEMORY_MOST)
 #undef MEMORY_MOST
@@ -253,7 +255,7 @@ static void find_quaternions(kt_simulation *simulation) {
 }
 
 /* The longest step that the run, the caller and the functions of time allow; 0: no limit. */
-static double longest_step(const kt_simulation_request *settings) {
+static double longest_run_step(const kt_simulation_request *settings) {
     const kt_model *model = settings->model; /* the model with all switches on has the least limit */
     if (KT_HAS_SWITCHES && model->variants)
         model = kt_variants_model(model->variants, kt_variants_count(model->variants) - 1);
@@ -271,7 +273,7 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     options.relative_tolerance = settings->run.relative;
     options.absolute_tolerance = settings->run.absolute;
     options.initial_step = settings->options.initial_step;
-    options.max_step = longest_step(settings);
+    options.max_step = longest_run_step(settings);
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
     options.positions = simulation->size.nq;
@@ -328,7 +330,7 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
 }
 
 /* The parts that can fail, in memory that is already laid out. */
-static kt_status fill(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
+static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
     kt_status status = init_data(simulation, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
@@ -431,7 +433,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
                                 "hard contacts, and loops or effects that are switched, need the formulation 'tree'");
         memset(&made->size, 0, sizeof made->size);
-        measure(model, &settings, &made->size);
+        measure_simulation(model, &settings, &made->size);
     }
     made->model = settings.model;
     made->user_model = model;
@@ -444,7 +446,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     if (status != KT_OK)
         return status;
 #endif
-    status = fill(made, &settings, error);
+    status = fill_simulation(made, &settings, error);
     if (status == KT_OK)
         *simulation = made;
     return status;

@@ -153,8 +153,8 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
 }
 
 /* One pass: velocities without impulses, and with them. */
-static kt_status pass(kt_simulation *simulation, double t, double h, const double *y, bool again, kt_power *power,
-                      kt_error *error) {
+static kt_status take_pass(kt_simulation *simulation, double t, double h, const double *y, bool again, kt_power *power,
+                           kt_error *error) {
     kt_moreau *m = simulation->moreau;
     const size_t nv = simulation->size.nv;
     const double *v = y + simulation->size.nq;
@@ -194,9 +194,9 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
     kt_copy(m->y, y, n * sizeof *y);
     kt_status status = move_half(simulation, middle, h, y + nq, simulation->groups > 0, m->y, error);
     if (status == KT_OK)
-        status = pass(simulation, middle, h, y, false, NULL, error);
+        status = take_pass(simulation, middle, h, y, false, NULL, error);
     if (status == KT_OK)
-        status = pass(simulation, middle, h, y, true, balanced ? &power : NULL, error);
+        status = take_pass(simulation, middle, h, y, true, balanced ? &power : NULL, error);
     if (status != KT_OK)
         return status;
     kt_moreau_correct(simulation, h);

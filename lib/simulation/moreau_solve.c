@@ -117,7 +117,7 @@ static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
 }
 
 /* M^-1 J' of the rows from `first` on, and their entries of W. */
-static kt_status respond(kt_simulation *simulation, int first, kt_error *error) {
+static kt_status respond_to_rows(kt_simulation *simulation, int first, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const size_t nv = simulation->size.nv;
@@ -199,7 +199,7 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const d
     for (int k = 0; k < c->n; k++)
         m->place[k] = -1;
     add_dry_friction(simulation, h, v);
-    return m->dry > 0 ? respond(simulation, 0, error) : KT_OK;
+    return m->dry > 0 ? respond_to_rows(simulation, 0, error) : KT_OK;
 }
 
 void kt_moreau_take_free(kt_simulation *simulation, double h) {
@@ -221,7 +221,7 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
     const int first = simulation->contacts->touching;
     *any = list_closing(simulation, h, v, simulation->moreau->count == simulation->moreau->dry);
-    return *any ? respond(simulation, first, error) : KT_OK;
+    return *any ? respond_to_rows(simulation, first, error) : KT_OK;
 }
 
 /* ---- the problem ------------------------------------------------------------------------------------------------- */

@@ -69,24 +69,24 @@ typedef struct vector {
     double *re, *im; /* im NULL: real */
 } vector;
 
-static vector at(vector x, size_t i) {
+static vector vector_from(vector x, size_t i) {
     const vector part = {x.re + i, x.im != NULL ? x.im + i : NULL};
     return part;
 }
 
-static kt_complex get(vector x, size_t i) {
+static kt_complex get_entry(vector x, size_t i) {
     const kt_complex value = {x.re[i], x.im != NULL ? x.im[i] : 0.0};
     return value;
 }
 
-static void set(vector x, size_t i, kt_complex value) {
+static void set_entry(vector x, size_t i, kt_complex value) {
     x.re[i] = value.re;
     if (x.im != NULL)
         x.im[i] = value.im;
 }
 
 /* y += factor A x, with A of `rows` x `columns`. */
-static void add_product(const double *a, size_t rows, size_t columns, double factor, vector x, vector y) {
+static void add_real_product(const double *a, size_t rows, size_t columns, double factor, vector x, vector y) {
     for (size_t j = 0; j < columns; j++) {
         const double *column = a + j * rows, re = factor * x.re[j];
         for (size_t i = 0; i < rows; i++)
@@ -106,7 +106,7 @@ static void transposed_product(const double *a, size_t rows, size_t columns, vec
             sum.re += column[i] * x.re[i];
             sum.im += x.im != NULL ? column[i] * x.im[i] : 0.0;
         }
-        set(y, j, sum);
+        set_entry(y, j, sum);
     }
 }
 
@@ -116,7 +116,7 @@ static void copy(vector to, vector from, size_t n) {
         kt_copy(to.im, from.im, n * sizeof *to.im);
 }
 
-static void clear(vector x, size_t n) {
+static void clear_vector(vector x, size_t n) {
     memset(x.re, 0, n * sizeof *x.re);
     if (x.im != NULL)
         memset(x.im, 0, n * sizeof *x.im);
@@ -147,9 +147,11 @@ static void to_tangent(const double *p, const double *d, double *out) {
 }
 
 /* x becomes factor (sigma x + half_x), component by component. */
-static void finish(kt_complex sigma, kt_complex factor, size_t n, vector half_x, vector x) {
+static void finish_vector(kt_complex sigma, kt_complex factor, size_t n, vector half_x, vector x) {
     for (size_t i = 0; i < n; i++)
-        set(x, i, kt_complex_multiply(factor, kt_complex_add(kt_complex_multiply(sigma, get(x, i)), get(half_x, i))));
+        set_entry(x, i,
+                  kt_complex_multiply(
+                      factor, kt_complex_add(kt_complex_multiply(sigma, get_entry(x, i)), get_entry(half_x, i))));
 }
 
 /* d becomes S d, for a quaternion. */
@@ -158,7 +160,7 @@ static void divide_quaternion(kt_complex sigma, const double *w, vector d) {
     half_turn(d.re, w, re);
     if (d.im != NULL)
         half_turn(d.im, w, im);
-    finish(sigma, turning_factor(sigma, w), 4, (vector){re, d.im != NULL ? im : NULL}, d);
+    finish_vector(sigma, turning_factor(sigma, w), 4, (vector){re, d.im != NULL ? im : NULL}, d);
 }
 
 static void half_cross_product(const double *z, const double *w, double *out) {
@@ -173,10 +175,10 @@ static void divide_turn(kt_complex sigma, const double *w, vector z) {
     half_cross_product(z.re, w, re);
     if (z.im != NULL)
         half_cross_product(z.im, w, im);
-    finish(sigma, turning_factor(sigma, w), 3, (vector){re, z.im != NULL ? im : NULL}, z);
+    finish_vector(sigma, turning_factor(sigma, w), 3, (vector){re, z.im != NULL ? im : NULL}, z);
 }
 
-static const double *quaternion_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
+static const double *quaternion_at(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
 static const double *spin_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k + 4; }
 
 /* The index in v at which the angular velocity of quaternion k begins: each earlier quaternion has one position
@@ -187,7 +189,7 @@ static size_t spin_at(const kt_simulation *s, size_t k) { return (size_t)s->quat
 static void divide_plain(kt_complex sigma, vector x, size_t first, size_t last) {
     const kt_complex factor = kt_complex_invert(sigma);
     for (size_t i = first; i < last; i++)
-        set(x, i, kt_complex_multiply(factor, get(x, i)));
+        set_entry(x, i, kt_complex_multiply(factor, get_entry(x, i)));
 }
 
 /* x (nq) becomes S x. */
@@ -196,7 +198,7 @@ static void divide_positions(const kt_simulation *s, kt_complex sigma, vector x)
     for (size_t k = 0; k < s->size.turning; k++) {
         const size_t p = (size_t)s->quaternion[k];
         divide_plain(sigma, x, from, p);
-        divide_quaternion(sigma, spin_of(s, k), at(x, p));
+        divide_quaternion(sigma, spin_of(s, k), vector_from(x, p));
         from = p + 4;
     }
     divide_plain(sigma, x, from, s->size.nq);
@@ -208,7 +210,7 @@ static void divide_tangents(const kt_simulation *s, kt_complex sigma, vector z) 
     for (size_t k = 0; k < s->size.turning; k++) {
         const size_t v = spin_at(s, k);
         divide_plain(sigma, z, from, v);
-        divide_turn(sigma, spin_of(s, k), at(z, v));
+        divide_turn(sigma, spin_of(s, k), vector_from(z, v));
         from = v + 3;
     }
     divide_plain(sigma, z, from, s->size.nv);
@@ -220,7 +222,7 @@ static void tangents_of(const kt_simulation *s, const double *x, double *out) {
     for (size_t k = 0; k < s->size.turning; k++) {
         for (; q < (size_t)s->quaternion[k]; q++)
             out[v++] = x[q];
-        to_tangent(quaternion_of(s, k), x + q, out + v);
+        to_tangent(quaternion_at(s, k), x + q, out + v);
         q += 4;
         v += 3;
     }
@@ -229,13 +231,13 @@ static void tangents_of(const kt_simulation *s, const double *x, double *out) {
 }
 
 /* x (nq) += E z, z (nv). */
-static void add_rates(const kt_simulation *s, const double *z, double *x) {
+static void add_position_rates(const kt_simulation *s, const double *z, double *x) {
     size_t q = 0, v = 0;
     for (size_t k = 0; k < s->size.turning; k++) {
         double rate[4];
         for (; q < (size_t)s->quaternion[k]; q++)
             x[q] += z[v++];
-        half_turn(quaternion_of(s, k), z + v, rate);
+        half_turn(quaternion_at(s, k), z + v, rate);
         for (size_t i = 0; i < 4; i++)
             x[q + i] += rate[i];
         q += 4;
@@ -265,21 +267,21 @@ static void reduce_along(kt_simulation *s) {
     for (size_t j = 0; j < free && s->size.reduced; j++) {
         const vector z = {s->basis + j * nv, NULL}, k = {s->along + j * free, NULL},
                      c = {s->along + s->size.along + j * free, NULL};
-        add_product(s->stiffness, free, nv, 1.0, z, k);
-        add_product(s->damping, free, nv, 1.0, z, c);
+        add_real_product(s->stiffness, free, nv, 1.0, z, k);
+        add_real_product(s->damping, free, nv, 1.0, z, c);
     }
 }
 
-static kt_state_derivatives states_of(const kt_simulation *s) {
+static kt_state_derivatives state_derivatives_of(const kt_simulation *s) {
     return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
 }
 
 /* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that only solve linear systems take them,
  * however uncertain they are next to a singular position. Matrices of earlier steps belong to the path before its bend,
  * and are wrong. */
-static kt_status differentiate_all(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
+static kt_status differentiate_all_directions(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
-    const kt_state_derivatives states = states_of(s);
+    const kt_state_derivatives states = state_derivatives_of(s);
     const kt_acceleration_matrices to = {.by = {s->stiffness, s->damping, NULL}, .states = &states, .uncertain = true};
     const kt_status status = kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work,
                                                             s->size.stiffness_work, at, NULL, &to, error);
@@ -308,7 +310,7 @@ static kt_status reject_near(kt_simulation *s, double t, const double *q, const 
 }
 
 /* Computes M, C, K and the matrices of auxiliary states, if any velocity is free or there are states. */
-static kt_status differentiate(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
+static kt_status differentiate_motion(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_status status = KT_OK;
     if (s->size.free + s->size.states == 0)
@@ -319,11 +321,11 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     if (s->size.all_directions)
-        return differentiate_all(s, &at, error);
+        return differentiate_all_directions(s, &at, error);
     status = reject_near(s, t, at.q, at.v, error);
     if (status != KT_OK)
         return status;
-    const kt_state_derivatives states = states_of(s);
+    const kt_state_derivatives states = state_derivatives_of(s);
     const kt_stiffness_matrices to = {.basis = s->size.reduced ? s->basis : NULL,
                                       .mass = s->mass,
                                       .stiffness = s->stiffness,
@@ -335,10 +337,10 @@ static kt_status differentiate(kt_simulation *s, double t, const double *y, cons
                : status;
 }
 
-static int jacobian(double t, const double *y, const double *dydt, void *user) {
+static int newton_jacobian(double t, const double *y, const double *dydt, void *user) {
     kt_simulation *s = user;
     kt_error error = {0};
-    const kt_status status = differentiate(s, t, y, dydt + s->size.nq, &error);
+    const kt_status status = differentiate_motion(s, t, y, dydt + s->size.nq, &error);
     if (status != KT_OK && !kt_simulation_is_recoverable(status))
         s->cause = error;
     if (status != KT_OK)
@@ -361,7 +363,7 @@ static vector work_of(const kt_simulation *s, size_t which, bool complex) {
 /* Column j of P S E Z. */
 static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, bool complex) {
     const vector z = work_of(s, 0, complex);
-    clear(z, s->size.nv);
+    clear_vector(z, s->size.nv);
     if (s->size.reduced)
         memcpy(z.re, s->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
     else
@@ -371,7 +373,7 @@ static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, 
 }
 
 /* to += factor x, with a complex factor and a real column. */
-static void add_column(vector to, kt_complex factor, const double *x, size_t n) {
+static void add_real_column(vector to, kt_complex factor, const double *x, size_t n) {
     for (size_t i = 0; i < n; i++)
         to.re[i] += factor.re * x[i];
     for (size_t i = 0; i < n && to.im != NULL; i++)
@@ -379,43 +381,43 @@ static void add_column(vector to, kt_complex factor, const double *x, size_t n) 
 }
 
 /* Column j of sigma M + C Z + K P S E Z. */
-static void form_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
+static void form_newton_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free;
     const kt_complex one = {1.0, 0.0};
     const double *stiffness = s->size.reduced ? s->along : s->stiffness;
     const double *damping = s->size.reduced ? s->along + s->size.along : s->damping;
-    clear(to, n);
-    add_column(to, sigma, s->mass + j * n, n);
-    add_column(to, one, damping + j * n, n);
+    clear_vector(to, n);
+    add_real_column(to, sigma, s->mass + j * n, n);
+    add_real_column(to, one, damping + j * n, n);
     if (s->size.turning == 0) {
-        add_column(to, kt_complex_invert(sigma), stiffness + j * n, n);
+        add_real_column(to, kt_complex_invert(sigma), stiffness + j * n, n);
         return;
     }
     const vector x = unit_response(s, sigma, j, to.im != NULL);
     for (size_t i = 0; i < s->size.nv; i++)
         if (x.re[i] != 0.0 || (x.im != NULL && x.im[i] != 0.0))
-            add_column(to, get(x, i), s->stiffness + i * n, n);
+            add_real_column(to, get_entry(x, i), s->stiffness + i * n, n);
 }
 
 /* The part of column j in the rows of auxiliary states, for free velocities: F_v Z + F_q P S E Z. */
 static void form_rates(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t nv = s->size.nv, states = s->size.states;
-    clear(to, states);
+    clear_vector(to, states);
     if (s->size.reduced)
-        add_product(s->rate_v, states, nv, 1.0, (vector){s->basis + j * nv, NULL}, to);
+        add_real_product(s->rate_v, states, nv, 1.0, (vector){s->basis + j * nv, NULL}, to);
     else
-        add_column(to, (kt_complex){1.0, 0.0}, s->rate_v + j * states, states);
-    add_product(s->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
+        add_real_column(to, (kt_complex){1.0, 0.0}, s->rate_v + j * states, states);
+    add_real_product(s->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
 }
 
 /* Column j of the auxiliary states: X, and sigma + F_x. */
 static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free, states = s->size.states;
     const kt_complex one = {1.0, 0.0};
-    clear(to, n + states);
-    add_column(to, one, s->state_force + j * n, n);
-    add_column(at(to, n), one, s->rate_x + j * states, states);
-    set(to, n + j, kt_complex_add(get(to, n + j), sigma));
+    clear_vector(to, n + states);
+    add_real_column(to, one, s->state_force + j * n, n);
+    add_real_column(vector_from(to, n), one, s->rate_x + j * states, states);
+    set_entry(to, n + j, kt_complex_add(get_entry(to, n + j), sigma));
 }
 
 static int factor_newton(kt_complex sigma, void *user) {
@@ -425,11 +427,11 @@ static int factor_newton(kt_complex sigma, void *user) {
     const vector matrix = {complex ? s->re : s->real, complex ? s->im : NULL};
     s->sigma[complex] = sigma;
     for (size_t j = 0; j < free; j++)
-        form_column(s, sigma, j, at(matrix, j * n));
+        form_newton_column(s, sigma, j, vector_from(matrix, j * n));
     for (size_t j = 0; j < free && n > free; j++)
-        form_rates(s, sigma, j, at(matrix, j * n + free));
+        form_rates(s, sigma, j, vector_from(matrix, j * n + free));
     for (size_t j = free; j < n; j++)
-        form_state(s, sigma, j - free, at(matrix, j * n));
+        form_state(s, sigma, j - free, vector_from(matrix, j * n));
     const bool regular =
         complex ? kt_lu_factor_complex(s->re, s->im, n, s->pivot + n) : kt_lu_factor(s->real, n, s->pivot);
     return regular ? 0 : 1;
@@ -450,44 +452,44 @@ static void solve_free(const kt_simulation *s, vector x) {
 static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, states = s->size.states;
     const vector x = work_of(s, 1, r_v.im != NULL);
-    clear(x, nv);
-    add_product(s->mass, nv, nv, 1.0, r_v, x);
-    add_product(s->stiffness, nv, nv, -1.0, velocity, x);
-    copy(at(x, nv), at(r_v, nv), states);
-    add_product(s->rate_q, states, nv, -1.0, velocity, at(x, nv));
+    clear_vector(x, nv);
+    add_real_product(s->mass, nv, nv, 1.0, r_v, x);
+    add_real_product(s->stiffness, nv, nv, -1.0, velocity, x);
+    copy(vector_from(x, nv), vector_from(r_v, nv), states);
+    add_real_product(s->rate_q, states, nv, -1.0, velocity, vector_from(x, nv));
     solve_free(s, x);
     copy(r_v, x, nv + states);
 }
 
 /* solve_tree with loops. */
-static void solve_loops(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
+static void solve_loop_system(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, free = s->size.free, states = s->size.states;
-    const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL), r_x = at(r_v, nv);
+    const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL), r_x = vector_from(r_v, nv);
     transposed_product(s->basis, nv, free, r_v, b); /* Z'r_v */
-    add_product(s->basis, nv, free, -1.0, b, r_v);
+    add_real_product(s->basis, nv, free, -1.0, b, r_v);
     divide_plain(sigma, r_v, 0, nv); /* x_0 */
     copy(c, r_v, nv);
     divide_tangents(s, sigma, c);
     for (size_t i = 0; i < nv; i++)
-        set(velocity, i, kt_complex_add(get(velocity, i), get(c, i)));
-    clear(c, free);
-    add_product(s->mass, free, free, 1.0, b, c);
-    add_product(s->stiffness, free, nv, -1.0, velocity, c);
-    add_product(s->damping, free, nv, -1.0, r_v, c);
-    add_product(s->rate_q, states, nv, -1.0, velocity, r_x);
-    add_product(s->rate_v, states, nv, -1.0, r_v, r_x);
-    copy(at(c, free), r_x, states);
+        set_entry(velocity, i, kt_complex_add(get_entry(velocity, i), get_entry(c, i)));
+    clear_vector(c, free);
+    add_real_product(s->mass, free, free, 1.0, b, c);
+    add_real_product(s->stiffness, free, nv, -1.0, velocity, c);
+    add_real_product(s->damping, free, nv, -1.0, r_v, c);
+    add_real_product(s->rate_q, states, nv, -1.0, velocity, r_x);
+    add_real_product(s->rate_v, states, nv, -1.0, r_v, r_x);
+    copy(vector_from(c, free), r_x, states);
     solve_free(s, c);
-    add_product(s->basis, nv, free, 1.0, c, r_v);
-    copy(r_x, at(c, free), states);
+    add_real_product(s->basis, nv, free, 1.0, c, r_v);
+    copy(r_x, vector_from(c, free), states);
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback, and both are written */
-static int solve(double *re, double *im, void *user) {
+static int solve_newton(double *re, double *im, void *user) {
     const kt_simulation *s = user;
     const bool complex = im != NULL;
     const kt_complex sigma = s->sigma[complex];
-    const vector r_q = {re, im}, r_v = at(r_q, s->size.nq), velocity = work_of(s, 0, complex);
+    const vector r_q = {re, im}, r_v = vector_from(r_q, s->size.nq), velocity = work_of(s, 0, complex);
     const vector moved = work_of(s, 3, complex);
     copy(moved, r_q, s->size.nq);
     divide_positions(s, sigma, moved);
@@ -495,17 +497,17 @@ static int solve(double *re, double *im, void *user) {
     if (complex)
         tangents_of(s, moved.im, velocity.im);
     if (s->size.reduced)
-        solve_loops(s, sigma, velocity, r_v);
+        solve_loop_system(s, sigma, velocity, r_v);
     else
         solve_tree(s, velocity, r_v);
-    add_rates(s, r_v.re, r_q.re);
+    add_position_rates(s, r_v.re, r_q.re);
     if (complex)
-        add_rates(s, r_v.im, r_q.im);
+        add_position_rates(s, r_v.im, r_q.im);
     divide_positions(s, sigma, r_q);
     return 0;
 }
 
-static bool reads_time(const kt_model *model, const kt_effect_record *formulas) {
+static bool formulas_read_time(const kt_model *model, const kt_effect_record *formulas) {
     for (int32_t k = 0; k < formulas->variable_count; k++)
         if (model->variable[formulas->variable + k].type == KT_VARIABLE_TIME)
             return true;
@@ -518,14 +520,14 @@ static bool autonomous(void *user) {
     const kt_model *model = s->model;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        if (effect->type == KT_EFFECT_CUSTOM || reads_time(model, effect))
+        if (effect->type == KT_EFFECT_CUSTOM || formulas_read_time(model, effect))
             return false;
         for (int k = 0; k < 3; k++)
             if (!kt_curve_rests(&effect->curve[k]))
                 return false;
     }
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
-        if (reads_time(model, &model->state[i]))
+        if (formulas_read_time(model, &model->state[i]))
             return false;
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
         if (!kt_curve_rests(kt_mass_curve(model, k)))
@@ -556,4 +558,4 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     return kt_acceleration_time_derivative(model, s->data, &at, a, slope + s->size.nq, &error) == KT_OK ? 0 : 1;
 }
 
-const kt_newton kt_simulation_newton = {jacobian, factor_newton, solve, autonomous, time_derivative};
+const kt_newton kt_simulation_newton = {newton_jacobian, factor_newton, solve_newton, autonomous, time_derivative};

@@ -14,19 +14,19 @@ typedef struct list {
     int count;
 } list;
 
-static void add(list *l, kt_phase phase, const char *name, size_t count, const char *unit) {
+static void add_plan_line(list *l, kt_phase phase, const char *name, size_t count, const char *unit) {
     l->step[l->count++] = (kt_plan_step){.phase = phase, .name = name, .count = (int64_t)count, .unit = unit};
 }
 
 /* Adds a step; if its count is zero, the step is listed as left out, with the reason. */
 static void add_or_drop(list *l, kt_phase phase, const char *name, size_t count, const char *unit, const char *why) {
-    add(l, phase, name, count, unit);
+    add_plan_line(l, phase, name, count, unit);
     l->step[l->count - 1].dropped = count > 0 ? NULL : why;
 }
 
 /* ---- every evaluation -------------------------------------------------------------------------------------------- */
 
-static const char *effect_name(int type) {
+static const char *effect_type_name(int type) {
 #define PLAN_EFFECT(id, name) [id] = "effect " #name,
     static const char *const names[KT_EFFECT_TYPE_COUNT] = {KT_EFFECT_LIST(PLAN_EFFECT)};
 #undef PLAN_EFFECT
@@ -40,13 +40,13 @@ static int add_batches(list *l, const kt_model *model, bool ends) {
         const kt_effect_batch *batch = &model->batch[i];
         if ((batch->ends > 0) != ends)
             continue;
-        add(l, KT_PHASE_EVALUATION, effect_name(batch->type), (size_t)batch->count, "effects");
+        add_plan_line(l, KT_PHASE_EVALUATION, effect_type_name(batch->type), (size_t)batch->count, "effects");
         count++;
     }
     return count;
 }
 
-static void add_effects(list *l, const kt_model *model) {
+static void add_plan_effects(list *l, const kt_model *model) {
     static const char none[] = "the scene names none";
     const size_t force_links = model->n.force_link > 0 ? model->n.force_link - 1 : 0;
     const bool ends = model->n.force_link > 0;
@@ -60,7 +60,7 @@ static void add_effects(list *l, const kt_model *model) {
                 "no effect acts on a body (wrenches that a caller sets would)");
 }
 
-static size_t equations_of(const kt_model *model, bool planar, size_t *large) {
+static size_t plan_equations_of(const kt_model *model, bool planar, size_t *large) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -106,7 +106,7 @@ static size_t outside_groups(const kt_model *model, bool planar) {
 static void add_dynamics(list *l, const kt_model *model) {
     const bool all_planar = model->n.spatial <= 1;
     size_t large = 0;
-    const size_t spatial = equations_of(model, false, &large), planar = equations_of(model, true, &large);
+    const size_t spatial = plan_equations_of(model, false, &large), planar = plan_equations_of(model, true, &large);
     const char *const no_loops = model->n.loop == 0 ? "the scene names no loops" : "no loop is of this kind";
     add_or_drop(l, KT_PHASE_EVALUATION, "sines and cosines", model->n.angle, "angles", "no joint turns about one axis");
     add_or_drop(l, KT_PHASE_EVALUATION, "articulated bodies in space", outside_groups(model, false), "links",
@@ -149,7 +149,7 @@ static void add_implicit(list *l, const kt_model *model, const kt_run *run) {
                 reason != NULL ? reason : "the method is explicit");
 }
 
-static void add_step(list *l, const kt_model *model, const kt_run *run) {
+static void add_plan_step(list *l, const kt_model *model, const kt_run *run) {
     add_implicit(l, model, run);
     add_or_drop(l, KT_PHASE_STEP, "projection onto the loops", model->n.group, "groups", "the scene names no loops");
     add_or_drop(l, KT_PHASE_STEP, "quaternions to unit norm", model->n.q - model->n.v, "quaternions",
@@ -184,10 +184,10 @@ int kt_plan_steps(const kt_model *model, const kt_run *run, kt_plan_step *steps)
     const unsigned record = kt_run_record(run ? run : &standard, model);
     list l = {steps, 0};
     run = run ? run : &standard;
-    add_effects(&l, model);
+    add_plan_effects(&l, model);
     add_dynamics(&l, model);
     add_powers(&l, model, (record & KT_RECORD_BALANCE) != 0);
-    add_step(&l, model, run);
+    add_plan_step(&l, model, run);
     add_record(&l, run, record, model->n.effect);
     return l.count;
 }

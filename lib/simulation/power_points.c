@@ -9,14 +9,14 @@
 /* The uncertainty is this multiple of the last term of the cubic, since powers have kinks. */
 static const double caution = 4.0;
 
-static void start_at(kt_power_points *p, double t, double net, double size) {
+static void start_points_at(kt_power_points *p, double t, double net, double size) {
     p->count = 1;
     p->t[0] = t;
     p->d[0] = net;
     p->size = size;
 }
 
-static void add_point(kt_power_points *p, double t, double net, double size, bool resolved) {
+static void add_power_point(kt_power_points *p, double t, double net, double size, bool resolved) {
     const double h = t - p->t[0], h1 = t - p->t[1];
     const double d1 = (net - p->d[0]) / h, d2 = p->count > 1 ? (d1 - p->d[1]) / h1 : 0.0;
     const double d3 = p->count > 2 ? (d2 - p->d[2]) / (t - p->t[2]) : 0.0;
@@ -43,7 +43,7 @@ static void add_point(kt_power_points *p, double t, double net, double size, boo
 /* Undoes the point at the end of a step that was undone: the cubic begins anew at the start of the step. */
 static void drop_point(kt_power_points *p) {
     p->sum[1] = p->sum[0];
-    start_at(p, p->t[1], p->before, fabs(p->before));
+    start_points_at(p, p->t[1], p->before, fabs(p->before));
 }
 
 /* The rate of the joint that turns fastest, rad/s. */
@@ -67,9 +67,10 @@ void kt_simulation_note_power(kt_simulation *simulation, kt_power power) {
     if (p->count > 1 && t < p->t[0])
         drop_point(p);
     if (p->count == 0)
-        start_at(p, t, net, size);
+        start_points_at(p, t, net, size);
     else if (t > p->t[0])
-        add_point(p, t, net, size, !simulation->model->driven || fastest_rotation(simulation) * (t - p->t[0]) <= 1.0);
+        add_power_point(p, t, net, size,
+                        !simulation->model->driven || fastest_rotation(simulation) * (t - p->t[0]) <= 1.0);
 }
 
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power) {

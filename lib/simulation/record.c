@@ -29,7 +29,7 @@ bool kt_simulation_owes_record(const kt_simulation *simulation) {
 /* ---- one record -------------------------------------------------------------------------------------------------- */
 
 /* Writes the state at a time within the last step to y. */
-static kt_status read_state(kt_simulation *simulation, double t, kt_error *error) {
+static kt_status read_dense_state(kt_simulation *simulation, double t, kt_error *error) {
     if (t == kt_integrator_time(simulation->integrator)) {
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
         return KT_OK;
@@ -43,7 +43,7 @@ static kt_status read_state(kt_simulation *simulation, double t, kt_error *error
 }
 
 /* Computes the kinematics of the state in y from the results that data hold already. */
-static kt_status move(kt_simulation *simulation, double t, const double *a, kt_error *error) {
+static kt_status move_kinematics(kt_simulation *simulation, double t, const double *a, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
     const double *q = simulation->y, *v = q + simulation->size.nq;
@@ -82,7 +82,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
         record->loop_reactions = simulation->loop_reaction;
         record->multipliers = simulation->multiplier;
     } else {
-        status = move(simulation, t, record->a != NULL ? simulation->a : NULL, error);
+        status = move_kinematics(simulation, t, record->a != NULL ? simulation->a : NULL, error);
     }
     if (status != KT_OK)
         return status;
@@ -98,7 +98,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
 
 /* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`. Data hold the
  * results that `cached` names. The kinematics are computed last, so that they stay in the data. */
-static kt_status report(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
+static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
@@ -147,7 +147,7 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
                                  simulation->a, error) != 0)
         status = error->code;
     if (status == KT_OK)
-        status = report(simulation, accelerates, record, error);
+        status = report_record(simulation, accelerates, record, error);
     status = end_loads(simulation, status, record, error);
     simulation->cached = KT_CACHED_NOTHING;
     return status;
@@ -172,7 +172,7 @@ void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record 
 
 kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
     kt_simulation_begin_record(simulation, k, record);
-    return read_state(simulation, record->time, from);
+    return read_dense_state(simulation, record->time, from);
 }
 
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
@@ -205,7 +205,7 @@ kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status sta
     return kt_simulation_give_record(simulation, record, recorder, user, error);
 }
 
-static kt_status hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+static kt_status hand_over_record(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_record record;
     kt_error from = {0};
     const kt_status status = kt_simulation_read_record(simulation, simulation->memory.next_record, &record, &from);
@@ -220,7 +220,7 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
     kt_error from = {0};
     record.event = event;
     simulation->cause.code = KT_OK;
-    const kt_status status = read_state(simulation, record.time, &from);
+    const kt_status status = read_dense_state(simulation, record.time, &from);
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 
@@ -229,7 +229,7 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
 kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = KT_OK;
     while (status == KT_OK && kt_simulation_owes_record(simulation))
-        status = hand_over(simulation, recorder, user, error);
+        status = hand_over_record(simulation, recorder, user, error);
     return status;
 }
 
@@ -252,7 +252,7 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-static void show_progress(kt_simulation *simulation) {
+static void show_run_progress(kt_simulation *simulation) {
 #if KT_HAS_EVENTS
     if (simulation->progress == NULL || --simulation->progress_due > 0)
         return;
@@ -280,7 +280,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         status = kt_simulation_take_step(simulation, simulation->duration, error);
         if (status != KT_OK)
             return status;
-        show_progress(simulation);
+        show_run_progress(simulation);
     }
 }
 
@@ -342,7 +342,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     else if (simulation->cached == KT_CACHED_EVALUATION)
         simulation->cached = KT_CACHED_NOTHING; /* data belong to some stage of the last step */
     if (status == KT_OK)
-        status = report(simulation, accelerates, record, from);
+        status = report_record(simulation, accelerates, record, from);
     kt_simulation_inputs_use(simulation);
     simulation->cached = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
     return status;

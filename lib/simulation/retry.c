@@ -26,7 +26,7 @@
 enum { MOST = 10000 };
 
 /* The shortest step, which is as long as an instant of events, s. */
-static double shortest(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
+static double shortest_step_at(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
 
 /* Each try of a step that failed is shorter by this factor. Each step behind it is at most longer by this factor. */
 static const double growth = 4.0;
@@ -45,7 +45,7 @@ bool kt_simulation_gains_energy(kt_simulation *simulation) {
     kt_error ignored;
     if (!(h > finest * simulation->step) || simulation->step == 0.0 || simulation->model->n.slip == 0 ||
         simulation->acceleration != NULL || memory->now.torque || memory->now.wrenches ||
-        !(h > growth * shortest(t0)) || memory->retries + 1 >= MOST ||
+        !(h > growth * shortest_step_at(t0)) || memory->retries + 1 >= MOST ||
         kt_model_energetics(simulation->model) == KT_ENERGY_SUPPLIED ||
         kt_simulation_find_energy(simulation, integrator->previous_y, &from, &ignored) != KT_OK ||
         kt_simulation_find_energy(simulation, integrator->y, &to, &ignored) != KT_OK)
@@ -56,7 +56,7 @@ bool kt_simulation_gains_energy(kt_simulation *simulation) {
 }
 
 /* The length of the step that failed. A step that is undone is the proposal of the next one. */
-static double length_of(const kt_simulation *simulation, double t_limit) {
+static double failed_length_of(const kt_simulation *simulation, double t_limit) {
     const kt_integrator_memory *m = &simulation->integrator->memory;
     const double step = simulation->step;
     return (step > 0.0 ? fmin(t_limit, m->origin + (double)(m->grid + 1) * step) : fmin(t_limit, m->t + m->next_step)) -
@@ -82,11 +82,11 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
 }
 
 /* Whether the step may be tried with a part of its length, which becomes its end *t_limit. */
-static bool shorten(kt_simulation *simulation, kt_status status, double *t_limit) {
+static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_limit) {
     kt_simulation_memory *memory = &simulation->memory;
     kt_integrator_memory *m = &simulation->integrator->memory;
-    const double h = length_of(simulation, *t_limit) / growth;
-    if (!may_pass(simulation, status) || !(h > shortest(m->t)))
+    const double h = failed_length_of(simulation, *t_limit) / growth;
+    if (!may_pass(simulation, status) || !(h > shortest_step_at(m->t)))
         return false;
     const bool is_within = memory->retries > 0 && m->t - memory->retried_since <= simulation->step;
     memory->retried_since = is_within ? memory->retried_since : m->t;
@@ -100,7 +100,7 @@ static bool shorten(kt_simulation *simulation, kt_status status, double *t_limit
 }
 
 bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit) {
-    if (shorten(simulation, status, t_limit))
+    if (shorten_step(simulation, status, t_limit))
         return true;
     simulation->memory.shortened = 0.0;
     *t_limit = retry->t_limit;

@@ -27,7 +27,7 @@ static kt_status check_length(const kt_run *run, const char *where, double step,
     return KT_OK;
 }
 
-static kt_status check_step(const kt_run *run, kt_error *error) {
+static kt_status check_run_step(const kt_run *run, kt_error *error) {
     if (!kt_is_not_negative(run->step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%g s: must be above zero, or zero for an adaptive step",
                             run->step);
@@ -42,7 +42,7 @@ static kt_status check_max_step(const kt_run *run, kt_error *error) {
     return run->step == 0.0 ? check_length(run, "max_step", run->max_step, error) : KT_OK;
 }
 
-static kt_status check_tolerances(const kt_run *run, kt_error *error) {
+static kt_status check_run_tolerances(const kt_run *run, kt_error *error) {
     if (run->step > 0.0)
         return KT_OK;
     if (!kt_is_not_negative(run->relative) || !kt_is_not_negative(run->absolute) ||
@@ -70,7 +70,7 @@ typedef enum kt_choice_of_method {
     KT_CHOSEN_LARGE
 } kt_choice_of_method;
 
-static kt_choice_of_method choose(const kt_run *run, const kt_model *model) {
+static kt_choice_of_method choose_run_method(const kt_run *run, const kt_model *model) {
     if (run->integrator != NULL)
         return KT_CHOSEN_BY_NAME;
     if (run->step > 0.0)
@@ -85,7 +85,7 @@ static kt_choice_of_method choose(const kt_run *run, const kt_model *model) {
 const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
     if (!run)
         return NULL;
-    switch (choose(run, model)) {
+    switch (choose_run_method(run, model)) {
     case KT_CHOSEN_BY_NAME:
         return NULL;
     case KT_CHOSEN_ADAPTIVE:
@@ -108,7 +108,7 @@ const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
 const kt_method *kt_run_method(const kt_run *run, const kt_model *model, kt_method *storage) {
     if (!run)
         return NULL;
-    const char *chosen = choose(run, model) == KT_CHOSEN_ADAPTIVE ? "auto" : "dopri5";
+    const char *chosen = choose_run_method(run, model) == KT_CHOSEN_ADAPTIVE ? "auto" : "dopri5";
     const kt_method *method = kt_method_find(run->integrator != NULL ? run->integrator : chosen);
     if (method == NULL || !(method->rho > 0.0))
         return method;
@@ -154,10 +154,10 @@ kt_status kt_run_check(const kt_run *run, kt_error *error) {
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "marker_count", "%d: is not the length of the array `markers`",
                               run->marker_count);
     if (status == KT_OK)
-        status = check_step(run, error);
+        status = check_run_step(run, error);
     if (status == KT_OK)
         status = check_max_step(run, error);
-    return status == KT_OK ? check_tolerances(run, error) : status;
+    return status == KT_OK ? check_run_tolerances(run, error) : status;
 }
 
 unsigned kt_run_record(const kt_run *run, const kt_model *model) {

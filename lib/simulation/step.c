@@ -283,7 +283,7 @@ static void forget_events(kt_simulation *simulation) {
 }
 
 /* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
-static kt_status start_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
+static kt_status start_closed_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
@@ -345,7 +345,8 @@ static kt_status end_change(kt_simulation *simulation, kt_status status) {
     return status;
 }
 
-static kt_status set_state(kt_simulation *simulation, double t, const double *q, const double *v, kt_error *error) {
+static kt_status set_closed_state(kt_simulation *simulation, double t, const double *q, const double *v,
+                                  kt_error *error) {
     size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
@@ -358,7 +359,7 @@ static kt_status set_state(kt_simulation *simulation, double t, const double *q,
     const kt_input input = {.q = new_q, .v = new_v};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
     if (status == KT_OK)
-        status = start_at(simulation, t, new_q, new_v, error);
+        status = start_closed_at(simulation, t, new_q, new_v, error);
     if (status != KT_OK)
         return status;
     memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
@@ -374,7 +375,7 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq))
         return KT_ERROR_ARGUMENT;
     begin_change(simulation);
-    return end_change(simulation, set_state(simulation, t, q, v, error));
+    return end_change(simulation, set_closed_state(simulation, t, q, v, error));
 }
 
 kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
@@ -394,7 +395,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
 }
 
 /* Writes the final state of a jump to y, with closed loops. */
-static kt_status close_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
+static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
     double *to = simulation->transformation ? simulation->shown : simulation->y;
@@ -447,7 +448,7 @@ static void undo_parameters(kt_model *model, kt_parameter_change *changes, int c
 }
 
 /* Sets the parameters, and returns their previous numbers in `parameters`. */
-static kt_status exchange(const instant_change *change, kt_error *error) {
+static kt_status exchange_parameters(const instant_change *change, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < change->count; i++) {
         kt_parameter_change *one = &change->parameters[i];
@@ -464,8 +465,8 @@ static kt_status exchange(const instant_change *change, kt_error *error) {
 }
 
 /* Moves to the changed state, from a state with the energy `before`. */
-static kt_status move(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
-                      kt_error *error) {
+static kt_status move_to_change(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
+                                kt_error *error) {
     kt_simulation_energy after = {0.0, 0.0};
     const bool balanced = kt_simulation_is_balanced(simulation);
     simulation->cached = KT_CACHED_NOTHING;
@@ -473,7 +474,7 @@ static kt_status move(kt_simulation *simulation, const instant_change *change, k
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
 #endif
-    kt_status status = close_state(simulation, change->q, change->v, error);
+    kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
         memcpy(kt_simulation_auxiliary_states_of(simulation, simulation->y), change->x,
                simulation->size.x * sizeof(double));
@@ -498,9 +499,9 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     if (kt_simulation_is_balanced(simulation) || simulation->watches_works)
         status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
     if (KT_HAS_EVENTS && status == KT_OK)
-        status = exchange(change, error);
+        status = exchange_parameters(change, error);
     if (status == KT_OK) {
-        status = move(simulation, change, before, error);
+        status = move_to_change(simulation, change, before, error);
         if (KT_HAS_EVENTS && status != KT_OK)
             undo_parameters(change->model, change->parameters, change->count);
     }
@@ -512,7 +513,7 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
     return KT_IS_MISSING(error, simulation) ? KT_ERROR_ARGUMENT : jump(simulation, &change, error);
 }
 
-static kt_status check_auxiliary_states(const kt_simulation *simulation, const double *x, kt_error *error) {
+static kt_status check_given_auxiliary_states(const kt_simulation *simulation, const double *x, kt_error *error) {
     for (size_t i = 0; i < simulation->size.x; i++)
         if (!isfinite(x[i])) {
             char where[KT_WHERE_SIZE];
@@ -527,12 +528,12 @@ kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *
     if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
         return KT_ERROR_ARGUMENT;
     const instant_change change = {.x = x};
-    const kt_status status = check_auxiliary_states(simulation, x, error);
+    const kt_status status = check_given_auxiliary_states(simulation, x, error);
     return status == KT_OK && simulation->size.x > 0 ? jump(simulation, &change, error) : status;
 }
 
 /* Checks that parameters of a model may change while the simulation runs. */
-static kt_status check_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
+static kt_status check_changed_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
     if (simulation->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
@@ -548,7 +549,7 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
                                       const double *values, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, copy, parameter, values))
         return KT_ERROR_ARGUMENT;
-    kt_status status = check_model(simulation, copy, error);
+    kt_status status = check_changed_model(simulation, copy, error);
     if (status == KT_OK)
         status = kt_parameter_set(copy, parameter, values, error);
     if (status != KT_OK)
@@ -570,8 +571,8 @@ kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_pa
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_change",
                             "a small library (-Dsmall=enabled) has no events; set parameters one by one");
     const instant_change change = {.x = x, .model = model, .parameters = changes, .count = count};
-    kt_status status = check_model(simulation, model, error);
+    kt_status status = check_changed_model(simulation, model, error);
     if (status == KT_OK && x != NULL)
-        status = check_auxiliary_states(simulation, x, error);
+        status = check_given_auxiliary_states(simulation, x, error);
     return status == KT_OK ? jump(simulation, &change, error) : status;
 }

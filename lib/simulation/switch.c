@@ -75,8 +75,8 @@ kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, co
 }
 
 /* Writes the state and the works after the switch to y. */
-static kt_status close_state(kt_simulation *simulation, kt_simulation_energy *before, kt_simulation_energy *after,
-                             kt_error *error) {
+static kt_status close_switched_state(kt_simulation *simulation, kt_simulation_energy *before,
+                                      kt_simulation_energy *after, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const double *from = kt_integrator_state(simulation->integrator), *v = from + simulation->size.nq;
     double *y = simulation->y, *work = y + simulation->size.work, loss = 0.0;
@@ -119,7 +119,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     if (status != KT_OK)
         return status;
     kt_simulation_take_model(simulation, to);
-    status = close_state(simulation, &before, &after, error);
+    status = close_switched_state(simulation, &before, &after, error);
     if (status == KT_OK)
         status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
                                     after.kinetic + after.potential, error);
