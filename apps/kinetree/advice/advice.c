@@ -21,7 +21,7 @@ static const double degree = 3.14159265358979323846 / 180.0;
 /* ---- trials ------------------------------------------------------------------------------------------------------ */
 
 /* Returns whether a description, compiled with the options of the scene's run, can be assembled. */
-static bool closes(const kt_scene *scene, const kt_description *description) {
+static bool description_closes(const kt_scene *scene, const kt_description *description) {
     const kt_model_options options = kt_compile_options(scene);
     kt_model *model = NULL;
     kt_data *data = NULL;
@@ -53,7 +53,7 @@ bool kt_closes_holding(const kt_scene *scene, int out, const char *in) {
         hold[count++] = in;
     d.hold = hold;
     d.hold_count = count;
-    const bool closed = closes(scene, &d);
+    const bool closed = description_closes(scene, &d);
     free(hold);
     return closed;
 }
@@ -71,7 +71,7 @@ static bool closes_with_loop(const kt_scene *scene, int loop, const kt_loop *cha
         memmove(loops + loop, loops + loop + 1, (size_t)(d.loop_count - loop - 1) * sizeof *loops);
     d.loops = loops;
     d.loop_count -= changed == NULL;
-    const bool closed = closes(scene, &d);
+    const bool closed = description_closes(scene, &d);
     free(loops);
     return closed;
 }
@@ -85,7 +85,7 @@ static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *c
     memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
     bodies[body].joint = *changed;
     d.bodies = bodies;
-    const bool closed = closes(scene, &d);
+    const bool closed = description_closes(scene, &d);
     free(bodies);
     return closed;
 }
@@ -105,7 +105,7 @@ typedef struct mobility {
 static mobility mobility_of(const kt_scene *scene, const kt_description *description) {
     const kt_model_options options = kt_compile_options(scene);
     kt_model *model = NULL;
-    mobility found = {.closes = closes(scene, description)};
+    mobility found = {.closes = description_closes(scene, description)};
     if (!found.closes || kt_model_compile(description, &options, &model, NULL) != KT_OK)
         return (mobility){.closes = false};
     found.left = kt_model_mobility(model).minimal;
@@ -179,14 +179,14 @@ typedef struct length {
 
 enum { LENGTHS_MAX = 12, DEPTH_MAX = 64 };
 
-static int find_body(const kt_description *d, const char *name) {
+static int find_advised_body(const kt_description *d, const char *name) {
     for (int i = 0; name != NULL && i < d->body_count; i++)
         if (strcmp(d->bodies[i].name, name) == 0)
             return i;
     return -1;
 }
 
-static int find_marker(const kt_body *body, const char *name) {
+static int find_body_marker(const kt_body *body, const char *name) {
     for (int i = 0; name != NULL && i < body->marker_count; i++)
         if (strcmp(body->markers[i].name, name) == 0)
             return i;
@@ -195,14 +195,16 @@ static int find_marker(const kt_body *body, const char *name) {
 
 /* Returns the point of an end in its body's frame, m. */
 static kt_vec3 point_of_end(const kt_description *d, const kt_end *end) {
-    const int body = find_body(d, end->body), marker = body >= 0 ? find_marker(&d->bodies[body], end->marker) : -1;
+    const int body = find_advised_body(d, end->body),
+              marker = body >= 0 ? find_body_marker(&d->bodies[body], end->marker) : -1;
     return marker >= 0 ? d->bodies[body].markers[marker].at : end->at;
 }
 
 /* Lists the bodies on the path from an end of a loop to the world. Returns their number. */
 static int follow_path(const kt_description *d, const kt_end *end, int *path) {
     int count = 0;
-    for (int i = find_body(d, end->body); i >= 0 && count < DEPTH_MAX; i = find_body(d, d->bodies[i].parent))
+    for (int i = find_advised_body(d, end->body); i >= 0 && count < DEPTH_MAX;
+         i = find_advised_body(d, d->bodies[i].parent))
         path[count++] = i;
     return count;
 }
@@ -263,7 +265,7 @@ static bool closes_longer(const kt_scene *scene, const length *l, double change)
 
 /* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
  * those tried. */
-static double find_change(const kt_scene *scene, const length *l, double gap) {
+static double find_length_change(const kt_scene *scene, const length *l, double gap) {
     static const double part[] = {1.001, 1.3, 2.0};
     const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++)
@@ -476,7 +478,7 @@ static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
     int found = 0;
     for (int i = 0; i < count; i++) {
         const length *l = &list[i];
-        const double change = find_change(scene, l, gap), whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
+        const double change = find_length_change(scene, l, gap), whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
         const char *point = l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name;
         if (change == 0.0)
             continue;
@@ -506,8 +508,8 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
     const kt_end *ends = d->loops[loop].between;
     int found = 0;
     for (int k = 0; k < 2 && gap > 0.0; k++) {
-        const int body = find_body(d, ends[k].body) >= 0 ? kt_body_find(r->model, ends[k].body) : 0;
-        const int other = find_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
+        const int body = find_advised_body(d, ends[k].body) >= 0 ? kt_body_find(r->model, ends[k].body) : 0;
+        const int other = find_advised_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
         const kt_vec3 there = kt_point_position(r->model, r->data, other, point_of_end(d, &ends[1 - k]));
         const kt_vec3 to = kt_pose_apply(kt_pose_invert(kt_body_pose(r->model, r->data, body)), there);
         if (!closes_with_end_at(scene, loop, k, to))
@@ -539,7 +541,7 @@ static int advise_on_types(const kt_scene *scene, const int *open, int count) {
     return 0;
 }
 
-static void advise(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
+static void advise_changes(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
     const kt_description *d = &scene->description;
     const int held = advise_on_hold(scene);
     int found = kt_say_double_motions("  ", scene);
@@ -591,6 +593,6 @@ void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
         open[count++] = i;
     }
     if (loops > 0 && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
-        advise(scene, &r, open, gap, count);
+        advise_changes(scene, &r, open, gap, count);
     free_reached(&r);
 }

@@ -15,8 +15,8 @@ static bool is_of(const kt_columns *columns, size_t column, kt_column_source sou
 
 /* Writes the names, counts and first times of the first columns with gaps: "'tension' at 12 records, first at t = 0.5
  * s". Returns the number of all columns with gaps. */
-static int list_gaps(const kt_columns *columns, kt_column_source source, const kt_extremes *extremes, char *text,
-                     size_t size) {
+static int list_column_gaps(const kt_columns *columns, kt_column_source source, const kt_extremes *extremes, char *text,
+                            size_t size) {
     enum { NAMED = 4 };
     size_t used = 0;
     int count = 0;
@@ -39,7 +39,7 @@ static void warn_of(kt_outcome *outcome, kt_column_source source, const char *wh
     const kt_extremes *extremes = &outcome->extremes;
     char text[900];
     double records = 0.0, time = HUGE_VAL;
-    if (outcome->columns == NULL || list_gaps(outcome->columns, source, extremes, text, sizeof text) == 0)
+    if (outcome->columns == NULL || list_column_gaps(outcome->columns, source, extremes, text, sizeof text) == 0)
         return;
     for (size_t i = 0; i < extremes->count; i++)
         if (is_of(outcome->columns, i, source) && extremes->column[i].gaps > 0.0) {

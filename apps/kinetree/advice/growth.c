@@ -53,7 +53,7 @@ typedef struct suspect {
     double before, end; /* the largest one of its kind in the first half; |value| at the end */
 } suspect;
 
-static double size_of(const kt_simulation *simulation, const suspect *s) {
+static double suspect_size_of(const kt_simulation *simulation, const suspect *s) {
     const double *values = s->is_state ? kt_simulation_own_states(simulation) : kt_simulation_velocities(simulation);
     return fabs(values[s->index]);
 }
@@ -67,7 +67,7 @@ static bool find_suspect(const kt_growth *growth, const kt_grown_run *grown, sus
     for (int kind = 0; kind < 2; kind++)
         for (int i = 0; i < count[kind]; i++) {
             suspect s = {.is_state = kind == 1, .index = i, .before = before[kind]};
-            s.end = size_of(grown->simulation, &s);
+            s.end = suspect_size_of(grown->simulation, &s);
             if (s.before > 0.0 && s.end > most * s.before) {
                 most = s.end / s.before;
                 *found = s;
@@ -106,7 +106,7 @@ static double continue_motion(const kt_grown_run *grown, const suspect *s, doubl
     for (int i = 1; status == KT_OK && i <= steps; i++) {
         status = kt_simulation_advance(simulation, begin + i * length, &error);
         if (status == KT_OK && 2 * i > steps)
-            most = fmax(most, size_of(simulation, s));
+            most = fmax(most, suspect_size_of(simulation, s));
     }
     kt_simulation_free(simulation);
     return status == KT_OK ? most : status == KT_ERROR_NOT_FINITE ? HUGE_VAL : (double)NAN;

@@ -32,7 +32,7 @@ static void write_time(double seconds, char *text, size_t size) {
 }
 
 /* Describes the fastest mode in the present state, in words. Returns its rate, 1/s; 0: no mode was found. */
-static double find_fastest(const kt_outcome *outcome, char *text, size_t size, bool *decays) {
+static double describe_fastest_mode(const kt_outcome *outcome, char *text, size_t size, bool *decays) {
     const kt_simulation *simulation = outcome->simulation;
     const double t = kt_simulation_time(simulation), *q = kt_simulation_positions(simulation);
     kt_spectrum *spectrum = NULL;
@@ -66,7 +66,7 @@ static void find_cause(const kt_outcome *outcome, double step, double breakpoint
                        size_t size) {
     char mode[256];
     bool decays = false;
-    const double rate = find_fastest(outcome, mode, sizeof mode, &decays);
+    const double rate = describe_fastest_mode(outcome, mode, sizeof mode, &decays);
     const kt_method *method = kt_method_find(outcome->run->integrator);
     const bool is_explicit = method != NULL && !kt_method_is_implicit(method);
     if (breakpoints > often) {

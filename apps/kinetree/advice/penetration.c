@@ -24,18 +24,19 @@ kt_penetration_name kt_name_penetration(const kt_effect *effect) {
     return name;
 }
 
-static int body_of(const kt_model *model, const kt_end *end) {
+static int end_body_of(const kt_model *model, const kt_end *end) {
     return end->body != NULL ? kt_body_find(model, end->body) : 0;
 }
 
-static kt_vec3 point_of(const kt_model *model, const kt_data *data, const kt_end *end) {
-    const int body = body_of(model, end), marker = end->marker != NULL ? kt_marker_find(model, body, end->marker) : -1;
+static kt_vec3 end_point_of(const kt_model *model, const kt_data *data, const kt_end *end) {
+    const int body = end_body_of(model, end),
+              marker = end->marker != NULL ? kt_marker_find(model, body, end->marker) : -1;
     return kt_point_position(model, data, body, marker >= 0 ? kt_marker_at(model, body, marker) : end->at);
 }
 
 /* Returns the unit vector of an axis, which is given in the frame of an end, in the world's axes. */
-static kt_vec3 direction_of(const kt_model *model, const kt_data *data, const kt_end *end, kt_vec3 axis) {
-    const int body = body_of(model, end);
+static kt_vec3 end_direction_of(const kt_model *model, const kt_data *data, const kt_end *end, kt_vec3 axis) {
+    const int body = end_body_of(model, end);
     kt_mat3 turn = kt_mat3_identity();
     if (kt_rotation_evaluate(&end->rotation, &turn, NULL) != KT_OK)
         return kt_vec3_make(0.0, 0.0, 0.0); /* not reached: the description has been checked */
@@ -45,10 +46,10 @@ static kt_vec3 direction_of(const kt_model *model, const kt_data *data, const kt
 }
 
 /* Returns the distance by which a sphere, or a disc (with an axle), reaches below its centre, m. */
-static double reach_of(const kt_model *model, const kt_data *data, const kt_effect *effect, kt_vec3 normal) {
+static double sphere_reach_of(const kt_model *model, const kt_data *data, const kt_effect *effect, kt_vec3 normal) {
     if (kt_vec3_norm_wide(effect->axle) == 0.0)
         return effect->radius;
-    const kt_vec3 axle = direction_of(model, data, &effect->between[0], effect->axle);
+    const kt_vec3 axle = end_direction_of(model, data, &effect->between[0], effect->axle);
     return effect->radius * kt_vec3_norm(kt_vec3_cross(normal, axle));
 }
 
@@ -63,13 +64,13 @@ kt_penetration kt_penetration_of(const kt_model *model, const kt_data *data, con
     double exponent = 1.0;
     if (effect->type == KT_EFFECT_CONTACT) {
         const kt_vec3 apart =
-            kt_vec3_sub(point_of(model, data, &effect->between[0]), point_of(model, data, &effect->between[1]));
-        penetration.normal = direction_of(model, data, &effect->between[1], effect->axis);
+            kt_vec3_sub(end_point_of(model, data, &effect->between[0]), end_point_of(model, data, &effect->between[1]));
+        penetration.normal = end_direction_of(model, data, &effect->between[1], effect->axis);
         if (effect->radius2 > 0.0)
             penetration.depth = effect->radius + effect->radius2 - kt_vec3_norm(apart);
         else
             penetration.depth =
-                reach_of(model, data, effect, penetration.normal) - kt_vec3_dot(penetration.normal, apart);
+                sphere_reach_of(model, data, effect, penetration.normal) - kt_vec3_dot(penetration.normal, apart);
         exponent = effect->exponent;
     } else if (effect->type == KT_EFFECT_JOINT_LIMIT) {
         const double x = kt_effect_coordinate(model, data, q, index);
@@ -210,8 +211,8 @@ static int warn_of_direction(const start *s, const kt_effect *effect) {
     const bool is_spring = effect->type == KT_EFFECT_SPRING;
     if (!needs_direction(effect))
         return 0;
-    const kt_vec3 a = point_of(s->model, s->data, &effect->between[0]);
-    const kt_vec3 b = point_of(s->model, s->data, &effect->between[1]);
+    const kt_vec3 a = end_point_of(s->model, s->data, &effect->between[0]);
+    const kt_vec3 b = end_point_of(s->model, s->data, &effect->between[1]);
     if (!(kt_vec3_norm(kt_vec3_sub(b, a)) <= 4.0 * DBL_EPSILON * (kt_vec3_norm(a) + kt_vec3_norm(b))))
         return 0;
     const kt_warning warning = {.code = "no_direction",

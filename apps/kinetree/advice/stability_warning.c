@@ -28,7 +28,7 @@ static const kt_method *explicit_method(const kt_outcome *outcome) {
     return bounded && kt_model_nv(outcome->model) > 0 ? method : NULL;
 }
 
-static double limit_of(const kt_method *method) {
+static double stability_limit_of(const kt_method *method) {
     kt_stability stability;
     return kt_stability_make(method, method->stages, &stability, NULL) == KT_OK ? kt_stability_real_limit(&stability)
                                                                                 : HUGE_VAL;
@@ -55,7 +55,7 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     if (w->estimates > 0 && steps > w->steps) {
         const double step = (record->time - w->time) / (double)(steps - w->steps);
         const bool all_explicit = counts.switches == w->switches && counts.switches % 2 == 0; /* auto begins explicit */
-        const bool bounded = all_explicit && step * w->rate >= BOUNDED * limit_of(method);
+        const bool bounded = all_explicit && step * w->rate >= BOUNDED * stability_limit_of(method);
         w->compared++;
         w->bounded += bounded;
         if (bounded && w->rate > w->fastest)
@@ -88,5 +88,5 @@ void kt_warn_of_stability(kt_outcome *outcome) {
             "the steps of %s are bounded by its stability, not by the tolerance, in %d of %d parts of the run: a mode "
             "decays at up to %.3g /s, which allows none above %.3g s",
             missed ? "auto, which has not found it and takes those of dopri5," : method->name, w->bounded, w->compared,
-            w->fastest, limit_of(method) / w->fastest);
+            w->fastest, stability_limit_of(method) / w->fastest);
 }

@@ -70,7 +70,7 @@ static bool is_in_doubt(const kt_run *run, const kt_method *method, double rate)
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-static void advise(kt_outcome *outcome, double step) {
+static void advise_step(kt_outcome *outcome, double step) {
     outcome->advised_step = outcome->advised_step > 0.0 ? fmin(outcome->advised_step, step) : step;
 }
 
@@ -93,7 +93,7 @@ static void warn_of_instability(kt_outcome *outcome, const kt_method *method, co
              !kt_method_stages_vary(method) && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
     const kt_warning warning = {
         .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
-    advise(outcome, limit->step);
+    advise_step(outcome, limit->step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the method amplifies %s, as it is at t = %g s, %s",
             outcome->run->step, method->name, mode, at.time, by);
@@ -110,7 +110,7 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
              period / sampling->step, KT_SAMPLING_ERROR);
     const kt_warning warning = {
         .code = "few_samples", .time = at.time, .value = sampling->samples, .unit = NULL, .remedy = remedy};
-    advise(outcome, sampling->step);
+    advise_step(outcome, sampling->step);
     kt_warn(
         &outcome->warnings, &warning,
         "%s at %g s takes %.3g steps a period of %s, found at t = %g s, whose error after each period is %.2g times "
@@ -134,7 +134,7 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     snprintf(remedy, sizeof remedy, "Take steps below %.2g s; 'kinetree stability' shows more", step);
     const kt_warning warning = {
         .code = "unstable_step", .time = fastest->time, .value = step, .unit = "s", .remedy = remedy};
-    advise(outcome, step);
+    advise_step(outcome, step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the rate of the fastest mode is about %.3g /s at t = %g s",
             outcome->run->step, method->name, fastest->rate, fastest->time);
@@ -158,13 +158,13 @@ static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt
 
 /* ---- at the end -------------------------------------------------------------------------------------------------- */
 
-static bool add_state(kt_spectrum *spectrum, double t, const double *q, const double *v, kt_error *error) {
+static bool add_spectrum_state(kt_spectrum *spectrum, double t, const double *q, const double *v, kt_error *error) {
     return kt_spectrum_add(spectrum, t, q, v, NULL, error) == KT_OK;
 }
 
 static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch, kt_error *error) {
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
-    return fastest.rate > 0.0 && add_state(spectrum, fastest.time, fastest.q, fastest.v, error);
+    return fastest.rate > 0.0 && add_spectrum_state(spectrum, fastest.time, fastest.q, fastest.v, error);
 }
 
 /* Adds the modes at the last state, with the contacts that are closed there. The model as it is compiled has all of
@@ -176,8 +176,8 @@ static bool add_closed(const kt_outcome *outcome, kt_spectrum **spectrum, kt_err
         return false;
     kt_spectrum_free(*spectrum);
     *spectrum = closed;
-    return add_state(closed, kt_simulation_time(simulation), kt_simulation_positions(simulation),
-                     kt_simulation_velocities(simulation), error);
+    return add_spectrum_state(closed, kt_simulation_time(simulation), kt_simulation_positions(simulation),
+                              kt_simulation_velocities(simulation), error);
 }
 
 static kt_simulation_options follow_options(void) {
@@ -203,8 +203,8 @@ static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_status status =
         watch == NULL ? KT_ERROR_MEMORY : kt_simulation_create(outcome->model, &run, &options, &simulation, &error);
     if (status == KT_OK)
-        (void)add_state(spectrum, 0.0, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
-                        &error);
+        (void)add_spectrum_state(spectrum, 0.0, kt_simulation_positions(simulation),
+                                 kt_simulation_velocities(simulation), &error);
     while (status == KT_OK && kt_simulation_time(simulation) < run.duration) {
         status = kt_simulation_step(simulation, run.duration, &error);
         if (status == KT_OK)
@@ -251,7 +251,8 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
     }
     bool found = add_fastest(own, watch, &error);
     if (end != fastest.time)
-        found |= add_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation), &error);
+        found |= add_spectrum_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
+                                    &error);
     if (!found && error.code == KT_ERROR_UNSUPPORTED)
         found = add_closed(outcome, &own, &error);
     const bool unstable = is_unstable(outcome, method, own, &limit), sound = end >= outcome->run->duration;
