@@ -117,7 +117,7 @@ static bool read_strip(const cut *c, int line, strip *s) {
 }
 
 /* Coordinates: x, y1, cx, ... */
-static bool is_short(const char *key) { return strlen(key) <= 2 && strpbrk(key, "xy") != NULL; }
+static bool is_coordinate_key(const char *key) { return strlen(key) <= 2 && strpbrk(key, "xy") != NULL; }
 
 /* Whether two values differ by more than the rounding of positions on the page. */
 static bool differ(const char *a, const char *b) {
@@ -137,7 +137,7 @@ static bool differ(const char *a, const char *b) {
 
 static bool varies(const strip *s, int page, int attribute) {
     const char *key = s->at[page][0].key[attribute];
-    const bool is_place = strcmp(key, "d") == 0 || is_short(key);
+    const bool is_place = strcmp(key, "d") == 0 || is_coordinate_key(key);
     for (int k = 1; k < s->count; k++) {
         const char *first = s->at[page][0].value[attribute], *now = s->at[page][k].value[attribute];
         if (strcmp(first, now) != 0 && (!is_place || differ(first, now)))
@@ -173,7 +173,7 @@ typedef struct writer {
 } writer;
 
 /* Writes a number with one decimal, without a trailing ".0". */
-static void write_number(FILE *file, double x) {
+static void write_decimal(FILE *file, double x) {
     char text[48];
     (void)snprintf(text, sizeof text, "%.1f", x);
     const size_t length = strlen(text);
@@ -195,12 +195,12 @@ static void write_value(const writer *w, const char *key, const char *value, sha
         fprintf(w->file, "%.*s%s%d%s", (int)before, value, of == SHADE_DARK ? "k" : "s", w->scene, value + before);
         return;
     }
-    const bool has_short = is_path || is_short(key);
+    const bool has_short = is_path || is_coordinate_key(key);
     char before = ' ';
     while (*value != '\0') {
         const size_t length = has_short && !isalpha((unsigned char)before) ? kt_film_number_length(value) : 0;
         if (length > 0) {
-            write_number(w->file, strtod(value, NULL));
+            write_decimal(w->file, strtod(value, NULL));
             value += length;
             before = '0';
             continue;
@@ -243,7 +243,7 @@ static void write_animation(const writer *w, const cut *c, const strip *s, int a
 }
 
 /* The number of the class of a property with these values; -1: there are too many. */
-static int class_of(writer *w, const char *property, const char *light, const char *dark) {
+static int property_class_of(writer *w, const char *property, const char *light, const char *dark) {
     for (int i = 0; i < w->class_count; i++) {
         const colour_class *one = &w->classes[i];
         if (strcmp(one->property, property) == 0 && strcmp(one->value[0], light) == 0 &&
@@ -264,7 +264,7 @@ static int class_of_gradient(writer *w, const char *property, const char *value)
     char names[KT_FILM_PAGES][48];
     for (int page = 0; page < KT_FILM_PAGES; page++)
         (void)snprintf(names[page], sizeof names[page], "url(#%s%d%.30s", page == 1 ? "k" : "s", w->scene, value + 5);
-    return class_of(w, property, names[0], names[1]);
+    return property_class_of(w, property, names[0], names[1]);
 }
 
 /* The class of an attribute that differs on the pages; -1: it needs none. */
@@ -274,8 +274,9 @@ static int class_of_attribute(writer *w, const strip *s, int i) {
         return -1;
     if (strncmp(light->value[i], "url(#", 5) == 0)
         return class_of_gradient(w, light->key[i], light->value[i]);
-    return strcmp(light->value[i], dark->value[i]) != 0 ? class_of(w, light->key[i], light->value[i], dark->value[i])
-                                                        : -1;
+    return strcmp(light->value[i], dark->value[i]) != 0
+               ? property_class_of(w, light->key[i], light->value[i], dark->value[i])
+               : -1;
 }
 
 /* more: further attributes; inner: elements within it; both may be empty. */
@@ -329,7 +330,7 @@ static bool shines(const strip *s) {
 
 /* Writes a line at all frames. Lines that are no elements, or have the same words at all frames, are copied. Returns
  * false if memory is insufficient. */
-static bool write_line(writer *w, const cut *c, int line, shade of) {
+static bool write_moving_line(writer *w, const cut *c, int line, shade of) {
     strip s;
     const char *text = c->film->page[0][c->first].line[line];
     if (text[0] != '<' || !isalpha((unsigned char)text[1]) || strchr(text, ' ') == NULL) {
@@ -362,7 +363,8 @@ static double share_at(const kt_drawn_path *path, double part) {
 }
 
 /* Writes a path that grows with the motion: a dash as long as the whole path, which extends from its beginning. */
-static void write_path(writer *w, const cut *c, const char *const lines[KT_FILM_PAGES], const kt_drawn_path *path) {
+static void write_growing_path(writer *w, const cut *c, const char *const lines[KT_FILM_PAGES],
+                               const kt_drawn_path *path) {
     element pages[KT_FILM_PAGES];
     char *inner = NULL;
     size_t size;
@@ -429,13 +431,13 @@ static int write_definitions(writer *w, const cut *c, int line) {
     w->is_defining = true;
     for (shade of = SHADE_LIGHT; of <= SHADE_DARK; of++)
         for (int i = first; i < end && fine; i++)
-            fine = write_line(w, c, i, of);
+            fine = write_moving_line(w, c, i, of);
     w->is_defining = false;
     fputs("</defs>\n", w->file);
     return fine ? end + 1 : -1;
 }
 
-static bool write_scene(writer *w, const kt_drawing *drawing, const cut *c) {
+static bool write_moving_scene(writer *w, const kt_drawing *drawing, const cut *c) {
     const kt_page_lines *lines = &c->film->page[0][c->first];
     kt_page_lines traced[KT_FILM_PAGES] = {{.text = NULL}, {.text = NULL}};
     const int paths = drawing->path_count > 0 ? find_paths(drawing, c, traced) : lines->count;
@@ -444,11 +446,11 @@ static bool write_scene(writer *w, const kt_drawing *drawing, const cut *c) {
     for (int i = 2; i < lines->count - 1 && fine;) { /* between <svg> and </svg> */
         for (int k = 0; k < drawing->path_count && i == paths; k++) {
             const char *const both[KT_FILM_PAGES] = {traced[0].line[paths + k], traced[1].line[paths + k]};
-            write_path(w, c, both, &drawing->paths[k]);
+            write_growing_path(w, c, both, &drawing->paths[k]);
         }
         const bool defines = strcmp(lines->line[i], "<defs>") == 0;
         const int next = defines ? write_definitions(w, c, i) : i + 1;
-        fine = next > 0 && (defines || write_line(w, c, i, SHADE_BOTH));
+        fine = next > 0 && (defines || write_moving_line(w, c, i, SHADE_BOTH));
         i = next;
     }
     for (int page = 0; page < KT_FILM_PAGES; page++)
@@ -480,7 +482,7 @@ static char *write_scenes(const kt_drawing *drawing, const kt_film *f, double se
     for (int first = 0; first < f->count && fine; w->scene++) {
         const cut c = {f, first, kt_film_scene_end(f, first, stride), stride};
         w->is_alone = first == 0 && c.end >= f->count;
-        fine = write_scene(w, drawing, &c);
+        fine = write_moving_scene(w, drawing, &c);
         first = c.end;
     }
     const bool closed = w->file != NULL && fclose(w->file) == 0;
@@ -491,7 +493,7 @@ static char *write_scenes(const kt_drawing *drawing, const kt_film *f, double se
     return NULL;
 }
 
-static char *compose(const kt_drawing *drawing, const kt_film *f, double seconds, int stride, size_t *size) {
+static char *compose_animation(const kt_drawing *drawing, const kt_film *f, double seconds, int stride, size_t *size) {
     writer *w = malloc(sizeof *w);
     char *content = w != NULL ? write_scenes(drawing, f, seconds, stride, w) : NULL, *text = NULL;
     FILE *file = content != NULL ? open_memstream(&text, size) : NULL;
@@ -509,7 +511,7 @@ static char *compose(const kt_drawing *drawing, const kt_film *f, double seconds
     return text;
 }
 
-static int write_text(const char *path, const char *text, size_t size) {
+static int write_text_file(const char *path, const char *text, size_t size) {
     kt_output output;
     const int code = kt_output_start(&output, path);
     if (code >= 0)
@@ -537,11 +539,11 @@ int kt_animation_write(const kt_drawing *drawing, double seconds, const char *pa
         if (text != NULL && (*bytes <= KT_ANIMATION_BYTES || last % strides[i] != 0 || left < SLOWEST * seconds))
             break;
         free(text);
-        text = compose(drawing, &f, seconds, strides[i], bytes);
+        text = compose_animation(drawing, &f, seconds, strides[i], bytes);
         *frames = last / strides[i] + 1;
         fine = text != NULL;
     }
-    const int code = fine && text != NULL ? write_text(path, text, *bytes) : KT_EXIT_INTEGRATION;
+    const int code = fine && text != NULL ? write_text_file(path, text, *bytes) : KT_EXIT_INTEGRATION;
     free(text);
     kt_film_free(&f);
     return code;

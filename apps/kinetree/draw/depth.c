@@ -28,7 +28,7 @@ typedef struct things {
     bool is_full; /* memory was insufficient */
 } things;
 
-static void add(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid, thing_type type, int number) {
+static void add_thing(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid, thing_type type, int number) {
     if (t->count == t->room) {
         const int room = 2 * t->room + 32;
         thing *more = realloc(t->items, (size_t)room * sizeof *more);
@@ -49,7 +49,7 @@ static kt_solid centred(kt_solid_type type, double x, double y, double z) {
 }
 
 /* Whether a place in the world is in a solid of the picture, or nearer to one than a distance. */
-static bool is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
+static bool place_is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
     const kt_picture *p = sheet->drawing->picture;
     for (int i = 0; i < p->solid_count; i++) {
         const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
@@ -79,9 +79,9 @@ static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, dou
         const double height = (2.6 + pair) * r * (i % 2 == 0 ? side : -side);
         const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
         const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
-        if (is_taken(sheet, place, 1.8 * r))
+        if (place_is_taken(sheet, place, 1.8 * r))
             continue;
-        add(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
+        add_thing(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
         return;
     }
 }
@@ -126,13 +126,13 @@ static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, i
     }
     kt_solid pin = centred(KT_SOLID_CYLINDER, r, r, 0.5 * (high - low) + 0.7 * r);
     pin.pose.position.z = 0.5 * (high + low);
-    add(t, sheet, frame, pin, THING_JOINT, 0);
+    add_thing(t, sheet, frame, pin, THING_JOINT, 0);
 }
 
-static void add_cross(things *t, const kt_sheet *sheet, kt_pose first, kt_pose second, double r) {
+static void add_pin_cross(things *t, const kt_sheet *sheet, kt_pose first, kt_pose second, double r) {
     second.position = first.position;
-    add(t, sheet, first, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
-    add(t, sheet, second, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+    add_thing(t, sheet, first, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
+    add_thing(t, sheet, second, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
 }
 
 /* A rail from the joint to the body and beyond, unless a solid of the parent is there already. */
@@ -148,11 +148,11 @@ static void add_rail(things *t, const kt_sheet *sheet, const kt_picture_joint *j
     const double thick = (joint->type == KT_JOINT_SCREW ? 0.9 : 0.5) * r;
     kt_solid rail = centred(KT_SOLID_CYLINDER, thick, thick, 0.5 * (own_high - own_low) + more);
     rail.pose.position.z = 0.5 * (own_high + own_low);
-    add(t, sheet, frame, rail, THING_JOINT, 0);
+    add_thing(t, sheet, frame, rail, THING_JOINT, 0);
 }
 
 /* Joints in space: a pin that extends beyond its bodies, a ball, crossed pins, a rail. */
-static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, double r) {
+static void add_joint_symbol(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, double r) {
     const kt_pose frame = kt_body_frame_pose(&joint->frame, sheet->poses), body = sheet->poses[joint->body];
     const kt_pose second = {.rotation = kt_mat3_multiply(body.rotation, kt_triad_from_axis(joint->axis2, 2))};
     switch (joint->type) {
@@ -160,10 +160,10 @@ static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *
         add_pin(t, sheet, frame, joint->body, joint->frame.body, r);
         break;
     case KT_JOINT_UNIVERSAL:
-        add_cross(t, sheet, frame, second, r);
+        add_pin_cross(t, sheet, frame, second, r);
         break;
     case KT_JOINT_SPHERICAL:
-        add(t, sheet, frame, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        add_thing(t, sheet, frame, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
         break;
     case KT_JOINT_PRISMATIC:
     case KT_JOINT_CYLINDRICAL:
@@ -177,7 +177,7 @@ static void add_joint(things *t, const kt_sheet *sheet, const kt_picture_joint *
         add_foot(t, sheet, frame.position, joint->body, r);
 }
 
-static void add_loop(things *t, const kt_sheet *sheet, const kt_picture_loop *loop, double r) {
+static void add_loop_symbol(things *t, const kt_sheet *sheet, const kt_picture_loop *loop, double r) {
     const kt_pose a = kt_body_frame_pose(&loop->ends[0], sheet->poses),
                   b = kt_body_frame_pose(&loop->ends[1], sheet->poses);
     switch (loop->type) {
@@ -185,10 +185,10 @@ static void add_loop(things *t, const kt_sheet *sheet, const kt_picture_loop *lo
         add_pin(t, sheet, a, loop->ends[0].body, loop->ends[1].body, r);
         break;
     case KT_LOOP_SPHERICAL:
-        add(t, sheet, a, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
+        add_thing(t, sheet, a, centred(KT_SOLID_SPHERE, 1.4 * r, 1.4 * r, 1.4 * r), THING_JOINT, 0);
         break;
     case KT_LOOP_UNIVERSAL:
-        add_cross(t, sheet, a, b, r);
+        add_pin_cross(t, sheet, a, b, r);
         break;
     default:
         return;
@@ -200,7 +200,7 @@ static void add_loop(things *t, const kt_sheet *sheet, const kt_picture_loop *lo
 
 static void add_bushing(things *t, const kt_sheet *sheet, const kt_picture_effect *effect, double r) {
     const kt_pose frame = kt_body_frame_pose(&effect->ends[0], sheet->poses);
-    add(t, sheet, frame, centred(KT_SOLID_CYLINDER, 2.2 * r, 2.2 * r, 1.6 * r), THING_RUBBER, 0);
+    add_thing(t, sheet, frame, centred(KT_SOLID_CYLINDER, 2.2 * r, 2.2 * r, 1.6 * r), THING_RUBBER, 0);
 }
 
 /* The radius on the page of a bar that runs along most of a spring; 0: there is none. */
@@ -220,30 +220,30 @@ static double bar_in(const kt_sheet *sheet, kt_vec3 a, kt_vec3 b) {
     return radius;
 }
 
-static void add_spring(things *t, const kt_sheet *sheet, int number, double r) {
+static void add_spring_symbol(things *t, const kt_sheet *sheet, int number, double r) {
     const kt_picture_effect *effect = &sheet->drawing->picture->effects[number];
     const kt_vec3 a = kt_body_frame_pose(&effect->ends[0], sheet->poses).position;
     const kt_vec3 b = kt_body_frame_pose(&effect->ends[1], sheet->poses).position;
     kt_solid rod = kt_solid_rod(a, b, fmax(r, 1.35 * bar_in(sheet, a, b) / sheet->scale));
     rod.type = KT_SOLID_CYLINDER;
-    add(t, sheet, kt_pose_identity(), rod, THING_SPRING, number);
+    add_thing(t, sheet, kt_pose_identity(), rod, THING_SPRING, number);
 }
 
-static void collect(things *t, const kt_sheet *sheet) {
+static void collect_things(things *t, const kt_sheet *sheet) {
     const kt_drawing *d = sheet->drawing;
     const kt_picture *p = d->picture;
     const double r = sheet->pin / sheet->scale;
     for (int i = 0; i < p->solid_count; i++)
-        add(t, sheet, sheet->poses[p->solids[i].body], p->solids[i], THING_BODY, p->solids[i].body);
+        add_thing(t, sheet, sheet->poses[p->solids[i].body], p->solids[i], THING_BODY, p->solids[i].body);
     if (d->is_diagram || sheet->fade > 0.0) /* of earlier states the bodies are enough */
         return;
     for (int i = 0; i < p->joint_count; i++)
-        add_joint(t, sheet, &p->joints[i], r);
+        add_joint_symbol(t, sheet, &p->joints[i], r);
     for (int i = 0; i < p->loop_count; i++)
-        add_loop(t, sheet, &p->loops[i], r);
+        add_loop_symbol(t, sheet, &p->loops[i], r);
     for (int i = 0; i < p->effect_count; i++)
         if (p->effects[i].type == KT_EFFECT_SPRING)
-            add_spring(t, sheet, i, r);
+            add_spring_symbol(t, sheet, i, r);
         else if (p->effects[i].type == KT_EFFECT_BUSHING)
             add_bushing(t, sheet, &p->effects[i], r);
 }
@@ -260,7 +260,7 @@ static void paint_spring(const kt_sheet *sheet, const kt_piece *piece, int numbe
                     1.35 * bar_in(sheet, a, b));
 }
 
-static kt_colour colour_of(const kt_sheet *sheet, const thing *what) {
+static kt_colour thing_colour_of(const kt_sheet *sheet, const thing *what) {
     const kt_palette *palette = sheet->palette;
     const kt_colour metal = kt_colour_mix(palette->paper, palette->quiet, 0.45);
     switch (what->type) {
@@ -279,10 +279,10 @@ static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thin
     if (what->type == THING_SPRING)
         paint_spring(sheet, piece, what->number);
     else
-        kt_paint_piece(sheet, piece, colour_of(sheet, what));
+        kt_paint_piece(sheet, piece, thing_colour_of(sheet, what));
 }
 
-static bool is_alike(const kt_picture *p, int i, int k) {
+static bool bodies_are_alike(const kt_picture *p, int i, int k) {
     return p->solids[k].type == KT_SOLID_ROD && p->solids[k].half.x == p->solids[i].half.x &&
            p->colour[p->solids[k].body] == p->colour[p->solids[i].body];
 }
@@ -295,7 +295,7 @@ static void paint_bars(const kt_sheet *sheet, int first) {
         const kt_vec3 half = kt_vec3_make(0.0, 0.0, p->solids[k].half.z);
         const kt_spot a = kt_sheet_place(sheet, kt_pose_apply(pose, kt_vec3_scale(-1.0, half)));
         const kt_spot b = kt_sheet_place(sheet, kt_pose_apply(pose, half));
-        if (!is_alike(p, first, k))
+        if (!bodies_are_alike(p, first, k))
             continue;
         cairo_move_to(sheet->c, a.x, a.y);
         cairo_line_to(sheet->c, b.x, b.y);
@@ -312,7 +312,7 @@ static void paint_all_bars(const kt_sheet *sheet) {
     for (int i = 0; i < p->solid_count; i++) {
         bool is_first = p->solids[i].type == KT_SOLID_ROD;
         for (int k = 0; k < i && is_first; k++)
-            is_first = !is_alike(p, i, k);
+            is_first = !bodies_are_alike(p, i, k);
         if (is_first)
             paint_bars(sheet, i);
     }
@@ -343,7 +343,7 @@ static bool paint_pixels(const kt_sheet *sheet, const things *t) {
         const thing *what = &t->items[i];
         const int number = what->type == THING_BODY ? p->part[what->number] : p->body_count + i;
         if (what->type != THING_SPRING)
-            fine = kt_raster_paint(raster, &what->solid, number, colour_of(sheet, what));
+            fine = kt_raster_paint(raster, &what->solid, number, thing_colour_of(sheet, what));
     }
     fine = fine && kt_raster_show(raster);
     kt_raster_free(raster);
@@ -370,7 +370,7 @@ bool kt_paint_solids(const kt_sheet *sheet) {
     if (joins_bars)
         paint_all_bars(sheet);
     things t = {0};
-    collect(&t, sheet);
+    collect_things(&t, sheet);
     const bool fine = !t.is_full && (has_meshes ? paint_pixels(sheet, &t) : paint_pieces(sheet, &t, joins_bars));
     kt_pieces_free(&t.pieces);
     free(t.items);

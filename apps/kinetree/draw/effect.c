@@ -108,7 +108,7 @@ static void paint_joint_spring(const kt_sheet *sheet, const kt_picture_joint *jo
 }
 
 /* The direction of a joint's body at position 0: that of the first solid of the body that is not at the joint. */
-static double lever_of(const kt_picture *p, const kt_picture_joint *joint) {
+static double body_lever_of(const kt_picture *p, const kt_picture_joint *joint) {
     for (int i = 0; i < p->solid_count; i++) {
         const kt_vec3 at = kt_mat3_apply(joint->child, p->solids[i].pose.position);
         if (p->solids[i].body == joint->body && hypot(at.x, at.y) > 0.0)
@@ -120,7 +120,7 @@ static double lever_of(const kt_picture *p, const kt_picture_joint *joint) {
 /* A bar across the way of a joint's body at a limit. Only in diagrams. */
 static void paint_stop(const kt_sheet *sheet, const kt_picture_joint *joint, double limit) {
     const double r = fmax(sheet->pin, 3.0), z = sheet->scale * limit;
-    const double angle = lever_of(sheet->drawing->picture, joint) + limit;
+    const double angle = body_lever_of(sheet->drawing->picture, joint) + limit;
     const kt_colour ink = kt_sheet_faded(sheet, sheet->palette->ink);
     if (!isfinite(limit))
         return;

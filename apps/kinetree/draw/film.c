@@ -63,7 +63,7 @@ static bool is_colour(const char *text) {
 }
 
 /* Whether two lines are equal except for numbers and colours. Digits within a word, as in an id, are no numbers. */
-static bool are_alike(const char *a, const char *b) {
+static bool lines_are_alike(const char *a, const char *b) {
     char before = ' ';
     while (*a != '\0' && *b != '\0') {
         const bool starts = !isalnum((unsigned char)before);
@@ -88,7 +88,7 @@ static bool are_alike(const char *a, const char *b) {
 static bool are_frames_alike(const kt_page_lines *a, const kt_page_lines *b) {
     bool same = a->count == b->count;
     for (int i = 0; i < a->count && same; i++)
-        same = are_alike(a->line[i], b->line[i]);
+        same = lines_are_alike(a->line[i], b->line[i]);
     return same;
 }
 

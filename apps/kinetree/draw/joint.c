@@ -114,7 +114,7 @@ typedef struct reach {
     double low, high, left, right; /* left, right: of the direction; right is down where it points right */
 } reach;
 
-static reach reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot along) {
+static reach pin_reach_of(const kt_sheet *sheet, int body, kt_spot from, kt_spot along) {
     const kt_picture *p = sheet->drawing->picture;
     const kt_camera *camera = &sheet->drawing->camera;
     reach r = {1e9, -1e9, 1e9, -1e9};
@@ -156,7 +156,7 @@ static void paint_guide(const kt_sheet *sheet, const kt_picture_joint *joint) {
                       kt_sheet_faded(sheet, d->picture->solid_count > 0 ? sheet->palette->quiet : sheet->palette->ink));
         return;
     }
-    const reach r = reach_of(sheet, joint->body, body, along);
+    const reach r = pin_reach_of(sheet, joint->body, body, along);
     if (fabs(along.y) > 0.8 &&
         r.high - r.low <= 5.0 * (r.right - r.left)) { /* a block that does not rest on its guide */
         const double more = fmin(fmax(4.0 * sheet->pin, 0.15 * (r.high - r.low)), GUIDE_MOST);

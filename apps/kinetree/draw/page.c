@@ -37,14 +37,14 @@ typedef struct layout {
 
 static bool is_captioned(const kt_drawing *d) { return !d->is_strobe && (d->state_count > 1 || d->captions != NULL); }
 
-static void widen(layout *l, kt_vec3 p) {
+static void widen_layout(layout *l, kt_vec3 p) {
     l->left = fmin(l->left, p.x);
     l->right = fmax(l->right, p.x);
     l->bottom = fmin(l->bottom, p.y);
     l->top = fmax(l->top, p.y);
 }
 
-static const kt_pose *state_of(const kt_drawing *d, int state) {
+static const kt_pose *drawn_state_of(const kt_drawing *d, int state) {
     return d->poses + (ptrdiff_t)state * d->picture->body_count;
 }
 
@@ -54,8 +54,8 @@ static void widen_by_solids(layout *l, const kt_drawing *d, const kt_pose *poses
         const kt_pose pose = kt_camera_pose(&d->camera, kt_pose_compose(poses[solid->body], solid->pose));
         const kt_mat3 back = kt_mat3_transpose(pose.rotation);
         const kt_vec3 reach = kt_vec3_make(kt_solid_reach(solid, back.x), kt_solid_reach(solid, back.y), 0.0);
-        widen(l, kt_vec3_sub(pose.position, reach));
-        widen(l, kt_vec3_add(pose.position, reach));
+        widen_layout(l, kt_vec3_sub(pose.position, reach));
+        widen_layout(l, kt_vec3_add(pose.position, reach));
     }
 }
 
@@ -63,26 +63,27 @@ static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses
     const kt_picture *p = d->picture;
     for (int i = 0; i < p->joint_count; i++)
         if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
-            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->joints[i].frame, poses).position));
+            widen_layout(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->joints[i].frame, poses).position));
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
-            widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
+            widen_layout(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
     for (int i = 0; i < p->loop_count; i++) {
         const kt_pose frame = kt_body_frame_pose(&p->loops[i].ends[0], poses);
         for (int k = 0; k < p->loops[i].stroke_count; k++)
-            widen(l, kt_camera_point(&d->camera, kt_pose_apply(frame, p->loops[i].strokes[k].to)));
+            widen_layout(l, kt_camera_point(&d->camera, kt_pose_apply(frame, p->loops[i].strokes[k].to)));
     }
     for (int i = 0; i < p->effect_count; i++)
         for (int k = 0; k < p->effects[i].end_count; k++)
             if (kt_picture_shows_end(&p->effects[i], k))
-                widen(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
+                widen_layout(l,
+                             kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
 }
 
 static void widen_by_markers(layout *l, const kt_drawing *d, const kt_pose *poses) {
     const kt_model *model = d->picture->model;
     for (int body = 0; body < d->picture->body_count; body++)
         for (int k = 0; k < kt_marker_count(model, body); k++)
-            widen(l, kt_camera_point(&d->camera, kt_pose_apply(poses[body], kt_marker_at(model, body, k))));
+            widen_layout(l, kt_camera_point(&d->camera, kt_pose_apply(poses[body], kt_marker_at(model, body, k))));
 }
 
 static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses) {
@@ -91,7 +92,8 @@ static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses
             const kt_picture_plane *plane = &d->picture->planes[i];
             const kt_vec3 corner =
                 kt_vec3_make(k % 2 ? plane->half : -plane->half, k / 2 ? plane->half : -plane->half, 0.0);
-            widen(l, kt_camera_point(&d->camera, kt_pose_apply(kt_body_frame_pose(&plane->frame, poses), corner)));
+            widen_layout(l,
+                         kt_camera_point(&d->camera, kt_pose_apply(kt_body_frame_pose(&plane->frame, poses), corner)));
         }
 }
 
@@ -133,21 +135,21 @@ static void arrange(layout *l, const kt_drawing *d) {
     l->height = (int)ceil(TOP + l->rows * l->cell_height + FOOT);
 }
 
-static layout lay_out(const kt_drawing *d) {
+static layout lay_out_page(const kt_drawing *d) {
     layout l = {.left = DBL_MAX, .right = -DBL_MAX, .bottom = DBL_MAX, .top = -DBL_MAX};
     for (int i = 0; i < d->state_count; i++) {
-        widen_by_solids(&l, d, state_of(d, i));
-        widen_by_frames(&l, d, state_of(d, i));
+        widen_by_solids(&l, d, drawn_state_of(d, i));
+        widen_by_frames(&l, d, drawn_state_of(d, i));
     }
     if (d->rest != NULL) {
         widen_by_solids(&l, d, d->rest);
         widen_by_frames(&l, d, d->rest);
     }
-    widen_by_markers(&l, d, state_of(d, d->state_count - 1));
-    widen_by_planes(&l, d, state_of(d, 0));
+    widen_by_markers(&l, d, drawn_state_of(d, d->state_count - 1));
+    widen_by_planes(&l, d, drawn_state_of(d, 0));
     for (int i = 0; i < d->path_count; i++)
         for (int k = 0; k < d->paths[i].count; k++)
-            widen(&l, kt_camera_point(&d->camera, d->paths[i].points[k]));
+            widen_layout(&l, kt_camera_point(&d->camera, d->paths[i].points[k]));
     if (l.left > l.right)
         l = (layout){.left = -0.5, .right = 0.5, .bottom = -0.5, .top = 0.5};
     if (!(l.right - l.left > 0.0) && !(l.top - l.bottom > 0.0)) {
@@ -169,7 +171,7 @@ static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int s
     return (kt_sheet){.c = c,
                       .palette = kt_palette_choose(d->is_dark),
                       .drawing = d,
-                      .poses = state_of(d, state),
+                      .poses = drawn_state_of(d, state),
                       .scale = l->scale,
                       .x = middle_x - 0.5 * l->scale * (l->left + l->right),
                       .y = middle_y + 0.5 * l->scale * (l->bottom + l->top),
@@ -325,7 +327,7 @@ static const kt_drawing *of_state(const kt_drawing *d, int state, kt_drawing *ow
     return own;
 }
 
-static void paint(cairo_t *c, const void *what) {
+static void paint_page(cairo_t *c, const void *what) {
     const page *p = what;
     const kt_drawing *d = p->drawing;
     const int last = d->state_count - 1;
@@ -362,12 +364,12 @@ static void paint(cairo_t *c, const void *what) {
     paint_gravity(&sheet, (kt_spot){WIDTH - 52.0, 38.0});
 }
 
-double kt_drawing_grain(const kt_drawing *drawing) { return lay_out(drawing).grain; }
+double kt_drawing_grain(const kt_drawing *drawing) { return lay_out_page(drawing).grain; }
 
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;
-    const page p = {drawing, -1, lay_out(drawing), &fine};
-    const int code = kt_paper_write(path, WIDTH, p.layout.height, paint, &p);
+    const page p = {drawing, -1, lay_out_page(drawing), &fine};
+    const int code = kt_paper_write(path, WIDTH, p.layout.height, paint_page, &p);
     if (!fine)
         kt_say("there is not enough memory for the picture");
     return fine ? code : KT_EXIT_INTEGRATION;
@@ -376,10 +378,10 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path) {
 char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths) {
     bool fine = true;
     kt_drawing shown = *drawing;
-    const page p = {&shown, state, lay_out(drawing), &fine};
+    const page p = {&shown, state, lay_out_page(drawing), &fine};
     if (!has_paths)
         shown.path_count = 0;
-    char *text = kt_paper_svg(WIDTH, p.layout.height, paint, &p);
+    char *text = kt_paper_svg(WIDTH, p.layout.height, paint_page, &p);
     if (fine)
         return text;
     kt_say("there is not enough memory for the picture");

@@ -69,7 +69,7 @@ typedef struct corner {
     kt_vec3 normal;
 } corner;
 
-static corner corner_of(const kt_raster *r, int point) {
+static corner raster_corner_of(const kt_raster *r, int point) {
     const kt_spot at = kt_sheet_spot(r->sheet, r->mesh.points[point]);
     return (corner){FINE * (at.x - r->left), FINE * (at.y - r->top), r->mesh.points[point].z, r->mesh.normals[point]};
 }
@@ -89,7 +89,8 @@ static void put_sample(kt_raster *r, int thing, kt_colour colour, size_t at, dou
 
 /* Paints the samples with their centres within a triangle, by barycentric coordinates. */
 static void paint_triangle(kt_raster *r, int thing, kt_colour colour, const int *points) {
-    const corner a = corner_of(r, points[0]), b = corner_of(r, points[1]), c = corner_of(r, points[2]);
+    const corner a = raster_corner_of(r, points[0]), b = raster_corner_of(r, points[1]),
+                 c = raster_corner_of(r, points[2]);
     const double area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
     const int x0 = (int)fmax(floor(fmin(a.x, fmin(b.x, c.x))), 0.0),
               y0 = (int)fmax(floor(fmin(a.y, fmin(b.y, c.y))), 0.0);

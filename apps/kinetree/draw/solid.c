@@ -126,13 +126,13 @@ static void face_corners(const kt_piece *piece, int out, double sign, kt_vec3 co
     }
 }
 
-static bool is_cut(const kt_piece *piece, double z) { return fabs(z) < piece->solid.half.z * (1.0 - 1e-9); }
+static bool piece_is_cut(const kt_piece *piece, double z) { return fabs(z) < piece->solid.half.z * (1.0 - 1e-9); }
 
 /* Lines along a face, but for where the piece was cut. */
 static void trace_edges(const kt_sheet *sheet, const kt_piece *piece, const kt_vec3 corners[4]) {
     for (int i = 0; i < 4; i++) {
         const kt_vec3 from = corners[i], to = corners[(i + 1) % 4];
-        if (from.z == to.z && is_cut(piece, from.z))
+        if (from.z == to.z && piece_is_cut(piece, from.z))
             continue;
         const kt_spot a = kt_sheet_spot(sheet, kt_pose_apply(piece->solid.pose, from));
         const kt_spot b = kt_sheet_spot(sheet, kt_pose_apply(piece->solid.pose, to));
@@ -150,7 +150,7 @@ static void paint_box(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
         const double sign = face % 2 == 0 ? 1.0 : -1.0;
         const kt_vec3 normal = kt_vec3_scale(sign, axes[face / 2]);
         kt_vec3 corners[4];
-        if (normal.z < 1e-6 || (face / 2 == 2 && is_cut(piece, sign > 0.0 ? piece->high : piece->low)))
+        if (normal.z < 1e-6 || (face / 2 == 2 && piece_is_cut(piece, sign > 0.0 ? piece->high : piece->low)))
             continue;
         face_corners(piece, face / 2, sign, corners);
         for (int i = 0; i < 4; i++) {
@@ -159,7 +159,7 @@ static void paint_box(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
         }
         cairo_close_path(c);
         const kt_colour tone = kt_paint_shade(colour, normal.z > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : normal);
-        const bool is_whole = !is_cut(piece, piece->low) && !is_cut(piece, piece->high);
+        const bool is_whole = !piece_is_cut(piece, piece->low) && !piece_is_cut(piece, piece->high);
         kt_paper_use(c, tone);
         cairo_fill_preserve(c);
         if (!is_whole) {
@@ -214,19 +214,19 @@ static void paint_cylinder(const kt_sheet *sheet, const kt_piece *piece, kt_colo
         cairo_fill_preserve(c);
         kt_paper_use(c, edge);
         cairo_set_line_width(c, 1.0);
-        if (is_cut(piece, piece->low) || is_cut(piece, piece->high)) {
+        if (piece_is_cut(piece, piece->low) || piece_is_cut(piece, piece->high)) {
             cairo_new_path(c);
             for (int side = -1; side <= 1; side += 2) {
                 cairo_move_to(c, far.x - side * radius * along.y, far.y + side * radius * along.x);
                 cairo_line_to(c, near.x - side * radius * along.y, near.y + side * radius * along.x);
             }
             cairo_new_sub_path(c);
-            if (!is_cut(piece, z_far))
+            if (!piece_is_cut(piece, z_far))
                 trace_ellipse(c, far, along, minor, radius, 0.5 * pi, 1.5 * pi);
         }
         cairo_stroke(c);
     }
-    if (fabs(axis.z) < 1e-6 || is_cut(piece, z_near))
+    if (fabs(axis.z) < 1e-6 || piece_is_cut(piece, z_near))
         return;
     cairo_new_sub_path(c);
     trace_ellipse(c, near, along, minor, radius, 0.0, 2.0 * pi);
@@ -250,8 +250,8 @@ static void paint_cylinder(const kt_sheet *sheet, const kt_piece *piece, kt_colo
 static kt_piece lengthen(const kt_sheet *sheet, const kt_piece *piece) {
     kt_piece longer = *piece;
     const double more = fmin(0.6 / sheet->scale, 1e-3 * piece->solid.half.z + 0.25 * (piece->high - piece->low));
-    longer.low -= is_cut(piece, piece->low) ? more : 0.0;
-    longer.high += is_cut(piece, piece->high) ? more : 0.0;
+    longer.low -= piece_is_cut(piece, piece->low) ? more : 0.0;
+    longer.high += piece_is_cut(piece, piece->high) ? more : 0.0;
     return longer;
 }
 

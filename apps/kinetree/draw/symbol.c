@@ -55,7 +55,7 @@ typedef struct labels {
     } items[LABELS_MOST];
 } labels;
 
-static bool is_clear(const labels *l, struct label one) {
+static bool label_is_clear(const labels *l, struct label one) {
     for (int i = 0; i < l->count; i++)
         if (one.left < l->items[i].right && l->items[i].left < one.right && one.top < l->items[i].bottom &&
             l->items[i].top < one.bottom)
@@ -74,7 +74,7 @@ static void paint_label(const kt_sheet *sheet, labels *l, kt_spot at, const char
     for (; side < 8; side++) {
         const double left = sides[side].x < 0.0 ? at.x + sides[side].x - width : at.x + sides[side].x;
         one = (struct label){left, left + width, at.y + sides[side].y - 9.5, at.y + sides[side].y + 2.5};
-        if (is_clear(l, one))
+        if (label_is_clear(l, one))
             break;
     }
     if (side == 8 || l->count == LABELS_MOST)
