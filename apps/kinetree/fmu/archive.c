@@ -58,7 +58,7 @@ enum { ENTRIES_MOST = 100000, NAME_SIZE = 1024, BLOCK = 1 << 16 };
 
 bool kt_fmu_has_archives(void) { return true; }
 
-static kt_status no_memory(kt_error *error) {
+static kt_status no_archive_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
@@ -90,7 +90,7 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
              info.uncompressed_size > entry_most || unzOpenCurrentFile(zip) != UNZ_OK)
         status = reject_entry(path, entry, error);
     if (status == KT_OK && (*text = malloc((size_t)info.uncompressed_size + 1)) == NULL)
-        status = no_memory(error);
+        status = no_archive_memory(error);
     if (status == KT_OK) {
         const int count = unzReadCurrentFile(zip, *text, (unsigned)info.uncompressed_size);
         *size = (size_t)info.uncompressed_size;
@@ -125,7 +125,7 @@ bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
 }
 
 /* Whether a name stays within the folder. */
-static bool is_within(const char *name) {
+static bool is_within_folder(const char *name) {
     if (name[0] == '/' || name[0] == '\0' || strchr(name, '\\') != NULL)
         return false;
     for (const char *part = name; part != NULL; part = strchr(part, '/')) {
@@ -149,7 +149,7 @@ static bool make_folders(char *path, size_t from) {
 }
 
 /* Writes the current entry to a file. */
-static bool write_entry(unzFile zip, const char *path) {
+static bool extract_entry(unzFile zip, const char *path) {
     char block[BLOCK];
     uint64_t total = 0;
     int count = -1;
@@ -171,11 +171,11 @@ static kt_status unpack_entry(unzFile zip, const char *path, const char *folder,
         return reject_entry(path, "?", error);
     name[sizeof name - 1] = '\0';
     const int length = snprintf(to, sizeof to, "%s/%s", folder, name);
-    if (!is_within(name) || length >= (int)sizeof to || !make_folders(to, strlen(folder) + 1))
+    if (!is_within_folder(name) || length >= (int)sizeof to || !make_folders(to, strlen(folder) + 1))
         return reject_entry(path, name, error);
     if (to[length - 1] == '/')
         return KT_OK;
-    return write_entry(zip, to) ? KT_OK : reject_entry(path, name, error);
+    return extract_entry(zip, to) ? KT_OK : reject_entry(path, name, error);
 }
 
 kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {

@@ -14,7 +14,7 @@ static bool is_true(const kt_element *element, const char *name) {
 
 /* ---- variables --------------------------------------------------------------------------------------------------- */
 
-static kt_fmi_type type_of(const char *name) {
+static kt_fmi_type fmi_type_of(const char *name) {
     static const struct {
         const char *name;
         kt_fmi_type type;
@@ -32,7 +32,7 @@ static kt_fmi_type type_of(const char *name) {
 }
 
 /* The unit of a variable: its own, or that of its declared type. */
-static const char *unit_of(const kt_element *root, const kt_element *value) {
+static const char *declared_unit_of(const kt_element *root, const kt_element *value) {
     const char *unit = kt_xml_attribute(value, "unit"), *declared = kt_xml_attribute(value, "declaredType");
     const kt_element *types = unit == NULL && declared != NULL ? kt_xml_child(root, "TypeDefinitions") : NULL;
     for (const kt_element *type = types != NULL ? types->first : NULL; type != NULL; type = type->next) {
@@ -46,17 +46,17 @@ static const char *unit_of(const kt_element *root, const kt_element *value) {
 }
 
 /* The element with the type and the start of a variable: itself, or its only child in FMI 2.0. */
-static const kt_element *value_of(const kt_element *variable, int version) {
+static const kt_element *typed_value_of(const kt_element *variable, int version) {
     const kt_element *value = variable->first;
     if (version == 3)
         return variable;
-    while (value != NULL && type_of(value->name) == KT_FMI_OTHER && strcmp(value->name, "String") != 0)
+    while (value != NULL && fmi_type_of(value->name) == KT_FMI_OTHER && strcmp(value->name, "String") != 0)
         value = value->next;
     return value;
 }
 
 static bool read_variable(const kt_element *root, const kt_element *element, int version, kt_fmi_variable *variable) {
-    const kt_element *value = value_of(element, version);
+    const kt_element *value = typed_value_of(element, version);
     const char *name = kt_xml_attribute(element, "name"), *reference = kt_xml_attribute(element, "valueReference");
     const char *causality = kt_xml_attribute(element, "causality"), *varies = kt_xml_attribute(element, "variability");
     if (value == NULL || name == NULL || reference == NULL)
@@ -64,9 +64,9 @@ static bool read_variable(const kt_element *root, const kt_element *element, int
     *variable = (kt_fmi_variable){.name = name,
                                   .type_name = value->name,
                                   .causality = causality != NULL ? causality : "local",
-                                  .unit = unit_of(root, value),
+                                  .unit = declared_unit_of(root, value),
                                   .reference = (uint32_t)strtoul(reference, NULL, 10),
-                                  .type = type_of(value->name),
+                                  .type = fmi_type_of(value->name),
                                   .is_array = kt_xml_child(element, "Dimension") != NULL,
                                   .has_start = kt_xml_attribute(value, "start") != NULL,
                                   .is_constant = varies != NULL && strcmp(varies, "constant") == 0};
@@ -75,7 +75,7 @@ static bool read_variable(const kt_element *root, const kt_element *element, int
     return true;
 }
 
-static bool read_variables(kt_fmi_description *d) {
+static bool read_fmi_variables(kt_fmi_description *d) {
     const kt_element *list = kt_xml_child(d->root, "ModelVariables");
     size_t count = 0;
     for (const kt_element *one = list != NULL ? list->first : NULL; one != NULL; one = one->next)
@@ -140,7 +140,7 @@ static kt_status read_root(const char *path, kt_fmi_description *d, kt_error *er
                             "%.200s: its modelDescription.xml has no modelIdentifier, or no instantiationToken (guid)",
                             path);
     d->can_serialize = is_true(simulates, d->version == 2 ? "canSerializeFMUstate" : "canSerializeFMUState");
-    return read_variables(d) ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    return read_fmi_variables(d) ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
 kt_status kt_fmi_description_read(const char *path, kt_fmi_description *description, kt_error *error) {

@@ -30,9 +30,9 @@ typedef struct functions {
     FUNCTIONS(MEMBER)
 } functions;
 
-static const functions *functions_of(const kt_fmi_instance *f) { return f->functions; }
+static const functions *fmi2_functions_of(const kt_fmi_instance *f) { return f->functions; }
 
-static const char *load(kt_fmi_instance *f) {
+static const char *load_fmi2(kt_fmi_instance *f) {
     static const char *const names[] = {"fmi2GetFMUstate",       "fmi2SetFMUstate",
                                         "fmi2FreeFMUstate",      "fmi2SerializedFMUstateSize",
                                         "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate"};
@@ -49,11 +49,11 @@ static const char *load(kt_fmi_instance *f) {
 }
 
 /* The format is the FMU's. References such as #r12# to variables stay as they are. */
-static void take_message(void *environment, const char *name, kt_fmi_status status, const char *category,
-                         const char *format, ...) KT_PRINTF(5, 6);
+static void take_fmi2_message(void *environment, const char *name, kt_fmi_status status, const char *category,
+                              const char *format, ...) KT_PRINTF(5, 6);
 
-static void take_message(void *environment, const char *name, kt_fmi_status status, const char *category,
-                         const char *format, ...) {
+static void take_fmi2_message(void *environment, const char *name, kt_fmi_status status, const char *category,
+                              const char *format, ...) {
     char message[KT_FMI_TEXT];
     va_list arguments;
     (void)name;
@@ -65,26 +65,26 @@ static void take_message(void *environment, const char *name, kt_fmi_status stat
     kt_fmi_note(environment, status, category, message);
 }
 
-static bool instantiate(kt_fmi_instance *f) {
+static bool instantiate_fmi2(kt_fmi_instance *f) {
     kt_fmi2_callbacks *callbacks = f->callbacks != NULL ? f->callbacks : malloc(sizeof *callbacks);
     if (callbacks == NULL)
         return false;
-    *callbacks = (kt_fmi2_callbacks){.log = take_message, .allocate = calloc, .release = free, .environment = f};
+    *callbacks = (kt_fmi2_callbacks){.log = take_fmi2_message, .allocate = calloc, .release = free, .environment = f};
     f->callbacks = callbacks;
-    f->instance =
-        functions_of(f)->Instantiate(f->name, KT_FMI2_SIMULATES, f->description.token, f->resources, callbacks, 0, 0);
+    f->instance = fmi2_functions_of(f)->Instantiate(f->name, KT_FMI2_SIMULATES, f->description.token, f->resources,
+                                                    callbacks, 0, 0);
     return f->instance != NULL;
 }
 
-static kt_fmi_status begin(kt_fmi_instance *f, double start) {
-    const kt_fmi_status status = functions_of(f)->SetupExperiment(f->instance, 0, 0.0, start, 0, 0.0);
-    return kt_fmi_is_fine(status) ? functions_of(f)->EnterInitializationMode(f->instance) : status;
+static kt_fmi_status begin_fmi2(kt_fmi_instance *f, double start) {
+    const kt_fmi_status status = fmi2_functions_of(f)->SetupExperiment(f->instance, 0, 0.0, start, 0, 0.0);
+    return kt_fmi_is_fine(status) ? fmi2_functions_of(f)->EnterInitializationMode(f->instance) : status;
 }
 
-static kt_fmi_status end(kt_fmi_instance *f) { return functions_of(f)->ExitInitializationMode(f->instance); }
+static kt_fmi_status end_fmi2(kt_fmi_instance *f) { return fmi2_functions_of(f)->ExitInitializationMode(f->instance); }
 
-static kt_fmi_status set(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
-    const functions *call = functions_of(f);
+static kt_fmi_status set_fmi2(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
+    const functions *call = fmi2_functions_of(f);
     const int whole = (int)value, truth = value != 0.0;
     if (variable->type == KT_FMI_FLOAT64)
         return call->SetReal(f->instance, &variable->reference, 1, &value);
@@ -92,8 +92,8 @@ static kt_fmi_status set(kt_fmi_instance *f, const kt_fmi_variable *variable, do
                                             : call->SetInteger(f->instance, &variable->reference, 1, &whole);
 }
 
-static kt_fmi_status get(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value) {
-    const functions *call = functions_of(f);
+static kt_fmi_status get_fmi2(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value) {
+    const functions *call = fmi2_functions_of(f);
     int whole = 0;
     if (variable->type == KT_FMI_FLOAT64)
         return call->GetReal(f->instance, &variable->reference, 1, value);
@@ -105,23 +105,24 @@ static kt_fmi_status get(kt_fmi_instance *f, const kt_fmi_variable *variable, do
 }
 
 /* A step that is discarded may end the simulation. */
-static kt_fmi_status step(kt_fmi_instance *f, double from, double h, bool *terminates) {
+static kt_fmi_status step_fmi2(kt_fmi_instance *f, double from, double h, bool *terminates) {
     int ended = 0;
-    kt_fmi_status status = functions_of(f)->DoStep(f->instance, from, h, 1);
+    kt_fmi_status status = fmi2_functions_of(f)->DoStep(f->instance, from, h, 1);
     *terminates = false;
     if (status == KT_FMI_DISCARD &&
-        kt_fmi_is_fine(functions_of(f)->GetBooleanStatus(f->instance, KT_FMI2_TERMINATED, &ended)) && ended != 0) {
+        kt_fmi_is_fine(fmi2_functions_of(f)->GetBooleanStatus(f->instance, KT_FMI2_TERMINATED, &ended)) && ended != 0) {
         *terminates = true;
         status = KT_FMI_OK;
     }
     return status;
 }
 
-static kt_fmi_status terminate(kt_fmi_instance *f) { return functions_of(f)->Terminate(f->instance); }
+static kt_fmi_status terminate_fmi2(kt_fmi_instance *f) { return fmi2_functions_of(f)->Terminate(f->instance); }
 
-static void free_instance(kt_fmi_instance *f) {
-    functions_of(f)->FreeInstance(f->instance);
+static void free_fmi2(kt_fmi_instance *f) {
+    fmi2_functions_of(f)->FreeInstance(f->instance);
     f->instance = NULL;
 }
 
-const kt_fmi_interface kt_fmi2_interface = {load, instantiate, begin, end, set, get, step, terminate, free_instance};
+const kt_fmi_interface kt_fmi2_interface = {load_fmi2, instantiate_fmi2, begin_fmi2,     end_fmi2, set_fmi2,
+                                            get_fmi2,  step_fmi2,        terminate_fmi2, free_fmi2};

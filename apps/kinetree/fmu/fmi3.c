@@ -24,10 +24,10 @@ typedef struct functions {
     KT_FMI_TYPE_LIST(GETTERS)
 } functions;
 
-static const functions *functions_of(const kt_fmi_instance *f) { return f->functions; }
+static const functions *fmi3_functions_of(const kt_fmi_instance *f) { return f->functions; }
 
 /* Functions of types that no variable has may be missing. */
-static const char *load(kt_fmi_instance *f) {
+static const char *load_fmi3(kt_fmi_instance *f) {
     static const char *const names[] = {"fmi3GetFMUState",       "fmi3SetFMUState",
                                         "fmi3FreeFMUState",      "fmi3SerializedFMUStateSize",
                                         "fmi3SerializeFMUState", "fmi3DeserializeFMUState"};
@@ -48,25 +48,25 @@ static const char *load(kt_fmi_instance *f) {
     return NULL;
 }
 
-static void take_message(void *environment, kt_fmi_status status, const char *category, const char *message) {
+static void take_fmi3_message(void *environment, kt_fmi_status status, const char *category, const char *message) {
     kt_fmi_note(environment, status, category, message);
 }
 
-static bool instantiate(kt_fmi_instance *f) {
+static bool instantiate_fmi3(kt_fmi_instance *f) {
     const char *resources = f->resources[0] != '\0' ? f->resources : NULL;
-    f->instance = functions_of(f)->InstantiateCoSimulation(f->name, f->description.token, resources, false, false,
-                                                           false, false, NULL, 0, f, take_message, NULL);
+    f->instance = fmi3_functions_of(f)->InstantiateCoSimulation(f->name, f->description.token, resources, false, false,
+                                                                false, false, NULL, 0, f, take_fmi3_message, NULL);
     return f->instance != NULL;
 }
 
-static kt_fmi_status begin(kt_fmi_instance *f, double start) {
-    return functions_of(f)->EnterInitializationMode(f->instance, false, 0.0, start, false, 0.0);
+static kt_fmi_status begin_fmi3(kt_fmi_instance *f, double start) {
+    return fmi3_functions_of(f)->EnterInitializationMode(f->instance, false, 0.0, start, false, 0.0);
 }
 
-static kt_fmi_status end(kt_fmi_instance *f) { return functions_of(f)->ExitInitializationMode(f->instance); }
+static kt_fmi_status end_fmi3(kt_fmi_instance *f) { return fmi3_functions_of(f)->ExitInitializationMode(f->instance); }
 
-static kt_fmi_status set(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
-    const functions *call = functions_of(f);
+static kt_fmi_status set_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
+    const functions *call = fmi3_functions_of(f);
     switch (variable->type) {
 #define SET(id, name, type)                                                                                            \
     case id: {                                                                                                         \
@@ -82,8 +82,8 @@ static kt_fmi_status set(kt_fmi_instance *f, const kt_fmi_variable *variable, do
     return KT_FMI_ERROR;
 }
 
-static kt_fmi_status get(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value) {
-    const functions *call = functions_of(f);
+static kt_fmi_status get_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value) {
+    const functions *call = fmi3_functions_of(f);
     switch (variable->type) {
 #define GET(id, name, type)                                                                                            \
     case id: {                                                                                                         \
@@ -101,12 +101,12 @@ static kt_fmi_status get(kt_fmi_instance *f, const kt_fmi_variable *variable, do
     return KT_FMI_ERROR;
 }
 
-static kt_fmi_status step(kt_fmi_instance *f, double from, double h, bool *terminates) {
+static kt_fmi_status step_fmi3(kt_fmi_instance *f, double from, double h, bool *terminates) {
     bool needs_event = false, early = false;
     double last = from;
     *terminates = false;
     const kt_fmi_status status =
-        functions_of(f)->DoStep(f->instance, from, h, true, &needs_event, terminates, &early, &last);
+        fmi3_functions_of(f)->DoStep(f->instance, from, h, true, &needs_event, terminates, &early, &last);
     if (kt_fmi_is_fine(status) && early && !*terminates) {
         kt_fmi_note(f, KT_FMI_ERROR, NULL, "the step returned early, which this importer does not allow");
         return KT_FMI_ERROR;
@@ -114,11 +114,12 @@ static kt_fmi_status step(kt_fmi_instance *f, double from, double h, bool *termi
     return status;
 }
 
-static kt_fmi_status terminate(kt_fmi_instance *f) { return functions_of(f)->Terminate(f->instance); }
+static kt_fmi_status terminate_fmi3(kt_fmi_instance *f) { return fmi3_functions_of(f)->Terminate(f->instance); }
 
-static void free_instance(kt_fmi_instance *f) {
-    functions_of(f)->FreeInstance(f->instance);
+static void free_fmi3(kt_fmi_instance *f) {
+    fmi3_functions_of(f)->FreeInstance(f->instance);
     f->instance = NULL;
 }
 
-const kt_fmi_interface kt_fmi3_interface = {load, instantiate, begin, end, set, get, step, terminate, free_instance};
+const kt_fmi_interface kt_fmi3_interface = {load_fmi3, instantiate_fmi3, begin_fmi3,     end_fmi3, set_fmi3,
+                                            get_fmi3,  step_fmi3,        terminate_fmi3, free_fmi3};

@@ -42,8 +42,8 @@ static int list_players(const kt_fmi_description *description, kt_fmu_role role,
     return count;
 }
 
-static void reject_name(const kt_fmi_description *description, const kt_scene_fmu *fmu, const kt_scene_port *port,
-                        kt_fmu_role role, kt_error *error) {
+static void reject_port_name(const kt_fmi_description *description, const kt_scene_fmu *fmu, const kt_scene_port *port,
+                             kt_fmu_role role, kt_error *error) {
     char names[280];
     if (list_players(description, role, names, sizeof names) == 0)
         (void)kt_error_set(error, KT_ERROR_SCENE, port->where,
@@ -68,7 +68,7 @@ const kt_fmi_variable *kt_fmu_port_find(const kt_fmi_description *description, c
                            "FMU '%.60s' has no variable '%.60s'; did you mean '%s'?", fmu->name, port->variable,
                            near.best);
     else if (variable == NULL)
-        reject_name(description, fmu, port, role, error);
+        reject_port_name(description, fmu, port, role, error);
     else if (!plays(variable, role))
         (void)kt_error_set(error, KT_ERROR_SCENE, port->where,
                            "FMU '%.60s': '%.60s' is no variable that can be %s: its causality is '%.20s'%s", fmu->name,
