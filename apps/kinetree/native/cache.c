@@ -32,7 +32,7 @@ static bool make_folder(const char *path) {
 }
 
 /* Whether only this user can write to a file or folder. */
-static bool is_own(const struct stat *status) {
+static bool is_private(const struct stat *status) {
     return status->st_uid == geteuid() && (status->st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
@@ -41,7 +41,7 @@ bool kt_code_cache_has(const char *command, const char *path, bool *is_foreign) 
     *is_foreign = false;
     if (stat(path, &status) != 0)
         return false;
-    *is_foreign = !is_own(&status) || !S_ISREG(status.st_mode);
+    *is_foreign = !is_private(&status) || !S_ISREG(status.st_mode);
     if (*is_foreign)
         kt_say("%s: --native: others can write %s, which is not loaded: remove it, or set XDG_CACHE_HOME to a folder "
                "of your own",
@@ -61,7 +61,7 @@ bool kt_code_cache_open(kt_code_cache *cache, const char *command) {
     *cache = (kt_code_cache){.is_temporary = false};
     const bool is_named = name_cache(cache->folder);
     if (is_named && make_folder(cache->folder) && access(cache->folder, W_OK | X_OK) == 0 &&
-        stat(cache->folder, &status) == 0 && is_own(&status))
+        stat(cache->folder, &status) == 0 && is_private(&status))
         return true;
     kt_say("%s: --native: compiled files cannot be kept: %s%s; set XDG_CACHE_HOME to a folder of your own", command,
            is_named ? kt_show(cache->folder).text : "neither XDG_CACHE_HOME nor HOME is a folder",

@@ -50,7 +50,7 @@ static bool find_program(const char *name, char path[KT_NATIVE_PATH]) {
 
 /* A compiler that was replaced has another size or time, and its files are not taken. Nor are those of other kinds of
  * machines that share the folder. */
-static void identify(kt_compiler *compiler) {
+static void identify_compiler(kt_compiler *compiler) {
     struct stat status = {.st_size = 0};
     struct utsname machine = {.machine = ""};
     size_t used = 0;
@@ -77,7 +77,7 @@ bool kt_compiler_find(kt_compiler *compiler, const char *command) {
          word = strtok_r(NULL, " ", &rest))
         compiler->word[count++] = word;
     if (find_program(compiler->word[0], compiler->program)) {
-        identify(compiler);
+        identify_compiler(compiler);
         return true;
     }
     kt_say("%s: --native needs a C compiler, and there is no '%s'%s; install gcc or clang, set CC to a compiler, or "
