@@ -21,17 +21,17 @@ typedef struct kt_diagram {
 static int count_peers(const kt_findings *findings) { return findings->peers != NULL ? findings->peers->count : 0; }
 
 /* Methods of one order share a colour and differ by their marks. */
-static int colour_of(int order) {
+static int order_colour_of(int order) {
     static const int colours[] = {7, 7, 5, 6, 3, 1, 4, 4, 2}; /* black, orange, sky, green, blue, purple, vermilion */
     return colours[order < 9 ? order : 8];
 }
 
 /* With several variants the colour shows the variant, otherwise the order of the method. */
 static int colour_at(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
-    return results->variant_count > 1 ? 1 + curve->variant % KT_PLOT_SERIES_MAX : colour_of(curve->method->order);
+    return results->variant_count > 1 ? 1 + curve->variant % KT_PLOT_SERIES_MAX : order_colour_of(curve->method->order);
 }
 
-static int mark_of(const kt_accuracy_results *results, int index) {
+static int method_mark_of(const kt_accuracy_results *results, int index) {
     int mark = 1;
     if (results->variant_count > 1) /* the mark shows the method */
         return 1 + index % (results->curve_count / results->variant_count) % KT_PLOT_MARK_COUNT;
@@ -121,7 +121,7 @@ static void fill_peers(const kt_findings *findings, kt_diagram *d) {
     }
 }
 
-static void fill(const kt_findings *findings, kt_diagram *d) {
+static void fill_diagram(const kt_findings *findings, kt_diagram *d) {
     const kt_accuracy_results *results = findings->results;
     for (int i = 0; i < results->point_count; i++)
         place_point(results, &results->points[i], i, d);
@@ -138,7 +138,7 @@ static void fill(const kt_findings *findings, kt_diagram *d) {
                                                             .y = d->error + curve->first,
                                                             .count = (size_t)curve->count,
                                                             .colour = colour_at(results, curve),
-                                                            .mark = mark_of(results, i),
+                                                            .mark = method_mark_of(results, i),
                                                             .hollow = !curve->adaptive};
         }
         const int last = d->shown + count_peers(findings);
@@ -152,7 +152,7 @@ static void fill(const kt_findings *findings, kt_diagram *d) {
     fill_peers(findings, d);
 }
 
-static void describe(const kt_findings *findings, char *text, size_t size) {
+static void describe_findings(const kt_findings *findings, char *text, size_t size) {
     const kt_accuracy_results *results = findings->results;
     char length[64] = "";
     if (results->unit == KT_ACCURACY_MIXED)
@@ -163,7 +163,7 @@ static void describe(const kt_findings *findings, char *text, size_t size) {
              findings->peers != NULL ? "; own methods that are best somewhere" : "");
 }
 
-static int draw(const kt_findings *findings, const kt_diagram *d, const char *path, bool is_dark) {
+static int draw_diagram(const kt_findings *findings, const kt_diagram *d, const char *path, bool is_dark) {
     static const char *const titles[] = {"CPU time a simulated second", "evaluations a simulated second"};
     static const char *const units[] = {"ms", NULL};
     const kt_accuracy_results *results = findings->results;
@@ -181,7 +181,7 @@ static int draw(const kt_findings *findings, const kt_diagram *d, const char *pa
                                         .x_unit = units[panel],
                                         .blind = results->uncertainty.position,
                                         .blind_label = "within the reference\u2019s uncertainty"};
-    describe(findings, subtitle, sizeof subtitle);
+    describe_findings(findings, subtitle, sizeof subtitle);
     kt_plot plot = {.title = findings->name,
                     .subtitle = subtitle,
                     .panels = panels,
@@ -210,8 +210,8 @@ int kt_findings_draw(const kt_findings *findings, const char *path, bool is_dark
             d.front_cost[panel] = numbers + (size_t)(5 + panel) * points;
             d.series[panel] = series + (size_t)panel * curves;
         }
-        fill(findings, &d);
-        code = draw(findings, &d, path, is_dark);
+        fill_diagram(findings, &d);
+        code = draw_diagram(findings, &d, path, is_dark);
     }
     free(numbers);
     free(series);

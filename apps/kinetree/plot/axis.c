@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Returns the smallest round step of which at most `most` fit into the range. */
-static double choose_step(double range, int most) {
+static double choose_tick_step(double range, int most) {
     static const double factors[] = {1.0, 2.0, 5.0, 10.0};
     double power = pow(10.0, floor(log10(range / most)));
     for (int i = 0; i < 4; i++)
@@ -18,7 +18,7 @@ static double choose_step(double range, int most) {
 kt_axis kt_axis_make(double low, double high, int most) {
     kt_axis axis = {.low = low, .high = high};
     /* n steps have n + 1 ticks. */
-    axis.step = choose_step(high - low, most > 2 ? most - 1 : 1);
+    axis.step = choose_tick_step(high - low, most > 2 ? most - 1 : 1);
     double first = ceil(low / axis.step - 1e-9), last = floor(high / axis.step + 1e-9);
     axis.first = first * axis.step;
     axis.count = (int)(last - first) + 1;

@@ -40,7 +40,7 @@ static double rank_of(const kt_candidate *one, double size) {
 }
 
 /* The number of columns that its panel shows before a column; the first of equal ones comes first. */
-static int place_of(const kt_candidate *candidates, int count, int column, double size) {
+static int panel_place_of(const kt_candidate *candidates, int count, int column, double size) {
     const double rank = rank_of(&candidates[column], size);
     int before = 0;
     for (int i = 0; i < count; i++) {
@@ -53,7 +53,7 @@ static int place_of(const kt_candidate *candidates, int count, int column, doubl
 }
 
 /* Whether a column is noise compared with others of its family. Zeros always are, and they have no logarithm. */
-static bool is_noise(const kt_candidate *candidates, int count, const kt_candidate *one) {
+static bool column_is_noise(const kt_candidate *candidates, int count, const kt_candidate *one) {
     const double size = size_of_family(candidates, count, one);
     return !one->is_empty && !(one->size > (one->is_error ? NOTHING : NOISE * size));
 }
@@ -69,14 +69,14 @@ void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
     for (int i = 0; i < count; i++)
         measure_candidate(&candidates[i], rows);
     for (int i = 0; i < count; i++)
-        candidates[i].is_noise = is_noise(candidates, count, &candidates[i]);
+        candidates[i].is_noise = column_is_noise(candidates, count, &candidates[i]);
     if (!is_any_shown(candidates, count)) /* a picture of zeros shows them, except residuals */
         for (int i = 0; i < count; i++)
             candidates[i].is_noise = candidates[i].is_noise && candidates[i].is_error;
     for (int i = 0; i < count; i++)
-        candidates[i].is_shown =
-            !candidates[i].is_noise && !candidates[i].is_empty &&
-            place_of(candidates, count, i, size_of_family(candidates, count, &candidates[i])) < KT_PLOT_SERIES_MAX;
+        candidates[i].is_shown = !candidates[i].is_noise && !candidates[i].is_empty &&
+                                 panel_place_of(candidates, count, i,
+                                                size_of_family(candidates, count, &candidates[i])) < KT_PLOT_SERIES_MAX;
 }
 
 int kt_candidates_left_out(const kt_candidate *candidates, int count, int panel) {

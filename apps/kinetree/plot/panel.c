@@ -253,7 +253,7 @@ static kt_colour colour_of_curve(const kt_plot_frame *f, double share) {
     return colour_of_share(is_dark ? 0.25 + 0.75 * shown : 0.85 * shown);
 }
 
-static kt_colour colour_of(const kt_plot_frame *f, const kt_plot_panel *panel, int place) {
+static kt_colour series_colour_of(const kt_plot_frame *f, const kt_plot_panel *panel, int place) {
     const kt_plot_series *series = &panel->series[place];
     if (panel->scale != NULL) {
         const kt_axis axis = axis_of_colours(panel->scale->low, panel->scale->high, panel->scale->is_log);
@@ -359,13 +359,13 @@ static bool is_seen(const kt_plot_frame *f, const kt_plot_series *series) {
     return false;
 }
 
-static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
+static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
     const double x = f->right + 16.0, line = 1.6 * kt_small_size;
     double y = f->top + kt_small_size;
     cairo_set_font_size(c, kt_small_size);
     for (int i = 0; i < panel->series_count; i++) {
         const kt_plot_series *series = &panel->series[i];
-        const kt_colour colour = colour_of(f, panel, i);
+        const kt_colour colour = series_colour_of(f, panel, i);
         if (!is_seen(f, series))
             continue;
         const double middle = y - 0.36 * kt_small_size;
@@ -397,7 +397,7 @@ static void draw_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
 /* Finds the range of all numbers that the axis can show. Without any, both ends are 0, or 1 on a logarithmic axis.
  * Curves over a rising x use all values of x, also those without a value to show. Panels above each other therefore
  * have one axis. */
-static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
+static void find_axis_range(const kt_plot_panel *panel, bool of_y, bool is_log, double *low, double *high) {
     *low = HUGE_VAL;
     *high = -HUGE_VAL;
     for (int s = 0; s < panel->series_count; s++)
@@ -419,7 +419,7 @@ static void find_range(const kt_plot_panel *panel, bool of_y, bool is_log, doubl
 static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
     double low, high;
     const bool is_log = of_y ? panel->y_log : panel->x_log;
-    find_range(panel, of_y, is_log, &low, &high);
+    find_axis_range(panel, of_y, is_log, &low, &high);
     if (is_log) {
         const double room = pow(high / low, 0.04);
         if (of_y && panel->blind > 0.0) /* the grey region stays visible and has room for its label */
@@ -465,10 +465,10 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
     for (int halo = 1; halo >= 0; halo--)
         for (int i = 0; i < panel->series_count; i++)
             if (panel->series[i].is_halo == (halo == 1))
-                draw_series(c, &f, &panel->series[i], colour_of(&f, panel, i));
+                draw_series(c, &f, &panel->series[i], series_colour_of(&f, panel, i));
     if (panel->cells != NULL || panel->scale != NULL)
         draw_colours(c, &f, panel, room);
     else if (panel->has_legend)
-        draw_legend(c, &f, panel, room);
+        draw_panel_legend(c, &f, panel, room);
     return f.x.exponent;
 }

@@ -33,7 +33,7 @@ static double shift(kt_anchor anchor, double width) {
  * The stream is attached to c under this key and appended to the file at the end. */
 static const cairo_user_data_key_t elements_key;
 
-static void write_escaped(FILE *file, const char *text) {
+static void write_svg_escaped(FILE *file, const char *text) {
     for (; *text != '\0'; text++)
         if (*text == '&' || *text == '<' || *text == '>')
             fprintf(file, "&#%d;", *text);
@@ -41,7 +41,7 @@ static void write_escaped(FILE *file, const char *text) {
             putc(*text, file);
 }
 
-static void write_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anchor, const char *text) {
+static void write_paper_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anchor, const char *text) {
     static const char *const anchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
     double red, green, blue, opaque;
     cairo_matrix_t font;
@@ -52,7 +52,7 @@ static void write_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anc
     fprintf(file, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"%g\" fill=\"#%02x%02x%02x\"%s%s>", x, y, font.yy,
             (unsigned)lround(255.0 * red), (unsigned)lround(255.0 * green), (unsigned)lround(255.0 * blue),
             anchors[anchor], bold ? " font-weight=\"bold\"" : "");
-    write_escaped(file, text);
+    write_svg_escaped(file, text);
     fputs("</text>\n", file);
 }
 
@@ -60,7 +60,7 @@ void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char 
     FILE *elements = cairo_get_user_data(c, &elements_key);
     const double width = kt_paper_width(c, text); /* also detects text that is not valid UTF-8 */
     if (elements != NULL) {
-        write_text(c, elements, x, y, anchor, kt_show(text).text);
+        write_paper_text(c, elements, x, y, anchor, kt_show(text).text);
         return;
     }
     cairo_move_to(c, x - shift(anchor, width), y);
@@ -222,14 +222,14 @@ static cairo_status_t write_png(const char *path, int width, int height, void (*
     return status;
 }
 
-static cairo_status_t append(void *file, const unsigned char *data, unsigned length) {
+static cairo_status_t append_to_file(void *file, const unsigned char *data, unsigned length) {
     return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
 /* Draws the picture; cairo's output goes to `shapes`, the text elements to `elements`. */
 static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int height,
                                void (*draw)(cairo_t *c, const void *what), const void *what) {
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append, shapes, width, height);
+    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append_to_file, shapes, width, height);
     cairo_t *c = cairo_create(surface);
     cairo_status_t status = cairo_set_user_data(c, &elements_key, elements, NULL);
     draw(c, what);
@@ -325,7 +325,7 @@ static void write_short(FILE *file, const char *text) {
 }
 
 /* Writes the shapes with the text elements inserted before their end tag. */
-static cairo_status_t write_both(FILE *file, char *shapes, const char *elements) {
+static cairo_status_t write_shapes_and_text(FILE *file, char *shapes, const char *elements) {
     static const char end_tag[] = "</svg>";
     char *end = strstr(shapes, end_tag);
     if (end == NULL)
@@ -337,12 +337,12 @@ static cairo_status_t write_both(FILE *file, char *shapes, const char *elements)
 }
 
 /* Writes to the file, or, where there is no path, to memory that the caller frees. */
-static cairo_status_t write_file(const char *path, char **text, char *shapes, const char *elements) {
+static cairo_status_t write_paper_file(const char *path, char **text, char *shapes, const char *elements) {
     size_t size;
     FILE *file = path != NULL ? fopen(path, "w") : open_memstream(text, &size);
     if (file == NULL)
         return path != NULL ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_NO_MEMORY;
-    const cairo_status_t status = write_both(file, shapes, elements);
+    const cairo_status_t status = write_shapes_and_text(file, shapes, elements);
     return fclose(file) == 0 ? status : path != NULL ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_NO_MEMORY;
 }
 
@@ -372,7 +372,7 @@ static cairo_status_t write_svg(job *j) {
     const bool other_lost = other != NULL && fclose(other) != 0;
     const bool lost = one_lost || other_lost;
     if (status == CAIRO_STATUS_SUCCESS)
-        status = lost ? CAIRO_STATUS_NO_MEMORY : write_file(j->path, &j->text, shapes, elements);
+        status = lost ? CAIRO_STATUS_NO_MEMORY : write_paper_file(j->path, &j->text, shapes, elements);
     const int reason = errno;
     free(shapes);
     free(elements);

@@ -38,7 +38,7 @@ typedef struct layout {
 } layout;
 
 /* Panels under each other share their x axis and its title; one with a title of its own needs more room. */
-static double gap_of(const kt_plot *plot) {
+static double panel_gap_of(const kt_plot *plot) {
     bool titled = false;
     for (int i = 0; i < plot->panel_count; i++)
         titled = titled || plot->panels[i].x_title != NULL;
@@ -61,7 +61,7 @@ static layout lay_out_row(const kt_plot *plot) {
 /* Panels in so many columns, on a page of a given size or as high as a screen. */
 static layout lay_out_in(const kt_plot *plot, int columns) {
     const int n = plot->panel_count > 0 ? plot->panel_count : 1;
-    layout l = {.columns = columns, .rows = (n + columns - 1) / columns, .gap = gap_of(plot)};
+    layout l = {.columns = columns, .rows = (n + columns - 1) / columns, .gap = panel_gap_of(plot)};
     const double around = TOP + HEAD + BOTTOM + (l.rows - 1) * l.gap;
     l.panel_height = fmin(PANEL_HEIGHT, floor((SCREEN - around) / l.rows));
     l.width = columns > 1 ? columns * NARROW : WIDTH;
@@ -86,7 +86,7 @@ static layout lay_out_columns(const kt_plot *plot) {
     return l;
 }
 
-static layout lay_out(const kt_plot *plot) { return plot->is_row ? lay_out_row(plot) : lay_out_columns(plot); }
+static layout lay_out_plot(const kt_plot *plot) { return plot->is_row ? lay_out_row(plot) : lay_out_columns(plot); }
 
 static void draw_row(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
     double left = LEFT;
@@ -114,7 +114,7 @@ static void draw_columns(cairo_t *c, const kt_plot *plot, const layout *l, const
 static void draw_all(cairo_t *c, const kt_plot *plot) {
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
-    const layout l = lay_out(plot);
+    const layout l = lay_out_plot(plot);
     kt_paper_head(c, palette, LEFT - 50.0, l.width - LEFT, plot->title, plot->subtitle);
     (plot->is_row ? draw_row : draw_columns)(c, plot, &l, palette);
 }
@@ -138,6 +138,6 @@ int kt_plot_check(const char *path) {
 static void draw_plot(cairo_t *c, const void *what) { draw_all(c, what); }
 
 int kt_plot_draw(const kt_plot *plot, const char *path) {
-    const layout l = lay_out(plot);
+    const layout l = lay_out_plot(plot);
     return kt_paper_write(path, l.width, l.height, draw_plot, plot);
 }

@@ -32,7 +32,7 @@ static bool is_drawn(const kt_column *column, bool is_default) {
            column->source == KT_COLUMN_OWN;
 }
 
-static int panel_of(kt_plot_run *plot, size_t column) {
+static int run_panel_of(kt_plot_run *plot, size_t column) {
     const kt_measure quantity = kt_column_quantity(plot->columns, column);
     for (int i = 0; i < plot->panel_count; i++)
         if (strcmp(kt_column_quantity(plot->columns, plot->panels[i]).title, quantity.title) == 0)
@@ -58,7 +58,7 @@ kt_plot_run *kt_plot_run_start(const kt_columns *columns, const kt_run *run) {
         return NULL;
     }
     for (size_t i = 0; i < columns->count; i++)
-        plot->panel[i] = is_drawn(&columns->columns[i], is_default) ? panel_of(plot, i) : -1;
+        plot->panel[i] = is_drawn(&columns->columns[i], is_default) ? run_panel_of(plot, i) : -1;
     return plot;
 }
 
@@ -115,7 +115,7 @@ static int family_of(const kt_plot_run *plot, size_t column) {
 }
 
 /* columns: the rows transposed, plot->count numbers each. */
-static void list_candidates(picture *p, const double *columns, bool is_quiet) {
+static void list_column_candidates(picture *p, const double *columns, bool is_quiet) {
     const kt_plot_run *plot = p->plot;
     for (size_t i = 0; i < plot->columns->count; i++) {
         if (plot->panel[i] < 0)
@@ -169,7 +169,7 @@ static void add_panel(picture *p, int panel) {
                         .y_log = is_residual(p->plot, panel)};
 }
 
-static void add_energy(picture *p, const kt_outcome *outcome, const double *change) {
+static void add_energy_panel(picture *p, const kt_outcome *outcome, const double *change) {
     const bool is_error = outcome->energy.has_balance || outcome->energy.energetics == KT_ENERGY_CONSERVED;
     kt_plot_series *series = p->series[p->panel_count];
     series[0] = (kt_plot_series){
@@ -186,19 +186,19 @@ static void add_energy(picture *p, const kt_outcome *outcome, const double *chan
                                                   .names_events = is_first};
 }
 
-static int draw(picture *p, const double *columns, const kt_outcome *outcome, const char *path, bool is_dark,
-                bool is_quiet) {
+static int draw_run_plot(picture *p, const double *columns, const kt_outcome *outcome, const char *path, bool is_dark,
+                         bool is_quiet) {
     kt_plot_event events[KT_MARKS_MAX];
     p->x = columns + p->plot->count; /* the time is the first column */
     p->events = events;
     p->event_count = outcome->marks.count;
     for (int i = 0; i < p->event_count; i++)
         events[i] = (kt_plot_event){outcome->marks.mark[i].time, outcome->marks.mark[i].name};
-    list_candidates(p, columns, is_quiet);
+    list_column_candidates(p, columns, is_quiet);
     for (int panel = 0; panel < p->plot->panel_count; panel++)
         add_panel(p, panel);
     if (p->plot->has_energy || p->panel_count == 0)
-        add_energy(p, outcome, columns);
+        add_energy_panel(p, outcome, columns);
     const kt_method_words method = kt_describe_method(outcome->run);
     const kt_noise_words noise = kt_candidates_note_noise(p->candidates, p->candidate_count);
     char subtitle[400];
@@ -229,7 +229,7 @@ int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const 
         for (size_t i = 0; i < plot->count; i++)
             for (size_t k = 0; k < width; k++)
                 columns[k * plot->count + i] = plot->rows[i * width + k];
-        code = draw(p, columns, outcome, path, is_dark, is_quiet);
+        code = draw_run_plot(p, columns, outcome, path, is_dark, is_quiet);
     }
     free(names);
     free(candidates);

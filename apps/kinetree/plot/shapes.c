@@ -62,7 +62,7 @@ static void draw_panel(cairo_t *c, const kt_palette *palette, const kt_shape_plo
     kt_paper_text(c, LEFT, top - 6.0, KT_ANCHOR_LEFT, p->title);
 }
 
-static void draw_legend(cairo_t *c, const kt_palette *palette, double y) {
+static void draw_order_legend(cairo_t *c, const kt_palette *palette, double y) {
     static const char *const words[] = {"in step with what moves most", "a quarter of a period ahead of it"};
     double x = LEFT;
     cairo_set_font_size(c, kt_small_size);
@@ -76,15 +76,15 @@ static void draw_legend(cairo_t *c, const kt_palette *palette, double y) {
     }
 }
 
-static void draw(cairo_t *c, const void *what) {
+static void draw_shapes(cairo_t *c, const void *what) {
     const kt_shape_plot *plot = what;
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
     kt_paper_head(c, palette, 20.0, WIDTH - 40.0, plot->title, plot->subtitle);
     for (int i = 0; i < plot->panel_count; i++)
         draw_panel(c, palette, plot, i);
-    draw_legend(c, palette, height_of(plot) - 12.0);
+    draw_order_legend(c, palette, height_of(plot) - 12.0);
 }
 
 int kt_plot_shapes(const kt_shape_plot *plot, const char *path) {
-    return kt_paper_write(path, WIDTH, height_of(plot), draw, plot);
+    return kt_paper_write(path, WIDTH, height_of(plot), draw_shapes, plot);
 }

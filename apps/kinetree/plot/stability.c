@@ -32,7 +32,7 @@ static void lines_free(lines *l) {
     free(l->y);
 }
 
-static void put(lines *l, double x, double y) {
+static void put_line_point(lines *l, double x, double y) {
     if (l->count >= l->room)
         return;
     l->x[l->count] = x;
@@ -41,17 +41,17 @@ static void put(lines *l, double x, double y) {
 
 /* Adds a single point: it is drawn if the series has marks, and otherwise only extends the range of the axes. */
 static void put_point(lines *l, double x, double y) {
-    put(l, x, y);
-    put(l, (double)NAN, (double)NAN);
+    put_line_point(l, x, y);
+    put_line_point(l, (double)NAN, (double)NAN);
 }
 
 /* ---- the region -------------------------------------------------------------------------------------------------- */
 
-static double at(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
+static double grid_position(double low, double high, int i) { return low + (high - low) * i / (GRID - 1.0); }
 
 /* Returns the part of the window that contains the region, plus one row or column on each side. The region of an
  * implicit method surrounds its complement (surrounds). The part then contains the complement. */
-static window fit(const window *w, const double *gain, bool surrounds) {
+static window fit_window(const window *w, const double *gain, bool surrounds) {
     int left = GRID, right = -1, bottom = GRID, top = -1;
     for (int i = 0; i < GRID; i++)
         for (int j = 0; j < GRID; j++)
@@ -61,12 +61,13 @@ static window fit(const window *w, const double *gain, bool surrounds) {
                 bottom = i < bottom ? i : bottom;
                 top = i > top ? i : top;
             }
-    const window fitted = {{at(w->low.re, w->high.re, left - 1), at(w->low.im, w->high.im, bottom - 1)},
-                           {at(w->low.re, w->high.re, right + 1), at(w->low.im, w->high.im, top + 1)}};
+    const window fitted = {
+        {grid_position(w->low.re, w->high.re, left - 1), grid_position(w->low.im, w->high.im, bottom - 1)},
+        {grid_position(w->low.re, w->high.re, right + 1), grid_position(w->low.im, w->high.im, top + 1)}};
     return right < 0 ? *w : fitted;
 }
 
-static void widen(window *w, double part) {
+static void widen_window(window *w, double part) {
     const double x = part * (w->high.re - w->low.re), y = part * (w->high.im - w->low.im);
     *w = (window){{w->low.re - x, w->low.im - y}, {w->high.re + x, w->high.im + y}};
 }
@@ -79,13 +80,13 @@ static window find_region(const kt_stability *s, double *gain) {
         w = (window){{-40.0, -40.013}, {40.0, 40.013}};
     for (int i = 0; i < FITS; i++) {
         kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);
-        w = fit(&w, gain, surrounds);
+        w = fit_window(&w, gain, surrounds);
     }
     return w;
 }
 
 /* Position of the boundary between two corners with gains a and b, as a fraction of the edge. */
-static double crossing(double a, double b) {
+static double crossing_part(double a, double b) {
     const double u = log(fmax(a, 1e-300)), v = log(fmax(b, 1e-300));
     return u == v ? 0.5 : u / (u - v);
 }
@@ -101,14 +102,14 @@ static void march(lines *l, const window *w, const double *gain, int i, int j) {
         const double a = gain[(i + di[k]) * GRID + j + dj[k]], b = gain[(i + di[n]) * GRID + j + dj[n]];
         if ((a <= 1.0) == (b <= 1.0))
             continue;
-        const double part = crossing(a, b);
-        x[crossed] =
-            at(w->low.re, w->high.re, j) + (w->high.re - w->low.re) / (GRID - 1.0) * (dj[k] + part * (dj[n] - dj[k]));
-        y[crossed++] =
-            at(w->low.im, w->high.im, i) + (w->high.im - w->low.im) / (GRID - 1.0) * (di[k] + part * (di[n] - di[k]));
+        const double part = crossing_part(a, b);
+        x[crossed] = grid_position(w->low.re, w->high.re, j) +
+                     (w->high.re - w->low.re) / (GRID - 1.0) * (dj[k] + part * (dj[n] - dj[k]));
+        y[crossed++] = grid_position(w->low.im, w->high.im, i) +
+                       (w->high.im - w->low.im) / (GRID - 1.0) * (di[k] + part * (di[n] - di[k]));
     }
     for (int k = 0; k + 1 < crossed; k += 2) {
-        put(l, x[k], y[k]);
+        put_line_point(l, x[k], y[k]);
         put_point(l, x[k + 1], y[k + 1]);
     }
 }
@@ -143,8 +144,8 @@ static void make_even(window *w) {
     *w = (window){{w->low.re - more_x, w->low.im - more_y}, {w->high.re + more_x, w->high.im + more_y}};
 }
 
-static void put_modes(const kt_stability_subject *subject, const kt_stability *s, double step, const window *w,
-                      lines *in, lines *out) {
+static void put_mode_points(const kt_stability_subject *subject, const kt_stability *s, double step, const window *w,
+                            lines *in, lines *out) {
     for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
         const kt_mode mode = kt_spectrum_at(subject->spectrum, i).mode;
         const kt_complex lambda = {mode.real, mode.imaginary}, z = {step * mode.real, step * mode.imaginary};
@@ -157,12 +158,12 @@ static void put_modes(const kt_stability_subject *subject, const kt_stability *s
     }
 }
 
-static int draw(const kt_stability_subject *subject, const kt_stability *s, double step, const char *about,
-                double *gain, lines parts[3], const char *path, bool is_dark) {
+static int draw_stability(const kt_stability_subject *subject, const kt_stability *s, double step, const char *about,
+                          double *gain, lines parts[3], const char *path, bool is_dark) {
     char subtitle[256], more[64] = "", stages[32] = "", verdict[64], kind[96] = "";
     window w = find_region(s, gain);
     const int left_out = include_modes(subject, step, &w);
-    widen(&w, 0.06);
+    widen_window(&w, 0.06);
     if (!kt_method_stages_vary(subject->method))
         make_even(&w);
     kt_stability_grid(s, w.low, w.high, GRID, GRID, gain);
@@ -171,7 +172,7 @@ static int draw(const kt_stability_subject *subject, const kt_stability *s, doub
             march(&parts[0], &w, gain, i, j);
     put_point(&parts[0], w.low.re, w.low.im);
     put_point(&parts[0], w.high.re, w.high.im);
-    put_modes(subject, s, step, &w, &parts[1], &parts[2]);
+    put_mode_points(subject, s, step, &w, &parts[1], &parts[2]);
     if (left_out > 0)
         snprintf(more, sizeof more, "; %d modes are further out", left_out);
     if (kt_method_stages_vary(subject->method))
@@ -233,7 +234,7 @@ int kt_stability_draw(const kt_stability_subject *subject, const char *path, boo
              !lines_make(&parts[2], marks))
         kt_say("there is not enough memory for the picture");
     else
-        code = draw(subject, &s, step, about, gain, parts, path, is_dark);
+        code = draw_stability(subject, &s, step, about, gain, parts, path, is_dark);
     for (int i = 0; i < 3; i++)
         lines_free(&parts[i]);
     free(gain);

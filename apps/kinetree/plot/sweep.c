@@ -39,11 +39,11 @@ typedef struct picture {
     size_t used;
 } picture;
 
-static const double *column_of(const picture *p, int column) {
+static const double *sweep_column_of(const picture *p, int column) {
     return p->chart->table->cells + (size_t)column * p->rows;
 }
 
-static double *take(picture *p, size_t count) {
+static double *take_plot_numbers(picture *p, size_t count) {
     double *numbers = p->numbers + p->used;
     p->used += count;
     return numbers;
@@ -68,8 +68,8 @@ static size_t sort_values(const double *values, size_t rows, bool once, double *
  * falls from run to run. The values of a range do so, those of a sample do not. */
 static kt_plot_series trace(picture *p, int column, double value, double *pairs) {
     const kt_sweep_chart *chart = p->chart;
-    const double *x = column_of(p, chart->x), *y = column_of(p, column);
-    const double *by = chart->by >= 0 ? column_of(p, chart->by) : NULL;
+    const double *x = sweep_column_of(p, chart->x), *y = sweep_column_of(p, column);
+    const double *by = chart->by >= 0 ? sweep_column_of(p, chart->by) : NULL;
     size_t count = 0, rising = 0, falling = 0;
     for (size_t i = 0; i < p->rows; i++)
         if (by == NULL || by[i] == value) {
@@ -80,7 +80,7 @@ static kt_plot_series trace(picture *p, int column, double value, double *pairs)
         }
     const bool is_curve = count > 0 && (rising == count - 1 || falling == count - 1);
     qsort(pairs, count, 2 * sizeof *pairs, kt_compare_numbers);
-    double *to_x = take(p, count), *to_y = take(p, count);
+    double *to_x = take_plot_numbers(p, count), *to_y = take_plot_numbers(p, count);
     for (size_t i = 0; i < count; i++) {
         to_x[i] = pairs[2 * i];
         to_y[i] = !chart->is_log ? pairs[2 * i + 1] : pairs[2 * i + 1] != 0.0 ? fabs(pairs[2 * i + 1]) : (double)NAN;
@@ -97,7 +97,7 @@ static kt_plot_series trace(picture *p, int column, double value, double *pairs)
  * log. */
 static bool is_logarithmic(const picture *p, int column) {
     double *values = malloc(p->rows * sizeof *values);
-    const size_t count = values != NULL ? sort_values(column_of(p, column), p->rows, true, values) : 0;
+    const size_t count = values != NULL ? sort_values(sweep_column_of(p, column), p->rows, true, values) : 0;
     bool is_log = count > 2 && values[0] > 0.0;
     for (size_t i = 2; i < count && is_log; i++)
         is_log = fabs(log(values[i] / values[i - 1]) / log(values[1] / values[0]) - 1.0) < 0.01;
@@ -109,14 +109,14 @@ static bool is_logarithmic(const picture *p, int column) {
 static void add_curves(picture *p, int k, int column) {
     const kt_sweep_chart *chart = p->chart;
     kt_plot_panel *panel = &p->panels[k];
-    double *values = take(p, p->rows);
-    const size_t count = chart->by >= 0 ? sort_values(column_of(p, chart->by), p->rows, true, values) : 1;
+    double *values = take_plot_numbers(p, p->rows);
+    const size_t count = chart->by >= 0 ? sort_values(sweep_column_of(p, chart->by), p->rows, true, values) : 1;
     *panel = (kt_plot_panel){.title = chart->table->names[column],
                              .series = p->series[k],
                              .has_legend = chart->by >= 0,
                              .x_log = is_logarithmic(p, chart->x),
                              .y_log = chart->is_log};
-    double *pairs = take(p, 2 * p->rows); /* of one curve after the other */
+    double *pairs = take_plot_numbers(p, 2 * p->rows); /* of one curve after the other */
     if (count > KT_PLOT_SERIES_MAX) {
         p->scale =
             (kt_plot_scale){values[0], values[count - 1], is_logarithmic(p, chart->by), chart->table->names[chart->by]};
@@ -138,7 +138,7 @@ static int check_curves(const picture *p) {
     const kt_sweep_chart *chart = p->chart;
     if (chart->by < 0 || chart->is_map || chart->is_histogram)
         return -1;
-    const size_t count = sort_values(column_of(p, chart->by), p->rows, true, p->numbers);
+    const size_t count = sort_values(sweep_column_of(p, chart->by), p->rows, true, p->numbers);
     if (count <= CURVES_MAX)
         return -1;
     kt_say("plot: --by: '%s' has %zu values, and a picture has %d curves at most; --map %s,%s shows all as colours",
@@ -152,13 +152,13 @@ static int check_curves(const picture *p) {
 /* Bins of width 2 n^(-1/3) times the distance of the quartiles. Source: Freedman, Diaconis 1981 (Z.
  * Wahrscheinlichkeitstheorie 57). */
 static void add_histogram(picture *p, int k, int column) {
-    double *sorted = take(p, p->rows);
-    const size_t n = sort_values(column_of(p, column), p->rows, false, sorted);
+    double *sorted = take_plot_numbers(p, p->rows);
+    const size_t n = sort_values(sweep_column_of(p, column), p->rows, false, sorted);
     const double low = n > 0 ? sorted[0] : 0.0, range = n > 0 ? sorted[n - 1] - low : 0.0;
     const double width = n > 0 ? 2.0 * (sorted[3 * n / 4] - sorted[n / 4]) / cbrt((double)n) : 0.0;
     const double most = width > 0.0 ? ceil(range / width) : 1.0;
     const int bins = most < 1.0 ? 1 : most > BINS_MAX ? BINS_MAX : (int)most;
-    double *x = take(p, 4 * BINS_MAX), *y = take(p, 4 * BINS_MAX);
+    double *x = take_plot_numbers(p, 4 * BINS_MAX), *y = take_plot_numbers(p, 4 * BINS_MAX);
     size_t points = 0, next = 0;
     for (int bin = 0; bin < bins; bin++) {
         const double left = low + range * bin / bins, right = low + range * (bin + 1) / bins;
@@ -180,7 +180,7 @@ static void add_histogram(picture *p, int k, int column) {
 /* ---- maps -------------------------------------------------------------------------------------------------------- */
 
 /* The ends of the cell around a value among `count` sorted ones: half-way to its neighbours. */
-static void find_ends(const double *values, size_t count, double value, bool is_log, double *from, double *to) {
+static void find_cell_ends(const double *values, size_t count, double value, bool is_log, double *from, double *to) {
     size_t k = 0;
     while (k + 1 < count && values[k] < value)
         k++;
@@ -196,12 +196,12 @@ static void find_ends(const double *values, size_t count, double value, bool is_
 
 static void add_map(picture *p, int k, int column) {
     const kt_sweep_chart *chart = p->chart;
-    const double *x = column_of(p, chart->x), *y = column_of(p, chart->by), *z = column_of(p, column);
-    double *xs = take(p, p->rows), *ys = take(p, p->rows);
+    const double *x = sweep_column_of(p, chart->x), *y = sweep_column_of(p, chart->by), *z = sweep_column_of(p, column);
+    double *xs = take_plot_numbers(p, p->rows), *ys = take_plot_numbers(p, p->rows);
     const size_t nx = sort_values(x, p->rows, true, xs), ny = sort_values(y, p->rows, true, ys);
     const bool is_grid = nx * ny <= 2 * p->rows, x_log = is_logarithmic(p, chart->x),
                y_log = is_logarithmic(p, chart->by);
-    double *edges = take(p, 4 * p->rows);
+    double *edges = take_plot_numbers(p, 4 * p->rows);
     kt_plot_cells *cells = &p->cells[k];
     *cells = (kt_plot_cells){.x = edges,
                              .y = edges + 2 * p->rows,
@@ -215,9 +215,9 @@ static void add_map(picture *p, int k, int column) {
         of_x[0] = of_x[1] = x[i];
         of_y[0] = of_y[1] = y[i];
         if (is_grid && nx > 1)
-            find_ends(xs, nx, x[i], x_log, &of_x[0], &of_x[1]);
+            find_cell_ends(xs, nx, x[i], x_log, &of_x[0], &of_x[1]);
         if (is_grid && ny > 1)
-            find_ends(ys, ny, y[i], y_log, &of_y[0], &of_y[1]);
+            find_cell_ends(ys, ny, y[i], y_log, &of_y[0], &of_y[1]);
     }
     p->series[k][0] = (kt_plot_series){.x = cells->x, .y = cells->y, .count = 2 * p->rows, .is_scattered = true};
     p->panels[k] = (kt_plot_panel){.title = chart->table->names[chart->by],
@@ -233,14 +233,14 @@ static void add_map(picture *p, int k, int column) {
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 static size_t count_failed(const picture *p) {
-    const double *y = column_of(p, p->chart->columns[0]);
+    const double *y = sweep_column_of(p, p->chart->columns[0]);
     size_t failed = 0;
     for (size_t i = 0; i < p->rows; i++)
         failed += isfinite(y[i]) ? 0 : 1;
     return failed;
 }
 
-static int draw(picture *p, const char *out) {
+static int draw_sweep_plot(picture *p, const char *out) {
     const kt_sweep_chart *chart = p->chart;
     const int count = chart->column_count < PANELS_MAX ? chart->column_count : PANELS_MAX;
     char subtitle[160], more[64] = "";
@@ -276,7 +276,7 @@ int kt_sweep_plot(const kt_sweep_chart *chart, const char *out) {
     }
     if (p != NULL && p->numbers != NULL) {
         code = check_curves(p);
-        code = code < 0 ? draw(p, out) : code;
+        code = code < 0 ? draw_sweep_plot(p, out) : code;
     } else
         kt_say("there is not enough memory for the picture");
     if (p != NULL)
