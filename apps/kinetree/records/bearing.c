@@ -12,7 +12,7 @@
 
 #include "kinetree/joint.h"
 
-static kt_vec3 rows_of(const double *column, int first) {
+static kt_vec3 column_rows_of(const double *column, int first) {
     return kt_vec3_make(column[first], column[first + 1], column[first + 2]);
 }
 
@@ -27,8 +27,8 @@ kt_wrench kt_bearing_of(const kt_model *model, const kt_data *data, int body, kt
         return rest;
     kt_point_jacobian(model, data, body, kt_vec3_make(0.0, 0.0, 0.0), jacobian);
     for (int k = at.v; k < at.v + at.nv; k++) {
-        const kt_vec3 l = rows_of(jacobian + 6 * (ptrdiff_t)k, 3);
-        kt_vec3 w = rows_of(jacobian + 6 * (ptrdiff_t)k, 0);
+        const kt_vec3 l = column_rows_of(jacobian + 6 * (ptrdiff_t)k, 3);
+        kt_vec3 w = column_rows_of(jacobian + 6 * (ptrdiff_t)k, 0);
         const bool turns = kt_vec3_norm(w) > 0.0;
         for (int i = 0; i < count; i++)
             w = without(w, kt_vec3_dot(w, axes[i]), axes[i]);

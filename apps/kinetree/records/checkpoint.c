@@ -164,7 +164,7 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static bool put(int file, const void *bytes, size_t size, uint64_t *sum) {
+static bool put_bytes_to(int file, const void *bytes, size_t size, uint64_t *sum) {
     const char *from = bytes;
     *sum = kt_sum_add(*sum, bytes, size);
     while (size > 0) {
@@ -189,10 +189,10 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
     head.scene = checkpoint->scene;
     head.run = checkpoint->run;
     head.size = checkpoint->size + checkpoint->mode_size;
-    return put(file, &head, sizeof head, &sum) && put(file, so_far, sizeof *so_far, &sum) &&
-           put(file, checkpoint->block, head.size, &sum) &&
-           put(file, extremes->column, extremes->count * sizeof *extremes->column, &sum) &&
-           put(file, words, so_far->words, &sum) && put(file, &sum, sizeof sum, &unused);
+    return put_bytes_to(file, &head, sizeof head, &sum) && put_bytes_to(file, so_far, sizeof *so_far, &sum) &&
+           put_bytes_to(file, checkpoint->block, head.size, &sum) &&
+           put_bytes_to(file, extremes->column, extremes->count * sizeof *extremes->column, &sum) &&
+           put_bytes_to(file, words, so_far->words, &sum) && put_bytes_to(file, &sum, sizeof sum, &unused);
 }
 
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name; for the first checkpoint it
@@ -235,8 +235,8 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
     return true;
 }
 
-static bool write_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
-                       const char *words) {
+static bool write_checkpoint_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
+                                  const kt_extremes *extremes, const char *words) {
     const bool fine = write_and_rename(checkpoint, so_far, extremes, words);
     if (!fine)
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
@@ -275,7 +275,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
         kt_simulation_save(outcome->simulation, checkpoint->block);
         if (checkpoint->modes != NULL)
             kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
-        fine = write_file(checkpoint, &so_far, &outcome->extremes, words);
+        fine = write_checkpoint_file(checkpoint, &so_far, &outcome->extremes, words);
     }
     free(words);
     checkpoint->last = kt_clock();
@@ -284,7 +284,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
-static bool take(FILE *file, void *bytes, size_t size, uint64_t *sum) {
+static bool take_bytes(FILE *file, void *bytes, size_t size, uint64_t *sum) {
     if (fread(bytes, 1, size, file) != size)
         return false;
     *sum = kt_sum_add(*sum, bytes, size);
@@ -299,7 +299,7 @@ typedef struct kt_checkpoint_content {
     char wrong[480];      /* empty: nothing is */
 } kt_checkpoint_content;
 
-static void reject(kt_checkpoint_content *content, const char *what) {
+static void reject_checkpoint(kt_checkpoint_content *content, const char *what) {
     snprintf(content->wrong, sizeof content->wrong, "%s", what);
 }
 
@@ -316,59 +316,62 @@ bool kt_checkpoint_is_one(const char *path) {
     return count == 0 || (count == sizeof begin && memcmp(begin, kind, sizeof begin) == 0);
 }
 
-static bool check_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
-                       kt_checkpoint_content *content) {
+static bool check_file_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
+                            kt_checkpoint_content *content) {
     if (memcmp(head->kind, checkpoint_kind, sizeof head->kind) != 0)
-        reject(content, "it is not a checkpoint of this version of kinetree");
+        reject_checkpoint(content, "it is not a checkpoint of this version of kinetree");
     else if (head->scene != checkpoint->scene)
-        reject(content, "it belongs to another scene; give the one whose run wrote it");
+        reject_checkpoint(content, "it belongs to another scene; give the one whose run wrote it");
     else if (strncmp(head->words, checkpoint->words, sizeof head->words) != 0)
         snprintf(content->wrong, sizeof content->wrong,
                  "it belongs to a run with other options: that was by %.159s; this one is by %.159s", head->words,
                  checkpoint->words);
     else if (head->run != checkpoint->run || head->size != checkpoint->size + checkpoint->mode_size)
-        reject(content,
-               "it belongs to a run that recorded something else; give the --record and --markers of that run");
+        reject_checkpoint(
+            content, "it belongs to a run that recorded something else; give the --record and --markers of that run");
     return content->wrong[0] == '\0';
 }
 
 /* Reads a checkpoint of a run with this number of columns into *content and the block. */
-static void read_parts(FILE *file, const kt_checkpoint *checkpoint, size_t columns, kt_checkpoint_content *content) {
+static void read_checkpoint_parts(FILE *file, const kt_checkpoint *checkpoint, size_t columns,
+                                  kt_checkpoint_content *content) {
     kt_checkpoint_head head;
     kt_progress_so_far *so_far = &content->so_far;
     uint64_t sum = KT_SUM_START, given = 0, unused = 0;
-    if (!take(file, &head, sizeof head, &sum)) {
-        reject(content, ftell(file) == 0 ? "it is empty: the run has ended before its first checkpoint"
-                                         : "it is too short to be a checkpoint");
+    if (!take_bytes(file, &head, sizeof head, &sum)) {
+        reject_checkpoint(content, ftell(file) == 0 ? "it is empty: the run has ended before its first checkpoint"
+                                                    : "it is too short to be a checkpoint");
         return;
     }
-    if (!check_head(checkpoint, &head, content))
+    if (!check_file_head(checkpoint, &head, content))
         return;
-    bool fine = take(file, so_far, sizeof *so_far, &sum) && take(file, checkpoint->block, head.size, &sum) &&
-                so_far->extremes == columns && so_far->words < WORDS_MOST &&
+    bool fine = take_bytes(file, so_far, sizeof *so_far, &sum) &&
+                take_bytes(file, checkpoint->block, head.size, &sum) && so_far->extremes == columns &&
+                so_far->words < WORDS_MOST &&
                 (content->extremes = calloc(columns + 1, sizeof *content->extremes)) != NULL &&
-                take(file, content->extremes, columns * sizeof *content->extremes, &sum) &&
+                take_bytes(file, content->extremes, columns * sizeof *content->extremes, &sum) &&
                 (content->words = calloc(1, so_far->words + 1)) != NULL;
-    fine = fine && take(file, content->words, so_far->words, &sum) && take(file, &given, sizeof given, &unused) &&
-           fgetc(file) == EOF;
+    fine = fine && take_bytes(file, content->words, so_far->words, &sum) &&
+           take_bytes(file, &given, sizeof given, &unused) && fgetc(file) == EOF;
     if (!fine)
-        reject(content, "it is not as long as it was written: was it copied in full?");
+        reject_checkpoint(content, "it is not as long as it was written: was it copied in full?");
     else if (given != sum)
-        reject(content, "its sum is wrong: it has been damaged");
+        reject_checkpoint(content, "its sum is wrong: it has been damaged");
 }
 
 /* Restores the run from the content; sets content->wrong if the simulation rejects the content. */
-static void apply(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
+static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
     const kt_progress_so_far *so_far = &content->so_far;
     kt_error error = {0};
     json_t *reported = json_loads(content->words, 0, NULL);
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
-        reject(content, "there is not enough memory for its warnings and marks");
+        reject_checkpoint(content, "there is not enough memory for its warnings and marks");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK ||
                kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
-        reject(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
-                        : outcome->is_native ? "the run that wrote it had no --native; leave it out here, too"
-                                             : "the run that wrote it had --native; give it here, too");
+        reject_checkpoint(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
+                                   : outcome->is_native
+                                       ? "the run that wrote it had no --native; leave it out here, too"
+                                       : "the run that wrote it had --native; give it here, too");
     } else {
         kt_warnings_replace(&outcome->warnings, json_object_get(reported, "warnings"));
         if (checkpoint->modes != NULL)
@@ -398,10 +401,10 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
         kt_say("checkpoint %s cannot be read: %s", path, is_other ? "it is not a file" : strerror(errno));
         return KT_EXIT_USAGE;
     }
-    read_parts(file, checkpoint, outcome->extremes.count, &content);
+    read_checkpoint_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);
     if (content.wrong[0] == '\0')
-        apply(checkpoint, &content, outcome);
+        apply_checkpoint(checkpoint, &content, outcome);
     free(content.words);
     free(content.extremes);
     if (content.wrong[0] == '\0')

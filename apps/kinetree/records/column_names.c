@@ -25,7 +25,8 @@ static int name_quantity(const kt_columns *columns, const kt_column *c, char *te
                            : snprintf(text, size, "effect[%d].%s", c->index, quantity);
 }
 
-static int name_coordinate(const kt_columns *columns, const kt_column *c, const char *kind, char *text, size_t size) {
+static int name_coordinate_column(const kt_columns *columns, const kt_column *c, const char *kind, char *text,
+                                  size_t size) {
     const kt_coordinates at = kt_body_coordinates(columns->model, c->index);
     return name_numbered(text, size, kind, kt_joint_name(columns->model, c->index), "", c->component,
                          c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
@@ -49,7 +50,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
     case KT_COLUMN_GRAVITY:
-        return name_coordinate(columns, c, kinds[c->source - KT_COLUMN_POSITION], text, size);
+        return name_coordinate_column(columns, c, kinds[c->source - KT_COLUMN_POSITION], text, size);
     case KT_COLUMN_MARKER:
     case KT_COLUMN_MARKER_VELOCITY:
     case KT_COLUMN_MARKER_ACCELERATION:

@@ -14,7 +14,7 @@
 
 static double coordinate(const double *x, int index) { return x != NULL ? x[index] : (double)NAN; }
 
-static double component_of(const kt_wrench *wrenches, int index, int k) {
+static double wrench_component_of(const kt_wrench *wrenches, int index, int k) {
     if (wrenches == NULL)
         return (double)NAN;
     const kt_wrench *w = &wrenches[index];
@@ -59,13 +59,13 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
-/* Returns whether group_of computes anything for a source. */
+/* Returns whether source_group_of computes anything for a source. */
 static bool is_grouped(kt_column_source source) {
     return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE ||
            source == KT_COLUMN_SINGULAR_VALUE || source == KT_COLUMN_BEARING;
 }
 
-static kt_column_group group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+static kt_column_group source_group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
     const kt_model *model = record->model;
     const bool is_marker = c->source >= KT_COLUMN_MARKER && c->source <= KT_COLUMN_MARKER_ACCELERATION;
     const kt_vec3 at = is_marker ? kt_marker_at(model, c->index, c->marker) : kt_vec3_make(0.0, 0.0, 0.0);
@@ -100,7 +100,7 @@ static kt_column_group group_of(const kt_columns *columns, const kt_column *c, c
 
 /* Returns the multiplier of a column; 0 while the loop is off. The index of an equation depends on the loops that are
  * on. */
-static double multiplier_of(const kt_column *c, const kt_record *record) {
+static double column_multiplier_of(const kt_column *c, const kt_record *record) {
     const kt_loop_rows rows = kt_loop_rows_of(record->model, c->index);
     return c->component < rows.count ? coordinate(record->multipliers, rows.first + c->component) : 0.0;
 }
@@ -110,8 +110,8 @@ typedef struct kt_column_arrays {
     const double *quantities, *gravity;
 } kt_column_arrays;
 
-static double value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
-                       const kt_column_arrays *arrays) {
+static double column_value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
+                              const kt_column_arrays *arrays) {
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -145,11 +145,11 @@ static double value_of(const kt_column *c, const kt_record *record, const kt_col
     case KT_COLUMN_RESIDUAL:
         return c->component == 0 ? record->constraint.position : record->constraint.velocity;
     case KT_COLUMN_REACTION:
-        return component_of(record->reactions, c->index, c->component);
+        return wrench_component_of(record->reactions, c->index, c->component);
     case KT_COLUMN_LOOP_REACTION:
-        return component_of(record->loop_reactions, c->index, c->component);
+        return wrench_component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
-        return multiplier_of(c, record);
+        return column_multiplier_of(c, record);
     case KT_COLUMN_OWN:
         return (double)NAN; /* computed together */
     case KT_COLUMN_STATE:
@@ -179,7 +179,7 @@ void kt_columns_fill(kt_columns *columns, const kt_record *record) {
         if (columns->is_used != NULL && !columns->is_used[i])
             continue;
         if (c->component == 0 && is_grouped(c->source))
-            group = group_of(columns, c, record);
-        columns->values[i] = value_of(c, record, &group, &arrays);
+            group = source_group_of(columns, c, record);
+        columns->values[i] = column_value_of(c, record, &group, &arrays);
     }
 }

@@ -22,7 +22,7 @@ static int own_count(const kt_own_columns *own);
 
 /* Adds `count` columns of one source, with the components from 0 on. at: index of the first column's value. Returns
  * false if memory is insufficient. */
-static bool add(kt_columns *columns, kt_column_source source, int index, int count, int at) {
+static bool add_source_columns(kt_columns *columns, kt_column_source source, int index, int count, int at) {
     if (columns->room - columns->count < (size_t)count) {
         const size_t room = 2 * columns->room + (size_t)count + 32;
         kt_column *more = realloc(columns->columns, room * sizeof *more);
@@ -41,8 +41,8 @@ static bool add_coordinates(kt_columns *columns, kt_column_source source) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++) {
         const kt_coordinates at = kt_body_coordinates(columns->model, body);
-        fine = source == KT_COLUMN_POSITION ? add(columns, source, body, at.nq, at.q)
-                                            : add(columns, source, body, at.nv, at.v);
+        fine = source == KT_COLUMN_POSITION ? add_source_columns(columns, source, body, at.nq, at.q)
+                                            : add_source_columns(columns, source, body, at.nv, at.v);
     }
     return fine;
 }
@@ -61,15 +61,15 @@ static bool is_relation(const kt_model *model, int loop) {
 
 static bool add_multipliers(kt_columns *columns, int loop) {
     const kt_loop_rows rows = kt_loop_rows_of(columns->model, loop);
-    return add(columns, KT_COLUMN_MULTIPLIER, loop, rows.count, rows.first);
+    return add_source_columns(columns, KT_COLUMN_MULTIPLIER, loop, rows.count, rows.first);
 }
 
 static bool add_reactions(kt_columns *columns) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add(columns, KT_COLUMN_REACTION, body, 6, 0);
+        fine = add_source_columns(columns, KT_COLUMN_REACTION, body, 6, 0);
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++) {
-        fine = !has_wrench(columns->model, loop) || add(columns, KT_COLUMN_LOOP_REACTION, loop, 6, 0);
+        fine = !has_wrench(columns->model, loop) || add_source_columns(columns, KT_COLUMN_LOOP_REACTION, loop, 6, 0);
         fine = fine && (!is_relation(columns->model, loop) || add_multipliers(columns, loop));
     }
     return fine;
@@ -79,7 +79,7 @@ static bool add_reactions(kt_columns *columns) {
 static bool add_bearings(kt_columns *columns) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add(columns, KT_COLUMN_BEARING, body, 6, 0);
+        fine = add_source_columns(columns, KT_COLUMN_BEARING, body, 6, 0);
     columns->jacobian = fine ? malloc((6 * (size_t)kt_model_nv(columns->model) + 1) * sizeof *columns->jacobian) : NULL;
     return columns->jacobian != NULL;
 }
@@ -94,7 +94,7 @@ static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
 
 static bool add_marker(kt_columns *columns, const kt_marker_pair *pair, kt_column_source source) {
     const int body = pair->body != NULL ? kt_body_find(columns->model, pair->body) : 0;
-    if (!add(columns, source, body, 3, 0))
+    if (!add_source_columns(columns, source, body, 3, 0))
         return false;
     for (size_t i = columns->count - 3; i < columns->count; i++)
         columns->columns[i].marker = kt_marker_find(columns->model, body, pair->marker);
@@ -117,7 +117,7 @@ static bool add_markers(kt_columns *columns, const kt_run *run, unsigned record)
 static bool add_orientations(kt_columns *columns) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add(columns, KT_COLUMN_ORIENTATION, body, 4, 0);
+        fine = add_source_columns(columns, KT_COLUMN_ORIENTATION, body, 4, 0);
     return fine;
 }
 
@@ -125,7 +125,7 @@ static bool add_orientations(kt_columns *columns) {
 static bool add_rotations(kt_columns *columns, kt_column_source source) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add(columns, source, body, 6, 0);
+        fine = add_source_columns(columns, source, body, 6, 0);
     return fine;
 }
 
@@ -134,17 +134,18 @@ static bool add_closures(kt_columns *columns) {
     bool fine = true;
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
         if (!is_relation(columns->model, loop))
-            fine = add(columns, KT_COLUMN_CLOSURE, loop, kt_column_has_arc(columns->model, loop) ? 7 : 6, 0);
+            fine = add_source_columns(columns, KT_COLUMN_CLOSURE, loop, kt_column_has_arc(columns->model, loop) ? 7 : 6,
+                                      0);
     return fine;
 }
 
 /* Adds the columns of effects, and allocates the memory for their quantities. */
-static bool add_effects(kt_columns *columns) {
+static bool add_effect_columns(kt_columns *columns) {
     bool fine = true;
     int at = 0;
     for (int effect = 0; effect < kt_effect_count(columns->model) && fine; effect++) {
         const int count = kt_effect_quantity_count(columns->model, effect);
-        fine = add(columns, KT_COLUMN_EFFECT, effect, count, at);
+        fine = add_source_columns(columns, KT_COLUMN_EFFECT, effect, count, at);
         at += count;
     }
     columns->quantities = fine ? malloc(((size_t)at + 1) * sizeof *columns->quantities) : NULL;
@@ -154,7 +155,7 @@ static bool add_effects(kt_columns *columns) {
 static bool add_states(kt_columns *columns) {
     bool fine = true;
     for (int state = 0; state < kt_own_state_count(columns->model) && fine; state++)
-        fine = add(columns, KT_COLUMN_STATE, state, 1, state);
+        fine = add_source_columns(columns, KT_COLUMN_STATE, state, 1, state);
     return fine;
 }
 
@@ -171,12 +172,12 @@ static uint64_t full_set(const kt_model *model) {
 }
 
 /* Lists all columns, but allocates no memory for singular values. */
-static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
-                         unsigned record) {
+static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
+                             unsigned record) {
     /* All switched loops and effects are on, so that each has its columns. Their values are 0 while they are off. */
     const kt_model *all = kt_model_switched(model, full_set(model));
     *columns = (kt_columns){.model = all, .description = &scene->description, .record = record};
-    bool fine = add(columns, KT_COLUMN_TIME, 0, 1, 0);
+    bool fine = add_source_columns(columns, KT_COLUMN_TIME, 0, 1, 0);
     if (fine && (record & KT_RECORD_POSITION) != 0)
         fine = add_coordinates(columns, KT_COLUMN_POSITION);
     if (fine && (record & KT_RECORD_VELOCITY) != 0)
@@ -195,15 +196,15 @@ static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_mo
     if (fine && (record & KT_RECORD_ANGULAR_ACCELERATION) != 0)
         fine = add_rotations(columns, KT_COLUMN_ANGULAR_ACCELERATION);
     if (fine && (record & KT_RECORD_MOMENTUM) != 0)
-        fine = add(columns, KT_COLUMN_MOMENTUM, 0, 6, 0);
+        fine = add_source_columns(columns, KT_COLUMN_MOMENTUM, 0, 6, 0);
     if (fine && (record & KT_RECORD_ENERGY) != 0)
-        fine = add(columns, KT_COLUMN_ENERGY, 0, 3, 0);
+        fine = add_source_columns(columns, KT_COLUMN_ENERGY, 0, 3, 0);
     if (fine && (record & KT_RECORD_BALANCE) != 0)
-        fine = add(columns, KT_COLUMN_WORK, 0, 3, 0);
+        fine = add_source_columns(columns, KT_COLUMN_WORK, 0, 3, 0);
     if (fine && (record & KT_RECORD_CONSTRAINT) != 0)
-        fine = add(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
+        fine = add_source_columns(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
     if (fine && (record & KT_RECORD_SINGULAR_VALUE) != 0)
-        fine = add(columns, KT_COLUMN_SINGULAR_VALUE, 0, 1, 0);
+        fine = add_source_columns(columns, KT_COLUMN_SINGULAR_VALUE, 0, 1, 0);
     if (fine && (record & KT_RECORD_REACTION) != 0)
         fine = add_reactions(columns);
     if (fine && (record & KT_RECORD_BEARING) != 0)
@@ -213,13 +214,13 @@ static bool list_columns(kt_columns *columns, const kt_scene *scene, const kt_mo
     if (fine && (record & KT_RECORD_CLOSURE) != 0)
         fine = add_closures(columns);
     if (fine && (record & KT_RECORD_EFFECT) != 0)
-        fine = add_effects(columns);
+        fine = add_effect_columns(columns);
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
     return columns->values != NULL;
 }
 
 /* Allocates the memory for the recorded quantities that have memory of their own. */
-static bool take_memory(kt_columns *columns, unsigned record) {
+static bool take_column_memory(kt_columns *columns, unsigned record) {
     const bool is_singular = (record & KT_RECORD_SINGULAR_VALUE) != 0, is_gravity = (record & KT_RECORD_GRAVITY) != 0;
     if (is_singular && columns->singular == NULL)
         columns->singular = kt_singular_create(columns->model);
@@ -230,7 +231,7 @@ static bool take_memory(kt_columns *columns, unsigned record) {
 
 bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
                      unsigned record) {
-    return list_columns(columns, scene, model, run, record) && take_memory(columns, record);
+    return list_all_columns(columns, scene, model, run, record) && take_column_memory(columns, record);
 }
 
 void kt_columns_free(kt_columns *columns) {
@@ -261,7 +262,7 @@ struct kt_own_columns {
     const kt_expression **formula;
 };
 
-static kt_status no_memory(kt_error *error) {
+static kt_status no_column_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
@@ -285,14 +286,14 @@ static bool list_all(kt_columns *all, const kt_scene *scene, const kt_model *mod
     kt_run run = kt_run_default();
     kt_marker_pair *markers = list_all_markers(model, &run.marker_count);
     run.markers = markers;
-    const bool fine = markers != NULL && list_columns(all, scene, model, &run, every);
+    const bool fine = markers != NULL && list_all_columns(all, scene, model, &run, every);
     free(markers);
     return fine;
 }
 
 /* ---- own columns: names ------------------------------------------------------------------------------------------ */
 
-static bool find_name(void *user, const char *name, kt_symbol *symbol) {
+static bool find_record_symbol(void *user, const char *name, kt_symbol *symbol) {
     const kt_columns *all = user;
     const int state = kt_own_state_find(all->model, name);
     char text[NAME_SIZE];
@@ -308,7 +309,7 @@ static bool find_name(void *user, const char *name, kt_symbol *symbol) {
     return false;
 }
 
-static const char *list_name(void *user, int k) {
+static const char *list_record_symbol(void *user, int k) {
     static char text[NAME_SIZE]; /* of a command, which has one thread; read before the next call */
     const kt_columns *all = user;
     if ((size_t)k >= all->count)
@@ -385,14 +386,14 @@ static unsigned use_symbols(kt_own_columns *own, const kt_expression *formula) {
     return record;
 }
 
-static kt_status read_formula(kt_own_columns *own, int k, unsigned *record, kt_error *error) {
+static kt_status read_own_formula(kt_own_columns *own, int k, unsigned *record, kt_error *error) {
     const kt_scene_column *column = &own->scene->columns[k];
-    const kt_symbols symbols = {.find = find_name, .list = list_name, .user = &own->all};
+    const kt_symbols symbols = {.find = find_record_symbol, .list = list_record_symbol, .user = &own->all};
     const size_t size = kt_expression_size(column->formula);
     kt_error from = {0};
     own->memory[k] = malloc(size);
     if (own->memory[k] == NULL)
-        return no_memory(error);
+        return no_column_memory(error);
     const kt_status status =
         kt_expression_parse(column->formula, &symbols, own->memory[k], size, &own->formula[k], NULL, &from);
     if (status != KT_OK) {
@@ -401,7 +402,7 @@ static kt_status read_formula(kt_own_columns *own, int k, unsigned *record, kt_e
         return kt_error_set(error, KT_ERROR_SCENE, where, "%s", from.message);
     }
     *record |= use_symbols(own, own->formula[k]);
-    return take_memory(&own->all, *record) ? KT_OK : no_memory(error);
+    return take_column_memory(&own->all, *record) ? KT_OK : no_column_memory(error);
 }
 
 /* ---- own columns: the list --------------------------------------------------------------------------------------- */
@@ -424,15 +425,15 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     *own = NULL;
     *record = 0;
     if (made == NULL)
-        return no_memory(error);
+        return no_column_memory(error);
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
     const bool fine = made->memory != NULL && made->formula != NULL && list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
-    kt_status status = made->is_used != NULL ? KT_OK : no_memory(error);
+    kt_status status = made->is_used != NULL ? KT_OK : no_column_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)
-        status = read_formula(made, k, record, error);
+        status = read_own_formula(made, k, record, error);
     if (status == KT_OK)
         *own = made;
     else
@@ -459,7 +460,7 @@ kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigne
         return status;
     bool fine = true;
     for (int k = 0; k < scene->column_count && fine; k++)
-        fine = add(columns, KT_COLUMN_OWN, k, 1, k);
+        fine = add_source_columns(columns, KT_COLUMN_OWN, k, 1, k);
     double *values = fine ? realloc(columns->values, columns->count * sizeof *values) : NULL;
     if (values == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");

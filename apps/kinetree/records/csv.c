@@ -35,7 +35,7 @@ static void add_header(kt_csv *csv) {
     }
 }
 
-static void add_line(kt_csv *csv, const double *values) {
+static void add_csv_line(kt_csv *csv, const double *values) {
     for (size_t i = 0; i < csv->columns->count; i++) {
         char *cell = start_cell(&csv->lines, KT_DIGITS_SIZE);
         if (cell != NULL)
@@ -187,6 +187,6 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, cons
 int kt_csv_write(kt_csv *csv, const double *values) {
     if (csv->output.name == NULL)
         return 0;
-    add_line(csv, values);
+    add_csv_line(csv, values);
     return kt_lines_end(&csv->lines);
 }

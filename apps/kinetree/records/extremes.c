@@ -19,7 +19,7 @@ void kt_extremes_free(kt_extremes *extremes) {
     *extremes = (kt_extremes){.column = NULL};
 }
 
-static void add(kt_extreme *e, double time, double value) {
+static void add_extreme(kt_extreme *e, double time, double value) {
     if (!isfinite(value)) {
         e->gap_time = e->gaps > 0.0 ? e->gap_time : time;
         e->gaps++;
@@ -44,7 +44,7 @@ static void add(kt_extreme *e, double time, double value) {
 
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values) {
     for (size_t i = 0; i < extremes->count; i++)
-        add(&extremes->column[i], time, values[i]);
+        add_extreme(&extremes->column[i], time, values[i]);
 }
 
 static double root_mean_square(const kt_extreme *e) {

@@ -26,7 +26,7 @@ static hid_t taken(writer *w, hid_t id) {
     return id;
 }
 
-static void check(writer *w, herr_t result) { w->failed = w->failed || result < 0; }
+static void check_hdf5(writer *w, herr_t result) { w->failed = w->failed || result < 0; }
 
 /* Returns the bytes of the longest text, with its terminating zero. */
 static size_t longest(const char *const *texts, size_t count) {
@@ -38,8 +38,8 @@ static size_t longest(const char *const *texts, size_t count) {
 
 static hid_t type_of_text(writer *w, size_t size) {
     const hid_t type = taken(w, H5Tcopy(H5T_C_S1));
-    check(w, H5Tset_size(type, size));
-    check(w, H5Tset_cset(type, H5T_CSET_UTF8));
+    check_hdf5(w, H5Tset_size(type, size));
+    check_hdf5(w, H5Tset_cset(type, H5T_CSET_UTF8));
     return type;
 }
 
@@ -52,10 +52,10 @@ static void write_texts(writer *w, const char *name, const char *const *texts, s
         memcpy(cells + i * size, texts[i], strlen(texts[i]) + 1);
     const hid_t type = type_of_text(w, size), space = taken(w, H5Screate_simple(1, &extent, NULL));
     const hid_t properties = taken(w, H5Pcreate(H5P_DATASET_CREATE));
-    check(w, H5Pset_obj_track_times(properties, false));
+    check_hdf5(w, H5Pset_obj_track_times(properties, false));
     const hid_t set = taken(w, H5Dcreate2(w->file, name, type, space, H5P_DEFAULT, properties, H5P_DEFAULT));
     if (count > 0)
-        check(w, H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, cells));
+        check_hdf5(w, H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, cells));
     w->failed = w->failed || cells == NULL;
     (void)H5Dclose(set);
     (void)H5Pclose(properties);
@@ -64,21 +64,21 @@ static void write_texts(writer *w, const char *name, const char *const *texts, s
     free(cells);
 }
 
-static void write_attribute(writer *w, hid_t object, const char *name, hid_t type, const void *value) {
+static void write_hdf5_attribute(writer *w, hid_t object, const char *name, hid_t type, const void *value) {
     const hid_t space = taken(w, H5Screate(H5S_SCALAR));
     const hid_t attribute = taken(w, H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
-    check(w, H5Awrite(attribute, type, value));
+    check_hdf5(w, H5Awrite(attribute, type, value));
     (void)H5Aclose(attribute);
     (void)H5Sclose(space);
 }
 
 static void write_text_attribute(writer *w, hid_t object, const char *name, const char *text) {
     const hid_t type = type_of_text(w, strlen(text) + 1);
-    write_attribute(w, object, name, type, text);
+    write_hdf5_attribute(w, object, name, type, text);
     (void)H5Tclose(type);
 }
 
-static const char *status_name(int64_t status) {
+static const char *run_status_name(int64_t status) {
     return status == KT_EXIT_DONE          ? "done"
            : status == KT_EXIT_ASSEMBLY    ? "assembly"
            : status == KT_EXIT_INTEGRATION ? "integration"
@@ -93,22 +93,22 @@ static void describe_run(writer *w, hid_t set, const kt_kept_run *head, const kt
     }
     words->values(words->user, head->run, values);
     for (size_t i = 0; i < words->name_count; i++)
-        write_attribute(w, set, words->names[i], H5T_NATIVE_DOUBLE, &values[i]);
-    write_text_attribute(w, set, "status", status_name(head->status));
+        write_hdf5_attribute(w, set, words->names[i], H5T_NATIVE_DOUBLE, &values[i]);
+    write_text_attribute(w, set, "status", run_status_name(head->status));
     free(values);
 }
 
 /* Returns the layout of a dataset: compressed chunks of whole rows, or no chunks if the dataset has no rows. */
-static hid_t layout(writer *w, const hsize_t extent[2]) {
+static hid_t dataset_layout(writer *w, const hsize_t extent[2]) {
     const hid_t properties = taken(w, H5Pcreate(H5P_DATASET_CREATE));
-    check(w, H5Pset_obj_track_times(properties, false));
+    check_hdf5(w, H5Pset_obj_track_times(properties, false));
     if (extent[0] == 0 || extent[1] == 0)
         return properties;
     hsize_t chunk[2] = {CHUNK / extent[1] > 0 ? CHUNK / extent[1] : 1, extent[1]};
     chunk[0] = chunk[0] < extent[0] ? chunk[0] : extent[0];
-    check(w, H5Pset_chunk(properties, 2, chunk));
-    check(w, H5Pset_shuffle(properties));
-    check(w, H5Pset_deflate(properties, LEVEL));
+    check_hdf5(w, H5Pset_chunk(properties, 2, chunk));
+    check_hdf5(w, H5Pset_shuffle(properties));
+    check_hdf5(w, H5Pset_deflate(properties, LEVEL));
     return properties;
 }
 
@@ -125,8 +125,8 @@ static void copy_rows(writer *w, hid_t set, hid_t space, FILE *file, const hsize
             break;
         }
         const hid_t part = taken(w, H5Screate_simple(2, count, NULL));
-        check(w, H5Sselect_hyperslab(space, H5S_SELECT_SET, begin, NULL, count, NULL));
-        check(w, H5Dwrite(set, H5T_NATIVE_DOUBLE, part, space, H5P_DEFAULT, rows));
+        check_hdf5(w, H5Sselect_hyperslab(space, H5S_SELECT_SET, begin, NULL, count, NULL));
+        check_hdf5(w, H5Dwrite(set, H5T_NATIVE_DOUBLE, part, space, H5P_DEFAULT, rows));
         (void)H5Sclose(part);
     }
     free(rows);
@@ -136,7 +136,7 @@ static void write_run(writer *w, FILE *file, const kt_kept_run *head, const kt_k
     const hsize_t extent[2] = {(hsize_t)head->rows, (hsize_t)head->columns};
     char name[32];
     (void)snprintf(name, sizeof name, "%lld", (long long)head->run);
-    const hid_t space = taken(w, H5Screate_simple(2, extent, NULL)), properties = layout(w, extent);
+    const hid_t space = taken(w, H5Screate_simple(2, extent, NULL)), properties = dataset_layout(w, extent);
     const hid_t set =
         taken(w, H5Dcreate2(words->only != NULL ? w->file : w->group, words->only != NULL ? words->only : name,
                             H5T_IEEE_F64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT));
@@ -149,7 +149,7 @@ static void write_run(writer *w, FILE *file, const kt_kept_run *head, const kt_k
     (void)H5Sclose(space);
 }
 
-static void write_all(writer *w, FILE *file, const kt_keep_words *words) {
+static void write_all_runs(writer *w, FILE *file, const kt_keep_words *words) {
     kt_kept_run head;
     write_texts(w, "columns", words->columns, words->column_count);
     write_texts(w, "units", words->units, words->column_count);
@@ -168,16 +168,16 @@ int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
     writer w = {.group = -1};
     (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* errors are reported below */
     const hid_t access = taken(&w, H5Pcreate(H5P_FILE_ACCESS));
-    check(&w, H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18)); /* its groups have no times */
+    check_hdf5(&w, H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18)); /* its groups have no times */
     w.creation = taken(&w, H5Pcreate(H5P_GROUP_CREATE));
-    check(&w, H5Pset_obj_track_times(w.creation, false));
+    check_hdf5(&w, H5Pset_obj_track_times(w.creation, false));
     const hid_t creation = taken(&w, H5Pcreate(H5P_FILE_CREATE));
-    check(&w, H5Pset_istore_k(creation, 2)); /* nodes of the trees of chunks: most runs have few chunks */
+    check_hdf5(&w, H5Pset_istore_k(creation, 2)); /* nodes of the trees of chunks: most runs have few chunks */
     w.file = taken(&w, H5Fcreate(path, H5F_ACC_TRUNC, creation, access));
     if (!w.failed)
-        write_all(&w, file, words);
+        write_all_runs(&w, file, words);
     if (w.file >= 0)
-        check(&w, H5Fclose(w.file));
+        check_hdf5(&w, H5Fclose(w.file));
     (void)H5Pclose(creation);
     (void)H5Pclose(w.creation);
     (void)H5Pclose(access);
@@ -199,11 +199,11 @@ static char *read_texts(writer *w, const char *name, size_t *count, size_t *size
     w->failed = w->failed || !is_right;
     char *texts = is_right ? calloc((size_t)extent + 1, *size) : NULL;
     const hid_t own = taken(w, H5Tcopy(H5T_C_S1));
-    check(w, H5Tset_size(own, *size));
-    check(w, H5Tset_cset(own, H5T_CSET_UTF8));
+    check_hdf5(w, H5Tset_size(own, *size));
+    check_hdf5(w, H5Tset_cset(own, H5T_CSET_UTF8));
     w->failed = w->failed || texts == NULL;
     if (!w->failed)
-        check(w, H5Dread(set, own, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts));
+        check_hdf5(w, H5Dread(set, own, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts));
     *count = (size_t)extent;
     (void)H5Tclose(own);
     (void)H5Sclose(space);
@@ -213,7 +213,7 @@ static char *read_texts(writer *w, const char *name, size_t *count, size_t *size
 }
 
 /* Reads the names of the columns into a table without rows. */
-static void read_names(writer *w, kt_table *table) {
+static void read_column_names(writer *w, kt_table *table) {
     size_t count = 0, size = 0;
     table->text = read_texts(w, "columns", &count, &size);
     table->names = calloc(count + 1, sizeof *table->names);
@@ -224,7 +224,7 @@ static void read_names(writer *w, kt_table *table) {
 }
 
 /* Reads the rows of a dataset into the columns of a table. */
-static void read_rows(writer *w, hid_t place, const char *name, kt_table *table) {
+static void read_dataset_rows(writer *w, hid_t place, const char *name, kt_table *table) {
     hsize_t extent[2] = {0, 0};
     const hid_t set = taken(w, H5Dopen2(place, name, H5P_DEFAULT)), space = taken(w, H5Dget_space(set));
     w->failed = w->failed || H5Sget_simple_extent_dims(space, extent, NULL) != 2 || (int)extent[1] != table->columns;
@@ -233,7 +233,7 @@ static void read_rows(writer *w, hid_t place, const char *name, kt_table *table)
     table->cells = w->failed ? NULL : malloc((rows * columns + 1) * sizeof *numbers);
     w->failed = w->failed || numbers == NULL || table->cells == NULL;
     if (!w->failed && rows > 0)
-        check(w, H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers));
+        check_hdf5(w, H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers));
     for (size_t i = 0; !w->failed && i < rows * columns; i++)
         table->cells[i % columns * rows + i / columns] = numbers[i];
     table->rows = rows;
@@ -246,9 +246,9 @@ static void read_rows(writer *w, hid_t place, const char *name, kt_table *table)
 static int add_run(writer *w, hid_t place, const char *name, const char *label, kt_table *table) {
     kt_table one = {0};
     int code = -1;
-    read_names(w, &one);
+    read_column_names(w, &one);
     if (!w->failed)
-        read_rows(w, place, name, &one);
+        read_dataset_rows(w, place, name, &one);
     if (!w->failed && one.rows > 0) /* others have failed before their first record */
         code = kt_table_join(table, &one, label);
     kt_table_free(&one);
@@ -260,7 +260,7 @@ static int add_runs(writer *w, kt_table *table) {
     int code = -1;
     w->group = taken(w, H5Gopen2(w->file, "runs", H5P_DEFAULT));
     H5G_info_t info = {.nlinks = 0};
-    check(w, H5Gget_info(w->group, &info));
+    check_hdf5(w, H5Gget_info(w->group, &info));
     const hsize_t runs = info.nlinks < RUNS_MOST ? info.nlinks : RUNS_MOST;
     if (runs < info.nlinks)
         kt_say("plot: %d of %llu runs are drawn", (int)RUNS_MOST, (unsigned long long)info.nlinks);

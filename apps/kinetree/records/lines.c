@@ -20,7 +20,7 @@ static const double longest = 0.02; /* s, after which the buffer is written; man
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 /* Writes all bytes, in several writes if necessary (as for pipes). Returns 0 or the errno. */
-static int write_all(int file, const char *text, size_t size, size_t *done) {
+static int write_all_bytes(int file, const char *text, size_t size, size_t *done) {
     for (*done = 0; *done < size;) {
         const ssize_t count = write(file, text + *done, size - *done);
         if (count < 0 && errno != EINTR)
@@ -34,7 +34,7 @@ static int write_all(int file, const char *text, size_t size, size_t *done) {
  * 0 or the errno. */
 static int write_whole(const kt_lines *lines) {
     size_t done;
-    const int reason = write_all(lines->file, lines->text, lines->whole, &done);
+    const int reason = write_all_bytes(lines->file, lines->text, lines->whole, &done);
     while (reason != 0 && done > 0 && lines->text[done - 1] != '\n')
         done--;
     if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
@@ -92,7 +92,8 @@ int kt_lines_flush(kt_lines *lines) {
     size_t done;
     int reason = 0;
     if (lines->whole > 0)
-        reason = lines->is_regular ? write_apart(lines) : write_all(lines->file, lines->text, lines->whole, &done);
+        reason =
+            lines->is_regular ? write_apart(lines) : write_all_bytes(lines->file, lines->text, lines->whole, &done);
     if (reason != 0)
         kt_say("%s cannot be written: %s", shown_path(lines), strerror(reason));
     else

@@ -26,7 +26,7 @@ static char *folder_of(const char *path) {
     return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
 }
 
-static char *join(const char *a, const char *b, const char *c) {
+static char *join_texts(const char *a, const char *b, const char *c) {
     const size_t room = strlen(a) + strlen(b) + strlen(c) + 1;
     char *text = malloc(room);
     if (text != NULL)
@@ -36,7 +36,7 @@ static char *join(const char *a, const char *b, const char *c) {
 
 /* Returns the canonical name of a file, which need not exist; NULL: its folder does not exist, or memory is
  * insufficient. */
-static char *find_name(const char *path) {
+static char *find_canonical_name(const char *path) {
     char *whole = realpath(path, NULL);
     if (whole != NULL || errno != ENOENT)
         return whole;
@@ -48,7 +48,7 @@ static char *find_name(const char *path) {
     if (real == NULL)
         return NULL;
     const char *slash = strrchr(path, '/');
-    whole = join(real, "/", slash != NULL ? slash + 1 : path);
+    whole = join_texts(real, "/", slash != NULL ? slash + 1 : path);
     free(real);
     return whole;
 }
@@ -61,7 +61,7 @@ static bool is_written_in_place(const char *path) {
     return lstat(path, &status) == 0;
 }
 
-static bool is_free(const char *path) {
+static bool name_is_free(const char *path) {
     struct stat status;
     return lstat(path, &status) != 0 && errno == ENOENT;
 }
@@ -76,7 +76,7 @@ int kt_output_start(kt_output *output, const char *path) {
         struct stat status;
         const bool is_link = lstat(path, &status) == 0 && S_ISLNK(status.st_mode);
         output->name = is_link ? realpath(path, NULL) : strdup(path);
-        output->partial = output->name != NULL ? join(output->name, ".partial", "") : NULL;
+        output->partial = output->name != NULL ? join_texts(output->name, ".partial", "") : NULL;
         if (output->partial == NULL) {
             free(output->name);
             output->name = NULL;
@@ -107,7 +107,7 @@ static bool lock(int file) {
 }
 
 /* Returns whether the name is still that of the open file: a run that has ended meanwhile has renamed its own. */
-static bool is_named(int file, const char *name) {
+static bool file_is_named(int file, const char *name) {
     struct stat open_one, named;
     return fstat(file, &open_one) == 0 && stat(name, &named) == 0 && open_one.st_dev == named.st_dev &&
            open_one.st_ino == named.st_ino;
@@ -119,7 +119,7 @@ int kt_open_locked(const char *name, int flags) {
     for (int i = 0; i < OPEN_TRIES; i++) {
         const int file = open(name, flags | O_CLOEXEC, 0666);
         const bool is_mine = file >= 0 && lock(file);
-        if (file < 0 || (is_mine && is_named(file, name)))
+        if (file < 0 || (is_mine && file_is_named(file, name)))
             return file;
         (void)close(file);
         if (!is_mine)
@@ -162,7 +162,7 @@ static int put_in_place(const kt_output *output) {
 
 int kt_output_end(kt_output *output, kt_output_fate fate) {
     int failed = 0;
-    if (output->partial != NULL && (fate == KT_OUTPUT_WHOLE || (fate == KT_OUTPUT_PART && is_free(output->name))))
+    if (output->partial != NULL && (fate == KT_OUTPUT_WHOLE || (fate == KT_OUTPUT_PART && name_is_free(output->name))))
         failed = put_in_place(output);
     if (output->partial != NULL && fate == KT_OUTPUT_NOTHING)
         (void)unlink(output->partial);
@@ -177,11 +177,11 @@ int kt_output_end(kt_output *output, kt_output_fate fate) {
 char *kt_partial_name(const char *path) {
     return path == NULL                                   ? NULL
            : is_stream(path) || is_written_in_place(path) ? strdup(path)
-                                                          : join(path, ".partial", "");
+                                                          : join_texts(path, ".partial", "");
 }
 
 char *kt_part_name(const char *path) {
-    return path != NULL && !is_stream(path) && is_free(path) ? strdup(path) : kt_partial_name(path);
+    return path != NULL && !is_stream(path) && name_is_free(path) ? strdup(path) : kt_partial_name(path);
 }
 
 void kt_note_replaced(const char *path, char *text, size_t size) {
@@ -230,7 +230,7 @@ int kt_check_records(const char *path) {
 
 /* Returns whether two names denote the same file, also through links. A file that is written directly (a device) may be
  * named any number of times. */
-static bool is_same(const char *a, const char *b) {
+static bool files_are_same(const char *a, const char *b) {
     struct stat first, second;
     if (is_stream(a) || is_stream(b))
         return false;
@@ -239,7 +239,7 @@ static bool is_same(const char *a, const char *b) {
         return S_ISREG(first.st_mode) && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
     if (has_first != has_second)
         return false;
-    char *one = find_name(a), *other = find_name(b);
+    char *one = find_canonical_name(a), *other = find_canonical_name(b);
     const bool same = one != NULL && other != NULL && strcmp(one, other) == 0;
     free(one);
     free(other);
@@ -249,7 +249,7 @@ static bool is_same(const char *a, const char *b) {
 /* Returns whether two files are the same, or b is the partial file of a. */
 static bool collides(const kt_file_use *a, const kt_file_use *b) {
     char *partial = a->is_written ? kt_partial_name(a->path) : NULL;
-    const bool same = is_same(a->path, b->path) || (partial != NULL && is_same(partial, b->path));
+    const bool same = files_are_same(a->path, b->path) || (partial != NULL && files_are_same(partial, b->path));
     free(partial);
     return same;
 }

@@ -24,7 +24,7 @@ static const double slow = 4e-6;
 
 /* Returns the number of loops of an effect. These loops follow the loops of the description, in the order of the
  * effects. */
-static int loops_of(const kt_effect *effect) {
+static int effect_loops_of(const kt_effect *effect) {
     const bool is_hard = !isinf(effect->restitution);
     switch (effect->type) {
     case KT_EFFECT_CONTACT:
@@ -40,19 +40,19 @@ static int loops_of(const kt_effect *effect) {
 
 bool kt_quantities_need_reactions(const kt_description *description) {
     for (int i = 0; i < description->effect_count; i++)
-        if (loops_of(&description->effects[i]) > 0)
+        if (effect_loops_of(&description->effects[i]) > 0)
             return true;
     return false;
 }
 
-static bool is_closed(const kt_record *record, int loop) { return kt_loop_rows_of(record->model, loop).count > 0; }
+static bool loop_is_closed(const kt_record *record, int loop) { return kt_loop_rows_of(record->model, loop).count > 0; }
 
 /* ---- in a joint -------------------------------------------------------------------------------------------------- */
 
 static double joint_force_of(const kt_record *record, int first, int count) {
     double force = 0.0;
     for (int loop = first; loop < first + count; loop++)
-        if (is_closed(record, loop))
+        if (loop_is_closed(record, loop))
             force += record->multipliers[kt_loop_rows_of(record->model, loop).first];
     return force;
 }
@@ -68,7 +68,7 @@ static double quantity_of(const kt_record *record, int index, kt_effect_quantity
 static void set_joint_force(const kt_record *record, int index, int first, int count, double *values) {
     bool closed = false;
     for (int loop = first; loop < first + count; loop++)
-        closed = closed || is_closed(record, loop);
+        closed = closed || loop_is_closed(record, loop);
     const double force = closed ? joint_force_of(record, first, count) : 0.0;
     for (int k = 0; closed && k < kt_effect_quantity_count(record->model, index); k++)
         if (kt_effect_quantity_at(record->model, index, k) == KT_QUANTITY_JOINT_FORCE)
@@ -102,7 +102,7 @@ static double coefficient_of(const kt_record *record, const kt_effect *effect) {
     return is_found ? values[0] : effect->friction;
 }
 
-static kt_vec3 velocity_at(const kt_record *record, int body, kt_vec3 point) {
+static kt_vec3 body_velocity_at(const kt_record *record, int body, kt_vec3 point) {
     const kt_pose pose = kt_body_pose(record->model, record->data, body);
     const kt_vec3 at = kt_mat3_apply_transposed(pose.rotation, kt_vec3_sub(point, pose.position));
     return kt_point_velocity(record->model, record->data, body, at);
@@ -113,23 +113,23 @@ static kt_vec3 direction_of_slip(const kt_record *record, int index, kt_vec3 nor
     const kt_vec3 point = {quantity_of(record, index, KT_QUANTITY_POINT_X, values),
                            quantity_of(record, index, KT_QUANTITY_POINT_Y, values),
                            quantity_of(record, index, KT_QUANTITY_POINT_Z, values)};
-    const kt_vec3 speed = kt_vec3_sub(velocity_at(record, kt_effect_body(record->model, index, 0), point),
-                                      velocity_at(record, kt_effect_body(record->model, index, 1), point));
+    const kt_vec3 speed = kt_vec3_sub(body_velocity_at(record, kt_effect_body(record->model, index, 0), point),
+                                      body_velocity_at(record, kt_effect_body(record->model, index, 1), point));
     const kt_vec3 slip = kt_vec3_sub(speed, kt_vec3_scale(kt_vec3_dot(normal, speed), normal));
     const double norm = kt_vec3_norm(slip);
     return kt_vec3_scale(norm < slow ? (double)NAN : 1.0 / norm, slip);
 }
 
-static contact_force force_of(const kt_record *record, const kt_effect *effect, int index, int loop,
-                              const double *values) {
+static contact_force contact_force_of(const kt_record *record, const kt_effect *effect, int index, int loop,
+                                      const double *values) {
     contact_force f = {.force = {0.0, 0.0, 0.0}};
-    if (!is_closed(record, loop))
+    if (!loop_is_closed(record, loop))
         return f;
     f.force = force_on_sphere(record, loop);
     f.normal = kt_vec3_norm(f.force);
     if (!(effect->friction > 0.0) || f.normal == 0.0)
         return f;
-    if (is_closed(record, loop + 1)) {
+    if (loop_is_closed(record, loop + 1)) {
         const kt_vec3 held = force_on_sphere(record, loop + 1);
         f.friction = kt_vec3_norm(held);
         f.force = kt_vec3_add(f.force, held);
@@ -142,8 +142,9 @@ static contact_force force_of(const kt_record *record, const kt_effect *effect, 
     return f;
 }
 
-static void set_contact(const kt_record *record, const kt_effect *effect, int index, int loop, double *values) {
-    const contact_force f = force_of(record, effect, index, loop, values);
+static void set_contact_quantities(const kt_record *record, const kt_effect *effect, int index, int loop,
+                                   double *values) {
+    const contact_force f = contact_force_of(record, effect, index, loop, values);
     for (int k = 0; k < kt_effect_quantity_count(record->model, index); k++)
         switch (kt_effect_quantity_at(record->model, index, k)) {
         case KT_QUANTITY_NORMAL:
@@ -171,7 +172,7 @@ static void set_contact(const kt_record *record, const kt_effect *effect, int in
 
 /* ---- of all ------------------------------------------------------------------------------------------------------ */
 
-static void clear(const kt_model *model, double *values) {
+static void clear_quantities(const kt_model *model, double *values) {
     for (int i = 0; i < kt_effect_count(model); i++)
         for (int k = 0; k < kt_effect_quantity_count(model, i); k++)
             *values++ = (double)NAN;
@@ -180,15 +181,15 @@ static void clear(const kt_model *model, double *values) {
 void kt_quantities_evaluate(const kt_description *description, const kt_record *record, double *values) {
     if (kt_effect_quantities_evaluate(record->model, record->data, record->time, record->q, record->v, values, NULL) !=
         KT_OK) {
-        clear(record->model, values);
+        clear_quantities(record->model, values);
         return;
     }
     int loop = description->loop_count;
     for (int i = 0; i < description->effect_count; i++) {
         const kt_effect *effect = &description->effects[i];
-        const int count = loops_of(effect);
+        const int count = effect_loops_of(effect);
         if (count > 0 && effect->type == KT_EFFECT_CONTACT)
-            set_contact(record, effect, i, loop, values);
+            set_contact_quantities(record, effect, i, loop, values);
         else if (count > 0)
             set_joint_force(record, i, loop, count, values);
         loop += count;

@@ -48,7 +48,7 @@ void kt_singular_free(kt_singular *singular) {
     free(singular);
 }
 
-static double product(const double *a, const double *b, size_t length) {
+static double long_product(const double *a, const double *b, size_t length) {
     double sum = 0.0;
     for (size_t i = 0; i < length; i++)
         sum += a[i] * b[i];
@@ -56,8 +56,8 @@ static double product(const double *a, const double *b, size_t length) {
 }
 
 /* Makes two vectors orthogonal. Returns whether they were not. */
-static bool rotate(double *a, double *b, size_t length) {
-    const double aa = product(a, a, length), bb = product(b, b, length), ab = product(a, b, length);
+static bool rotate_columns(double *a, double *b, size_t length) {
+    const double aa = long_product(a, a, length), bb = long_product(b, b, length), ab = long_product(a, b, length);
     if (fabs(ab) <= (double)length * DBL_EPSILON * sqrt(aa) * sqrt(bb))
         return false;
     const double cot = (bb - aa) / (2.0 * ab), t = copysign(1.0, cot) / (fabs(cot) + kt_hypot(1.0, cot));
@@ -77,7 +77,7 @@ static void make_orthogonal(double *vector, size_t count, size_t length) {
         rotated = false;
         for (size_t i = 0; i < count; i++)
             for (size_t j = i + 1; j < count; j++)
-                rotated = rotate(vector + i * length, vector + j * length, length) || rotated;
+                rotated = rotate_columns(vector + i * length, vector + j * length, length) || rotated;
     }
 }
 
@@ -100,7 +100,7 @@ double kt_singular_evaluate(kt_singular *singular, const kt_model *model, double
     make_orthogonal(singular->vector, count, length);
     for (size_t i = 0; i < count; i++) {
         const double *a = singular->vector + i * length;
-        singular->magnitude[i] = sqrt(product(a, a, length));
+        singular->magnitude[i] = sqrt(long_product(a, a, length));
     }
     qsort(singular->magnitude, count, sizeof *singular->magnitude, descending);
     return singular->magnitude[mobility.rank - 1];

@@ -6,13 +6,13 @@
 
 #include <math.h>
 
-static double larger(double a, double b) { return a > b ? a : b; }
+static double larger_residual(double a, double b) { return a > b ? a : b; }
 
-static void watch(kt_outcome *outcome, const kt_record *record) {
+static void watch_record(kt_outcome *outcome, const kt_record *record) {
     kt_energy_watch_add(&outcome->energy, record);
     if (!isnan(record->constraint.position)) {
-        outcome->constraint.position = larger(outcome->constraint.position, record->constraint.position);
-        outcome->constraint.velocity = larger(outcome->constraint.velocity, record->constraint.velocity);
+        outcome->constraint.position = larger_residual(outcome->constraint.position, record->constraint.position);
+        outcome->constraint.velocity = larger_residual(outcome->constraint.velocity, record->constraint.velocity);
     }
     if (outcome->compressions.count > 0 && record->multipliers != NULL)
         kt_compressions_add(&outcome->compressions,
@@ -49,7 +49,7 @@ int kt_take_record(const kt_record *record, void *user) {
         return 0;
     }
     kt_marks_add(&sinks->outcome->marks, record);
-    watch(sinks->outcome, record);
+    watch_record(sinks->outcome, record);
     kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);

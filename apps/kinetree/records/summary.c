@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Returns an object that maps "BODY.MARKER" to [x, y, z] in the world frame, m. */
-static json_t *list_markers(const kt_model *model, const kt_data *data) {
+static json_t *describe_markers(const kt_model *model, const kt_data *data) {
     json_t *object = json_object();
     for (int body = 0; body < kt_model_body_count(model); body++)
         for (int marker = 0; marker < kt_marker_count(model, body); marker++) {
@@ -63,7 +63,7 @@ static json_t *count_cost(const kt_outcome *outcome) {
 }
 
 /* Lists the numbers of the scene in this run, if the scene has parameters or settings. */
-static void list_parameters(const kt_scene *scene, json_t *root) {
+static void describe_parameters(const kt_scene *scene, json_t *root) {
     json_t *parameters = json_object(), *settings = json_array();
     for (int i = 0; i < scene->parameter_count; i++)
         json_object_set_new(parameters, scene->parameters[i].name, json_real(scene->parameters[i].value));
@@ -124,7 +124,7 @@ static const kt_scene_event *event_of(const kt_scene *scene, int k) {
 
 /* Returns whether an event of the scene has not happened. If another event has ended the run, `until` does not count as
  * missed. */
-static bool is_missed(const kt_outcome *outcome, int k) {
+static bool event_is_missed(const kt_outcome *outcome, int k) {
     const kt_scene_event *event = event_of(outcome->scene, k);
     const bool is_moot = event == &outcome->scene->until && kt_simulation_stopped(outcome->simulation) != NULL;
     return !is_moot && kt_simulation_event_count(outcome->simulation, event->name) == 0;
@@ -139,7 +139,7 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         const char *name = event_of(scene, i)->name;
         json_object_set_new(counts, name,
                             json_integer((json_int_t)kt_simulation_event_count(outcome->simulation, name)));
-        if (is_missed(outcome, i))
+        if (event_is_missed(outcome, i))
             json_array_append_new(missed, json_string(name));
     }
     const kt_model *model = kt_simulation_model(outcome->simulation);
@@ -192,7 +192,7 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_decref(contacts);
 }
 
-static void list_states(const kt_outcome *outcome, json_t *root) {
+static void describe_state_values(const kt_outcome *outcome, json_t *root) {
     if (kt_own_state_count(outcome->model) > 0)
         json_object_set_new(root, "state",
                             kt_json_auxiliary_states(outcome->model, kt_simulation_own_states(outcome->simulation)));
@@ -244,7 +244,7 @@ static json_t *describe_watch(const kt_outcome *outcome) {
     return watch;
 }
 
-static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
+static json_t *describe_outcome(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
     const kt_model *model = kt_simulation_model(outcome->simulation); /* with its switches at the end */
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
@@ -256,7 +256,7 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(outcome->name));
     json_object_set_new(root, "time", json_real(kt_simulation_time(outcome->simulation)));
-    list_parameters(outcome->scene, root);
+    describe_parameters(outcome->scene, root);
     list_events(outcome, root);
     list_contacts(outcome, root);
     json_object_set_new(root, "freedom",
@@ -269,9 +269,9 @@ static json_t *describe(const kt_outcome *outcome, kt_data *data, double *a, kt_
         json_object_set_new(root, "massless", kt_start_massless(model));
     json_object_set_new(root, "position", kt_json_by_joint(model, q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(model, v, true));
-    list_states(outcome, root);
+    describe_state_values(outcome, root);
     json_object_set_new(root, "acceleration", kt_json_by_joint(model, has_acceleration ? a : NULL, true));
-    json_object_set_new(root, "marker", list_markers(model, data));
+    json_object_set_new(root, "marker", describe_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
     json_object_set_new(root, "energy_watch", describe_watch(outcome));
     if (outcome->energy.has_balance)
@@ -300,7 +300,7 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
         free(a);
         return KT_EXIT_INTEGRATION;
     }
-    root = describe(outcome, data, a, &error);
+    root = describe_outcome(outcome, data, a, &error);
     kt_data_free(data);
     free(a);
     if (root == NULL) {
@@ -316,7 +316,7 @@ static const char *plural(long long count) { return count == 1 ? "" : "s"; }
 
 /* Prints "3 bodies, 1 loop, 1 degree of freedom". The loops are those of the scene: a hard contact is a loop of the
  * model. */
-static void say_size(const kt_outcome *outcome) {
+static void say_mechanism_size(const kt_outcome *outcome) {
     const int bodies = kt_model_body_count(outcome->model) - 1, loops = outcome->scene->description.loop_count;
     const unsigned long long contacts = kt_simulation_contacts(outcome->simulation).count;
     kt_mobility dof = kt_model_mobility(outcome->model);
@@ -381,7 +381,7 @@ static void say_energy(const kt_outcome *outcome) {
         fprintf(stderr, "  total energy %g J at the start\n", energy->start);
 }
 
-static void say_file(const char *what, const char *path) {
+static void say_result_file(const char *what, const char *path) {
     if (path != NULL)
         fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
 }
@@ -408,7 +408,7 @@ static void say_missed(const kt_outcome *outcome) {
     int count = 0;
     for (int i = 0; i < kt_scene_event_room(outcome->scene); i++) {
         const kt_scene_event *event = event_of(outcome->scene, i);
-        if (!is_missed(outcome, i) || count++ >= LISTED)
+        if (!event_is_missed(outcome, i) || count++ >= LISTED)
             continue;
         if (event == &outcome->scene->until)
             fprintf(stderr, "  until never happened: %s\n", kt_show(event->when).text);
@@ -428,7 +428,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     if (stopped != NULL)
         fprintf(stderr, ", ended by event '%s'", kt_show(stopped->name).text);
     fputc('\n', stderr);
-    say_size(outcome);
+    say_mechanism_size(outcome);
     say_method(outcome);
     say_cost(outcome, time);
     say_energy(outcome);
@@ -449,10 +449,10 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     if (names->out != NULL)
         fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
                 strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
-    say_file("summary", names->summary);
-    say_file("picture", names->plot);
-    say_file("view", names->view);
-    say_file("glTF", names->glb);
+    say_result_file("summary", names->summary);
+    say_result_file("picture", names->plot);
+    say_result_file("view", names->view);
+    say_result_file("glTF", names->glb);
     if (outcome->replaced[0] != '\0')
         fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
 }

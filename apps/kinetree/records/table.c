@@ -31,7 +31,7 @@ static size_t length_of_name(const char *at) {
 }
 
 /* Splits the header into names, without their quotes. Returns the start of the lines below it. */
-static char *read_names(kt_table *table) {
+static char *split_header(kt_table *table) {
     char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
     *end = '\0';
     if (end > table->text && end[-1] == '\r')
@@ -113,7 +113,7 @@ int kt_table_read_file(const char *path, kt_table *table) {
         kt_say("%s cannot be read: %s", path, strerror(reason != 0 ? reason : ENOENT));
         return KT_EXIT_SCENE;
     }
-    const char *lines = read_names(table);
+    const char *lines = split_header(table);
     int code = read_cells(path, table, lines);
     if (code >= 0)
         kt_table_free(table);
