@@ -19,7 +19,7 @@ const double kt_deflection_share = 0.12;
 
 static const double turn_most = 1.0; /* rad; of a body, so that nothing turns over */
 
-static kt_status fail_memory(kt_error *error) {
+static kt_status fail_deflection_memory(kt_error *error) {
     error->code = KT_ERROR_MEMORY;
     return KT_ERROR_MEMORY;
 }
@@ -35,7 +35,7 @@ kt_status kt_deflection_twists(const kt_small_motion *motion, int mode, kt_twist
                                kt_error *error) {
     const double quarter = -1.5707963267948966;
     double *v = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *v);
-    kt_status status = v != NULL ? KT_OK : fail_memory(error);
+    kt_status status = v != NULL ? KT_OK : fail_deflection_memory(error);
     for (int part = 0; part < 2 && status == KT_OK; part++) {
         take_part(motion, mode, 1.0, part * quarter, v);
         status = kt_kinematics_update(motion->model, motion->data, motion->q, v, NULL, error);
@@ -46,7 +46,7 @@ kt_status kt_deflection_twists(const kt_small_motion *motion, int mode, kt_twist
     return status;
 }
 
-static kt_vec3 velocity_at(const kt_twist *twist, kt_vec3 arm) {
+static kt_vec3 twist_velocity_at(const kt_twist *twist, kt_vec3 arm) {
     return kt_vec3_add(twist->linear, kt_vec3_cross(twist->angular, arm));
 }
 
@@ -58,7 +58,7 @@ static double longest_half(kt_vec3 a, kt_vec3 b, double *phase) {
 }
 
 /* Returns a corner of a solid's box, relative to the origin of the solid's body, in the world's axes. */
-static kt_vec3 corner_of(const kt_solid *solid, kt_pose body, int corner) {
+static kt_vec3 box_corner_of(const kt_solid *solid, kt_pose body, int corner) {
     const kt_vec3 h = solid->half;
     const kt_vec3 at = kt_vec3_make(corner & 1 ? h.x : -h.x, corner & 2 ? h.y : -h.y, corner & 4 ? h.z : -h.z);
     return kt_mat3_apply(body.rotation, kt_pose_apply(solid->pose, at));
@@ -73,9 +73,9 @@ static void find_farthest(const kt_small_motion *motion, const kt_picture *pictu
         const kt_pose pose = kt_body_pose(motion->model, motion->data, body);
         *turned = fmax(*turned, longest_half(real[body].angular, imaginary[body].angular, &phase));
         for (int corner = 0; corner < 8; corner++) {
-            const kt_vec3 arm = corner_of(&picture->solids[i], pose, corner);
+            const kt_vec3 arm = box_corner_of(&picture->solids[i], pose, corner);
             const double moved =
-                longest_half(velocity_at(&real[body], arm), velocity_at(&imaginary[body], arm), &phase);
+                longest_half(twist_velocity_at(&real[body], arm), twist_velocity_at(&imaginary[body], arm), &phase);
             if (moved > deflection->moved * (1.0 + 1e-9)) {
                 deflection->moved = moved;
                 deflection->phase = phase;
@@ -90,7 +90,7 @@ kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt
     kt_twist *twists = calloc(2 * bodies, sizeof *twists);
     kt_deflection found = {.amplitude = 0.0};
     double turned = 0.0;
-    kt_status status = twists != NULL ? KT_OK : fail_memory(error);
+    kt_status status = twists != NULL ? KT_OK : fail_deflection_memory(error);
     if (status == KT_OK)
         status = kt_deflection_twists(motion, mode, twists, twists + bodies, error);
     if (status == KT_OK)
@@ -105,7 +105,7 @@ kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt
     return KT_OK;
 }
 
-static kt_status take_poses(const kt_small_motion *motion, const double *q, kt_pose *poses, kt_error *error) {
+static kt_status take_deflected_poses(const kt_small_motion *motion, const double *q, kt_pose *poses, kt_error *error) {
     const kt_status status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < kt_model_body_count(motion->model); i++)
         poses[i] = kt_body_pose(motion->model, motion->data, i);
@@ -115,18 +115,18 @@ static kt_status take_poses(const kt_small_motion *motion, const double *q, kt_p
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error) {
     if (deflection == NULL)
-        return take_poses(motion, motion->q, poses, error);
+        return take_deflected_poses(motion, motion->q, poses, error);
     const size_t nq = (size_t)kt_model_nq(motion->model), nv = (size_t)kt_model_nv(motion->model);
     double *q = calloc(nq + nv + 1, sizeof *q);
     if (q == NULL)
-        return fail_memory(error);
+        return fail_deflection_memory(error);
     double *v = q + nq;
     kt_error open = {0};
     take_part(motion, mode, deflection->amplitude, deflection->phase, v);
     kt_position_add(motion->model, motion->q, v, q);
     memset(v, 0, nv * sizeof *v);
     (void)(kt_state_project(motion->model, motion->data, 0.0, q, v, NULL, &open) == KT_OK); /* else q as it is */
-    const kt_status status = take_poses(motion, q, poses, error);
+    const kt_status status = take_deflected_poses(motion, q, poses, error);
     free(q);
     return status;
 }

@@ -57,7 +57,7 @@ static bool is_json(const char *path) {
 }
 
 /* Returns whether one of the first 100 lines of the file begins with the key that every scene has. */
-static bool is_scene(const char *path) {
+static bool is_scene_file(const char *path) {
     FILE *file = fopen(path, "r");
     char line[512];
     bool found = false;
@@ -68,7 +68,7 @@ static bool is_scene(const char *path) {
     return found;
 }
 
-static int read_summary(source *s) {
+static int read_summary_state(source *s) {
     json_error_t error;
     s->root = json_load_file(s->path, 0, &error);
     if (s->root == NULL) {
@@ -86,7 +86,7 @@ static int read_summary(source *s) {
     return KT_EXIT_DONE;
 }
 
-static int read_records(source *s) {
+static int read_last_record(source *s) {
     const int code = kt_table_read_file(s->path, &s->table);
     if (code >= 0)
         return code;
@@ -112,13 +112,13 @@ static int open_source(source *s, const char *result, const char *folder) {
         kt_say("there is not enough memory");
         return KT_EXIT_INTEGRATION;
     }
-    if (is_scene(path)) {
+    if (is_scene_file(path)) {
         kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
                "records (CSV) of a run",
                path);
         return KT_EXIT_USAGE;
     }
-    return is_json(path) ? read_summary(s) : read_records(s);
+    return is_json(path) ? read_summary_state(s) : read_last_record(s);
 }
 
 static void close_source(source *s) {
@@ -154,7 +154,7 @@ static int read_part(const source *s, const char *part, const char *joint, int c
 }
 
 /* Reads the state of all joints that the result has. Returns their number, or -1 after printing an error. */
-static int read_state(const source *s, const kt_model *model, double *q, double *v, char *missing, size_t room) {
+static int read_joint_states(const source *s, const kt_model *model, double *q, double *v, char *missing, size_t room) {
     int found = 0, still = 0;
     size_t used = 0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
@@ -190,7 +190,7 @@ static int read_state(const source *s, const kt_model *model, double *q, double 
 }
 
 /* Prints the joints of the summary that the scene does not have. */
-static void say_unknown(const source *s, const kt_model *model) {
+static void say_unknown_joints(const source *s, const kt_model *model) {
     const char *name;
     json_t *value;
     json_object_foreach(json_object_get(s->root, "position"), name, value) {
@@ -204,7 +204,7 @@ static void say_unknown(const source *s, const kt_model *model) {
 }
 
 /* Returns whether a formula reads t: the name that consists of this letter alone. */
-static bool reads_time(const char *formula) {
+static bool formula_reads_time(const char *formula) {
     const char *const in_names = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
     for (const char *at = formula; at != NULL && *at != '\0';) {
         const size_t length = strspn(at, in_names);
@@ -218,10 +218,10 @@ static bool reads_time(const char *formula) {
 static bool has_formulas_of_time(const kt_description *d) {
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 6; k++)
-            if (d->effects[i].type == KT_EFFECT_EXPRESSION && reads_time(d->effects[i].formula[k]))
+            if (d->effects[i].type == KT_EFFECT_EXPRESSION && formula_reads_time(d->effects[i].formula[k]))
                 return true;
     for (int i = 0; i < d->state_count; i++)
-        if (reads_time(d->states[i].rate))
+        if (formula_reads_time(d->states[i].rate))
             return true;
     return false;
 }
@@ -271,15 +271,15 @@ static void take_released(kt_scene *scene, const source *s) {
                s->path, names);
 }
 
-static int take_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
+static int take_given_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
     char missing[400] = "";
     kt_error error = {0};
     kt_model_initial(model, q, v);
-    const int found = read_state(s, model, q, v, missing, sizeof missing);
+    const int found = read_joint_states(s, model, q, v, missing, sizeof missing);
     if (found < 0)
         return KT_EXIT_SCENE;
     if (s->root != NULL)
-        say_unknown(s, model);
+        say_unknown_joints(s, model);
     if (found == 0) {
         kt_say("%s has the state of no joint of the scene: %s", s->path, missing);
         return KT_EXIT_SCENE;
@@ -310,7 +310,7 @@ int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
         double *q = calloc((size_t)kt_model_nq(model) + 1, sizeof *q);
         double *v = calloc((size_t)kt_model_nv(model) + 1, sizeof *v);
         if (q != NULL && v != NULL) {
-            code = take_state(scene, &s, model, q, v);
+            code = take_given_state(scene, &s, model, q, v);
         } else {
             kt_say("there is not enough memory");
             code = KT_EXIT_INTEGRATION;

@@ -13,12 +13,12 @@
 /* The dense matrices have twice as many rows; larger ones would take minutes. */
 enum { COORDINATES_MOST = 500 };
 
-static int say_memory(void) {
+static int say_linear_memory(void) {
     kt_say("there is not enough memory");
     return KT_EXIT_INTEGRATION;
 }
 
-static int fail(kt_status status, const kt_error *error) {
+static int fail_linear(kt_status status, const kt_error *error) {
     if (status != KT_OK)
         kt_say_error(error);
     return kt_exit_code(status);
@@ -43,7 +43,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
     motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
     if (motion->q == NULL || motion->v == NULL || motion->name == NULL)
-        return say_memory();
+        return say_linear_memory();
     kt_status status = kt_linearization_create(model, NULL, &motion->linearization, &error);
     if (status == KT_OK)
         status = kt_modes_create(model, &motion->modes, &error);
@@ -51,7 +51,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
         status = kt_data_create(model, &motion->data, &error);
     if (status == KT_OK)
         return kt_start_assemble(&motion->scene, model, motion->data, motion->q, motion->v);
-    return fail(status, &error);
+    return fail_linear(status, &error);
 }
 
 void kt_small_motion_close(kt_small_motion *motion) {
@@ -98,7 +98,7 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
     kt_status status = kt_linearization_evaluate(motion->linearization, 0.0, motion->q, motion->v, NULL, &error);
     if (status == KT_OK)
         status = kt_modes_evaluate(motion->modes, kt_linearization_system(motion->linearization), &error);
-    return fail(status, &error);
+    return fail_linear(status, &error);
 }
 
 /* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is its vector, as in `[0.6, 0,
@@ -140,7 +140,7 @@ static kt_coordinate_name name_component(const kt_joint *joint, kt_joint_type ty
 }
 
 /* Returns the body whose joint has this velocity coordinate. */
-static int body_of(const kt_model *model, int coordinate) {
+static int coordinate_body(const kt_model *model, int coordinate) {
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         if (coordinate >= at.v && coordinate < at.v + at.nv)
@@ -150,7 +150,7 @@ static int body_of(const kt_model *model, int coordinate) {
 }
 
 /* Returns the scene's joint of a body in the model; NULL: the scene does not have it. */
-static const kt_joint *joint_of(const kt_small_motion *motion, int body) {
+static const kt_joint *scene_joint_of(const kt_small_motion *motion, int body) {
     const kt_description *d = &motion->scene.description;
     for (int i = 0; i < d->body_count; i++)
         if (kt_body_find(motion->model, d->bodies[i].name) == body)
@@ -160,7 +160,7 @@ static const kt_joint *joint_of(const kt_small_motion *motion, int body) {
 
 kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate) {
     const kt_model *model = motion->model;
-    const int body = body_of(model, coordinate);
+    const int body = coordinate_body(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     if (coordinate >= kt_model_nv(model)) {
@@ -168,12 +168,12 @@ kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordin
         return name;
     }
     snprintf(name.text, sizeof name.text, "%.80s%s%.24s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
-             at.nv > 1 ? name_component(joint_of(motion, body), at.type, coordinate - at.v).text : "");
+             at.nv > 1 ? name_component(scene_joint_of(motion, body), at.type, coordinate - at.v).text : "");
     return name;
 }
 
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
-    const int body = body_of(model, coordinate);
+    const int body = coordinate_body(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     if (at.nv > 1)
@@ -183,17 +183,19 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
     return name;
 }
 
-static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+static double mode_modulus(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
-bool kt_mode_is_neutral(const kt_mode *mode) { return size_of(mode) <= mode->error || size_of(mode) < DBL_MIN; }
+bool kt_mode_is_neutral(const kt_mode *mode) {
+    return mode_modulus(mode) <= mode->error || mode_modulus(mode) < DBL_MIN;
+}
 
 bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode) {
     const kt_mode fastest = kt_modes_at(motion->modes, kt_modes_count(motion->modes) - 1);
-    return kt_mode_is_neutral(mode) && size_of(mode) > sqrt(DBL_EPSILON) * size_of(&fastest);
+    return kt_mode_is_neutral(mode) && mode_modulus(mode) > sqrt(DBL_EPSILON) * mode_modulus(&fastest);
 }
 
 bool kt_mode_grows(const kt_mode *mode) {
-    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * size_of(mode);
+    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * mode_modulus(mode);
 }
 
 int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {

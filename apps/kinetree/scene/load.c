@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Returns the folder of a file, which the caller frees; NULL: memory is insufficient. */
-static char *folder_of(const char *path) {
+static char *scene_folder_of(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash != NULL ? strndup(path, (size_t)(slash - path)) : strdup(".");
 }
@@ -21,7 +21,7 @@ int kt_read_scene_from(const char *path, const kt_settings *settings, const char
     }
     if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
         return code;
-    char *folder = from == NULL ? folder_of(path) : NULL;
+    char *folder = from == NULL ? scene_folder_of(path) : NULL;
     code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
     free(folder);
     if (code != KT_EXIT_DONE)

@@ -43,7 +43,7 @@ static const char *place_in_file(const char *where) {
     return *end == ':' ? end : NULL;
 }
 
-static void report(void *user, const kt_error *error) {
+static void print_scene_fault(void *user, const kt_error *error) {
     kt_reported *reported = user;
     if (reported->faults++ >= reported->most && reported->most > 0)
         return;
@@ -111,7 +111,7 @@ static char *add_folders(char *path, const char *more) {
 
 /* Returns the search path for packages and models: the given folders, then the folders of the environment. The caller
  * frees it; NULL: memory is insufficient. */
-static char *search_path(const char *given) {
+static char *compose_search_path(const char *given) {
     static const char *const variables[] = {"KINETREE_SEARCH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH",
                                             "GAZEBO_MODEL_PATH"};
     char *path = strdup(given != NULL ? given : "");
@@ -201,15 +201,17 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
             free(input.text);
             return KT_EXIT_USAGE;
         }
-        status = is_robot ? kt_robot_parse(name, input.text, input.used, options, scene, report, &reported, &error)
-                          : kt_scene_parse_with(name, input.text, input.used, &how, scene, report, &reported, &error);
+        status =
+            is_robot
+                ? kt_robot_parse(name, input.text, input.used, options, scene, print_scene_fault, &reported, &error)
+                : kt_scene_parse_with(name, input.text, input.used, &how, scene, print_scene_fault, &reported, &error);
         free(input.text);
     } else if (is_robot && reject_settings(path, settings) >= 0) {
         return KT_EXIT_USAGE;
     } else if (is_robot) {
-        status = kt_robot_read(path, options, scene, report, &reported, &error);
+        status = kt_robot_read(path, options, scene, print_scene_fault, &reported, &error);
     } else {
-        status = kt_scene_read_with(path, &how, scene, report, &reported, &error);
+        status = kt_scene_read_with(path, &how, scene, print_scene_fault, &reported, &error);
     }
     if (status != KT_OK && reported.faults == 0)
         kt_say_error(&error);
@@ -226,7 +228,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
 static int read_with(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                      kt_scene *scene) {
     kt_robot_options with = *options;
-    char *search = search_path(options->search);
+    char *search = compose_search_path(options->search);
     if (search == NULL) {
         kt_say("there is not enough memory");
         return KT_EXIT_SCENE;
@@ -289,7 +291,7 @@ static void report_located(void *user, const kt_place *place, const kt_error *fa
     kt_error error = *fault;
     (void)place;
     (void)kt_scene_locate(of->scene, &error);
-    report(&of->reported, &error);
+    print_scene_fault(&of->reported, &error);
 }
 
 /* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
@@ -298,7 +300,7 @@ static void report_all(const kt_scene *scene, kt_error *found) {
     kt_error error = {0};
     if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0) {
         if (kt_scene_locate(scene, found))
-            report(&of.reported, found);
+            print_scene_fault(&of.reported, found);
         else
             kt_say_error(found);
     }
@@ -339,18 +341,18 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static kt_status write_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
+static kt_status write_scene_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
     const kt_status status = kt_scene_write(scene, stream, error);
     if (fflush(stream) != 0 && status == KT_OK)
         return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     return status;
 }
 
-static kt_status write_named(const kt_scene *scene, const char *path, kt_error *error) {
+static kt_status write_scene_file(const kt_scene *scene, const char *path, kt_error *error) {
     FILE *file = fopen(path, "w");
     if (file == NULL)
         return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    const kt_status status = write_stream(scene, file, error);
+    const kt_status status = write_scene_stream(scene, file, error);
     if (fclose(file) != 0 && status == KT_OK)
         return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     return status;
@@ -363,10 +365,10 @@ kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *erro
         kt_say("%s: FMU '%s'%s anew in this scene, since its state is not written", kt_show(path).text,
                kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others begin" : " begins");
     if (strcmp(path, "-") == 0)
-        return write_stream(scene, stdout, error);
+        return write_scene_stream(scene, stdout, error);
     if (kt_output_start(&output, path) >= 0)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-    kt_status status = write_named(scene, kt_output_path(&output), error);
+    kt_status status = write_scene_file(scene, kt_output_path(&output), error);
     if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
     return status;

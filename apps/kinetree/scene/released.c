@@ -31,7 +31,7 @@ static bool is_released(const kt_simulation *simulation, const char *name) {
 }
 
 /* Returns the name of the k-th loop or effect, loops first; NULL: it has none, or is not switched. */
-static const char *name_of(const kt_description *d, int k) {
+static const char *switched_name_of(const kt_description *d, int k) {
     const kt_switching switching = k < d->loop_count ? d->loops[k].switching : d->effects[k - d->loop_count].switching;
     const char *name = k < d->loop_count ? d->loops[k].name : d->effects[k - d->loop_count].name;
     return switching != KT_ALWAYS_ON ? name : NULL;
@@ -42,7 +42,7 @@ uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation)
     uint64_t set = 0;
     int bit = 0;
     for (int k = 0; k < d->loop_count + d->effect_count && bit < 64; k++) {
-        const char *name = name_of(d, k);
+        const char *name = switched_name_of(d, k);
         if (name != NULL)
             set |= (uint64_t)is_released(simulation, name) << bit++;
     }
@@ -53,7 +53,7 @@ bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name) {
     const kt_description *d = &scene->description;
     int bit = 0;
     for (int k = 0; k < d->loop_count + d->effect_count && bit < 64 && name != NULL; k++) {
-        const char *other = name_of(d, k);
+        const char *other = switched_name_of(d, k);
         if (other != NULL && (set >> bit++ & 1) != 0 && strcmp(other, name) == 0)
             return true;
     }
@@ -64,14 +64,14 @@ json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation)
     const kt_description *d = &scene->description;
     json_t *list = json_array();
     for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = name_of(d, k);
+        const char *name = switched_name_of(d, k);
         if (name != NULL && is_released(simulation, name))
             json_array_append_new(list, kt_json_text(name));
     }
     return list;
 }
 
-static bool is_listed(const json_t *list, const char *name) {
+static bool list_has_name(const json_t *list, const char *name) {
     for (size_t i = 0; i < json_array_size(list); i++) {
         const char *one = json_string_value(json_array_get(list, i));
         if (one != NULL && strcmp(one, name) == 0)
@@ -83,11 +83,11 @@ static bool is_listed(const json_t *list, const char *name) {
 void kt_released_apply(kt_scene *scene, const json_t *list) {
     const kt_description *d = &scene->description;
     for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = name_of(d, k);
+        const char *name = switched_name_of(d, k);
         kt_switching *to = k < d->loop_count ? &((kt_loop *)(uintptr_t)d->loops)[k].switching
                                              : &((kt_effect *)(uintptr_t)d->effects)[k - d->loop_count].switching;
         if (name != NULL)
-            *to = is_listed(list, name) ? KT_SWITCHED_OFF : KT_SWITCHED_ON;
+            *to = list_has_name(list, name) ? KT_SWITCHED_OFF : KT_SWITCHED_ON;
     }
 }
 
@@ -96,7 +96,7 @@ void kt_released_names(const kt_scene *scene, char *text, size_t size) {
     size_t used = 0;
     text[0] = '\0';
     for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = name_of(d, k);
+        const char *name = switched_name_of(d, k);
         if (name != NULL && used < size)
             used += (size_t)snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", name);
     }

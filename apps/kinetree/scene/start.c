@@ -26,7 +26,7 @@ typedef struct part_name {
     int first, count; /* of the joint's coordinates; count 0: all */
 } part_name;
 
-static part_name name_part(kt_joint_type type, unsigned part) {
+static part_name name_joint_part(kt_joint_type type, unsigned part) {
     const bool is_free = kt_joint_coordinate_kind(type, 0) == KT_COORDINATE_TRANSLATION &&
                          kt_joint_coordinate_kind(type, 3) == KT_COORDINATE_ROTATION;
     switch (part) {
@@ -69,7 +69,7 @@ static value_text show_value(const kt_model *model, int body, const part_name *p
 }
 
 /* Returns the list of changes; NULL if there are none, or memory is insufficient. */
-static kt_initial_change *list_changes(const kt_model *model, const double *q, const double *v, int *count) {
+static kt_initial_change *list_initial_changes(const kt_model *model, const double *q, const double *v, int *count) {
     *count = kt_initial_changes(model, q, v, NULL, 0);
     kt_initial_change *changes = *count > 0 ? malloc((size_t)*count * sizeof *changes) : NULL;
     *count = changes != NULL ? kt_initial_changes(model, q, v, changes, *count) : 0;
@@ -140,7 +140,7 @@ static const char *cause_of_changes(const kt_model *model, bool is_struck) {
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
                        bool is_struck) {
     int count;
-    kt_initial_change *changes = list_changes(model, q, v, &count);
+    kt_initial_change *changes = list_initial_changes(model, q, v, &count);
     double *given = count > 0 ? given_state(model) : NULL;
     if (given != NULL)
         fprintf(stderr, "%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
@@ -151,7 +151,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
         fputs(":\n", stderr);
     for (int i = 0; given != NULL && i < count && i < LISTED_MAX; i++) {
         const int body = changes[i].body;
-        const part_name part = name_part(kt_body_coordinates(model, body).type, changes[i].part);
+        const part_name part = name_joint_part(kt_body_coordinates(model, body).type, changes[i].part);
         const double *from = part.of_velocity ? given + kt_model_nq(model) : given, *to = part.of_velocity ? v : q;
         fprintf(stderr, "  %s: %s from %s to %s\n", kt_joint_name(model, body), part.name,
                 show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
@@ -167,11 +167,11 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) {
     json_t *list = json_array();
     int count;
-    kt_initial_change *changes = list_changes(model, q, v, &count);
+    kt_initial_change *changes = list_initial_changes(model, q, v, &count);
     double *given = given_state(model);
     for (int i = 0; given != NULL && i < count; i++) {
         const kt_coordinates at = kt_body_coordinates(model, changes[i].body);
-        const part_name part = name_part(at.type, changes[i].part);
+        const part_name part = name_joint_part(at.type, changes[i].part);
         const int first = (part.of_velocity ? at.v : at.q) + part.first;
         const int numbers = part.count ? part.count : part.of_velocity ? at.nv : at.nq;
         const double *from = (part.of_velocity ? given + kt_model_nq(model) : given) + first;
@@ -250,7 +250,7 @@ const char *kt_start_jumping(const kt_scene *scene) {
 
 /* Returns the excess of the body's inertia. It is infinite if a principal moment is negative, or if only one moment is
  * not zero. */
-static double excess_of(const kt_body *body) {
+static double inertia_excess_of(const kt_body *body) {
     kt_vec3 com;
     kt_sym3 inertia;
     if (kt_body_inertia(body, &com, &inertia, NULL) != KT_OK)
@@ -286,7 +286,7 @@ int kt_start_say_inertias(const kt_scene *scene) {
     int count = 0, worst = -1;
     double most = 0.0;
     for (int i = 0; i < d->body_count; i++) {
-        const double excess = excess_of(&d->bodies[i]);
+        const double excess = inertia_excess_of(&d->bodies[i]);
         count += excess > 0.0;
         worst = excess > most ? i : worst;
         most = fmax(most, excess);
@@ -309,7 +309,7 @@ json_t *kt_start_inertias(const kt_scene *scene) {
     const kt_description *d = &scene->description;
     json_t *object = json_object();
     for (int i = 0; i < d->body_count; i++) {
-        const double excess = excess_of(&d->bodies[i]);
+        const double excess = inertia_excess_of(&d->bodies[i]);
         if (excess > 0.0)
             json_object_set_new(object, d->bodies[i].name, kt_json_number(excess)); /* null: infinite */
     }
