@@ -186,13 +186,13 @@ static double cpu_now(void *user) {
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-static int show_progress(double done, const char *what, void *user) {
+static int show_study_progress(double done, const char *what, void *user) {
     kt_progress_show(user, done, what);
     return 0;
 }
 
-static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments, const kt_reference_file *reference,
-                                          kt_progress *progress) {
+static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arguments,
+                                                const kt_reference_file *reference, kt_progress *progress) {
     kt_accuracy_options options = kt_accuracy_options_default();
     options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
     if (arguments->baselines)
@@ -206,18 +206,18 @@ static kt_accuracy_options choose_options(const kt_accuracy_arguments *arguments
     options.reference = reference->states != NULL ? &reference->reference : NULL;
     options.budget = arguments->budget;
     options.clock = cpu_now;
-    options.progress = show_progress;
+    options.progress = show_study_progress;
     options.user = progress;
     return options;
 }
 
-static void say_file(const char *what, const char *path) {
+static void say_study_file(const char *what, const char *path) {
     if (path != NULL && strcmp(path, "-") != 0)
         fprintf(stderr, "  %s: %s\n", what, kt_show(path).text);
 }
 
 /* Writes the CSV file and the pictures, prints their names, then the tables. Returns an exit code. */
-static int report(const kt_findings *findings) {
+static int report_findings(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int code = KT_EXIT_DONE;
     if (arguments->baselines)
@@ -233,9 +233,9 @@ static int report(const kt_findings *findings) {
         code = code == KT_EXIT_DONE ? drawn : code;
     }
     if (code == KT_EXIT_DONE && !arguments->quiet) {
-        say_file("every run", arguments->out);
-        say_file("picture", arguments->plot);
-        say_file("picture", arguments->plot_dark);
+        say_study_file("every run", arguments->out);
+        say_study_file("picture", arguments->plot);
+        say_study_file("picture", arguments->plot_dark);
     }
     /* Tables and CSV lines must not be mixed on standard output. */
     if (!arguments->quiet && (arguments->out == NULL || strcmp(arguments->out, "-") != 0)) {
@@ -256,7 +256,7 @@ static int report_with_peers(kt_findings *findings, const char *path) {
     int code = a->peers ? kt_peers_measure(&work, &peers) : -1;
     findings->peers = peers;
     if (code < 0)
-        code = report(findings);
+        code = report_findings(findings);
     findings->peers = NULL;
     free(peers);
     return code;
@@ -266,7 +266,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
                        const char *name, const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
-    kt_accuracy_options options = choose_options(arguments, reference, &progress);
+    kt_accuracy_options options = choose_study_options(arguments, reference, &progress);
     const kt_variant own = kt_own_variant(scene);
     kt_variant variants[KT_COMPARED_FORMULATIONS];
     options.own = &own;

@@ -35,8 +35,8 @@ static void write_goal(FILE *file, const kt_findings *findings, double goal) {
 }
 
 /* findings: NULL if the study failed. */
-static void write_line(FILE *file, int64_t number, const kt_sweep_plan *plan, const double *values,
-                       const kt_findings *findings, const kt_accuracy_arguments *arguments) {
+static void write_study_line(FILE *file, int64_t number, const kt_sweep_plan *plan, const double *values,
+                             const kt_findings *findings, const kt_accuracy_arguments *arguments) {
     fprintf(file, "%lld", (long long)number);
     for (int i = 0; i < plan->count; i++)
         fprintf(file, ",%.17g", values[i]);
@@ -62,13 +62,13 @@ struct kt_accuracy_along {
 };
 
 void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {
-    write_line(along->file, along->number, along->plan, along->values, findings, along->arguments);
+    write_study_line(along->file, along->number, along->plan, along->values, findings, along->arguments);
     along->written = true;
 }
 
 /* Runs all studies, one after the other, because parallel studies would disturb each other's measured times. */
-static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
-                     kt_accuracy_study *study, const char *path, const char *base) {
+static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
+                             kt_accuracy_study *study, const char *path, const char *base) {
     int code = KT_EXIT_DONE;
     write_header(file, arguments, plan);
     for (int64_t run = 0; run < kt_sweep_plan_runs(plan); run++) {
@@ -85,7 +85,7 @@ static int write_all(const kt_accuracy_arguments *arguments, const kt_sweep_plan
         one.along = &along;
         const int failed = study(&one, path, base);
         if (!along.written)
-            write_line(file, run, plan, values, NULL, arguments);
+            write_study_line(file, run, plan, values, NULL, arguments);
         if (!arguments->quiet)
             fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(plan));
         code = failed != KT_EXIT_DONE ? failed : code;
@@ -106,7 +106,7 @@ int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_st
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0)
-        code = write_all(arguments, &plan, file, study, path, base);
+        code = write_all_studies(arguments, &plan, file, study, path, base);
     if (file != NULL && !to_stream && fclose(file) != 0) {
         kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
         code = KT_EXIT_INTEGRATION;

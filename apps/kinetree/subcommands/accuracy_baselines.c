@@ -25,7 +25,7 @@ static void print_order(double coarse, double fine, double ratio) {
         printf("    -");
 }
 
-static void print_row(const kt_accuracy_baseline *b, const kt_accuracy_baseline *before) {
+static void print_baseline_row(const kt_accuracy_baseline *b, const kt_accuracy_baseline *before) {
     printf("    %8.3g", b->step);
     if (b->status != KT_OK) {
         printf("  breaks down after %.0f steps\n", (double)b->counts.steps);
@@ -43,8 +43,8 @@ static void print_row(const kt_accuracy_baseline *b, const kt_accuracy_baseline 
 }
 
 /* Returns the status of the runs; an error is the caller's. */
-static kt_status print_method(const kt_findings *findings, const kt_dae_options *options, kt_formulation formulation,
-                              kt_error *error) {
+static kt_status print_baseline_method(const kt_findings *findings, const kt_dae_options *options,
+                                       kt_formulation formulation, kt_error *error) {
     double steps[STEPS_MOST];
     kt_accuracy_baseline rows[STEPS_MOST];
     const int count = choose_steps(findings, steps);
@@ -54,7 +54,7 @@ static kt_status print_method(const kt_findings *findings, const kt_dae_options 
         if (status == KT_OK && i == 0)
             printf("  %s, %s\n", kt_dae_name(options->type), options->method->name);
         if (status == KT_OK)
-            print_row(&rows[i], i > 0 ? &rows[i - 1] : NULL);
+            print_baseline_row(&rows[i], i > 0 ? &rows[i - 1] : NULL);
         fflush(stdout);
     }
     return status;
@@ -69,7 +69,7 @@ static int print_formulation(const kt_findings *findings, kt_formulation formula
             kt_error error = {0};
             kt_dae_options options = kt_dae_options_default((kt_dae_type)type);
             options.method = kt_method_find(methods[m]);
-            const kt_status status = print_method(findings, &options, formulation, &error);
+            const kt_status status = print_baseline_method(findings, &options, formulation, &error);
             if (status == KT_ERROR_SINGULAR) {
                 printf("  %s\n", error.message);
                 return KT_EXIT_DONE;

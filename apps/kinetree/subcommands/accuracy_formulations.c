@@ -44,7 +44,8 @@ int kt_compared_methods(const kt_method **methods) {
 
 /* ---- one setting ------------------------------------------------------------------------------------------------- */
 
-static const kt_accuracy_curve *curve_of(const kt_accuracy_results *results, const kt_method *method, int variant) {
+static const kt_accuracy_curve *method_curve_of(const kt_accuracy_results *results, const kt_method *method,
+                                                int variant) {
     for (int i = 0; i < results->curve_count; i++)
         if (results->curves[i].method == method && results->curves[i].variant == variant)
             return &results->curves[i];
@@ -53,8 +54,8 @@ static const kt_accuracy_curve *curve_of(const kt_accuracy_results *results, con
 
 /* Returns the point of the minimal formulation whose setting is used to compare all formulations. It is the first
  * point, from coarse to fine, that reaches the goal. If no point reaches the goal, it is the most accurate point. */
-static const kt_accuracy_point *choose(const kt_accuracy_results *results, const kt_accuracy_curve *curve,
-                                       double goal) {
+static const kt_accuracy_point *choose_compared_point(const kt_accuracy_results *results,
+                                                      const kt_accuracy_curve *curve, double goal) {
     const kt_accuracy_point *best = NULL;
     for (int i = 0; i < curve->count; i++) {
         const kt_accuracy_point *point = &results->points[curve->first + i];
@@ -68,7 +69,7 @@ static const kt_accuracy_point *choose(const kt_accuracy_results *results, const
     return best;
 }
 
-static void print_row(const char *label, const kt_accuracy_point *point, double duration) {
+static void print_formulation_row(const char *label, const kt_accuracy_point *point, double duration) {
     printf("  %-15s", label);
     if (point->status != KT_OK)
         printf(" %9s  %9s  %9s  %9s", "-", "-", "-", "-");
@@ -79,9 +80,9 @@ static void print_row(const char *label, const kt_accuracy_point *point, double 
 }
 
 /* Appends text to a sentence, after a comma if the sentence is not empty. */
-static void add(char *text, size_t size, const char *format, ...) KT_PRINTF(3, 4);
+static void add_phrase(char *text, size_t size, const char *format, ...) KT_PRINTF(3, 4);
 
-static void add(char *text, size_t size, const char *format, ...) {
+static void add_phrase(char *text, size_t size, const char *format, ...) {
     size_t used = strlen(text);
     va_list values;
     if (used > 0 && used + 2 < size) {
@@ -102,31 +103,32 @@ static void report_wrong(const kt_findings *findings, const kt_accuracy_point *b
     const kt_residual *open = &point->error.constraint;
     text[0] = '\0';
     if (point->status != KT_OK) {
-        add(text, size, "breaks down before the end");
+        add_phrase(text, size, "breaks down before the end");
     } else if (!point->usable) {
-        add(text, size, "takes another branch");
-        add(text, size, "while its loops open by no more than %.1g", open->position);
+        add_phrase(text, size, "takes another branch");
+        add_phrase(text, size, "while its loops open by no more than %.1g", open->position);
     } else {
         if (times > 2.0)
-            add(text, size, "%.2g times the error", times);
+            add_phrase(text, size, "%.2g times the error", times);
         if (work > 1.2)
-            add(text, size, "%.2g times the evaluations", work);
+            add_phrase(text, size, "%.2g times the evaluations", work);
         if (open->position > 1e-12)
-            add(text, size, "loops open by %.1g", open->position);
+            add_phrase(text, size, "loops open by %.1g", open->position);
         if (open->velocity > 1e-10)
-            add(text, size, "velocities off their equations by %.1g", open->velocity);
+            add_phrase(text, size, "velocities off their equations by %.1g", open->velocity);
     }
     if (point->verdict == KT_ERROR_SINGULAR)
-        add(text, size, "passes singular positions without means to cross them");
+        add_phrase(text, size, "passes singular positions without means to cross them");
     else if (point->verdict != KT_OK)
-        add(text, size, "its loops came apart");
+        add_phrase(text, size, "its loops came apart");
     if (text[0] == '\0')
-        add(text, size, "nothing");
+        add_phrase(text, size, "nothing");
 }
 
 /* ---- one method -------------------------------------------------------------------------------------------------- */
 
-static int print_method(const kt_findings *findings, const kt_accuracy_curve *curve, const kt_accuracy_point *chosen) {
+static int print_formulations(const kt_findings *findings, const kt_accuracy_curve *curve,
+                              const kt_accuracy_point *chosen) {
     const kt_accuracy_results *results = findings->results;
     kt_accuracy_point points[KT_COMPARED_FORMULATIONS];
     char setting[64], text[256];
@@ -141,7 +143,7 @@ static int print_method(const kt_findings *findings, const kt_accuracy_curve *cu
             kt_say_error(&error);
             return kt_exit_code(status);
         }
-        print_row(kinds[i].label, &points[i], results->duration);
+        print_formulation_row(kinds[i].label, &points[i], results->duration);
     }
     for (int i = 1; i < KT_COMPARED_FORMULATIONS; i++) {
         report_wrong(findings, &points[0], &points[i], text, sizeof text);
@@ -157,10 +159,10 @@ int kt_findings_print_formulations(const kt_findings *findings) {
     const int methods = results->curve_count / results->variant_count;
     int code = KT_EXIT_DONE;
     for (int m = 0; m < methods && code == KT_EXIT_DONE; m++) {
-        const kt_accuracy_curve *curve = curve_of(results, results->curves[m].method, 0);
-        const kt_accuracy_point *chosen = curve != NULL ? choose(results, curve, goal) : NULL;
+        const kt_accuracy_curve *curve = method_curve_of(results, results->curves[m].method, 0);
+        const kt_accuracy_point *chosen = curve != NULL ? choose_compared_point(results, curve, goal) : NULL;
         if (chosen != NULL)
-            code = print_method(findings, curve, chosen);
+            code = print_formulations(findings, curve, chosen);
     }
     return code;
 }

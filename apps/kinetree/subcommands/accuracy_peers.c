@@ -92,7 +92,7 @@ static const double *pose_column(const kt_table *table, char axis, const char *b
 }
 
 /* Copies the poses of all bodies, record by record. */
-static bool take_poses(kt_peer_session *s, const kt_table *table, kt_peer_curve *curve) {
+static bool take_peer_poses(kt_peer_session *s, const kt_table *table, kt_peer_curve *curve) {
     const kt_model *model = kt_accuracy_model(s->work->study);
     const size_t rows = (size_t)kt_accuracy_get(s->work->study)->records + 1;
     const size_t width = POSE * ((size_t)kt_model_body_count(model) - 1);
@@ -120,14 +120,14 @@ static double last_number(const kt_table *table, const char *name) {
 }
 
 /* Reads the table of a run into a point. */
-static bool take_answer(kt_peer_session *s, kt_peer_curve *curve, kt_accuracy_point *point) {
+static bool take_peer_answer(kt_peer_session *s, kt_peer_curve *curve, kt_accuracy_point *point) {
     kt_table table;
     kt_error error = {0};
     if (kt_table_read_file(s->path[FILE_ANSWER], &table) >= 0) {
         (void)snprintf(curve->reason, sizeof curve->reason, "its table cannot be read");
         return false;
     }
-    bool good = take_poses(s, &table, curve);
+    bool good = take_peer_poses(s, &table, curve);
     if (good && kt_accuracy_compare(s->work->study, s->poses, point, &error) != KT_OK) {
         (void)snprintf(curve->reason, sizeof curve->reason, "%.190s", error.message);
         good = false;
@@ -161,7 +161,7 @@ static bool run_setting(kt_peer_session *s, const char *program, kt_peer_curve *
     point->error.position = HUGE_VAL;
     const bool ran = run_program(s, arguments, 6.0 * s->share + 2.0, reason, sizeof reason);
     if (ran)
-        return take_answer(s, curve, point);
+        return take_peer_answer(s, curve, point);
     (void)snprintf(curve->reason, sizeof curve->reason, "%s", reason);
     return strcmp(reason, "it takes too long") != 0;
 }
@@ -179,7 +179,7 @@ static bool has_stopped_falling(const kt_peer_curve *curve) {
 
 /* Steps from the interval of the records on, each half as long as the one before; tolerances from 0.1 on, each a tenth.
  * A failure counts as the curve's own only if no finer setting succeeds. */
-static void climb(kt_peer_session *s, const char *program, kt_peer_curve *curve) {
+static void climb_peer_curve(kt_peer_session *s, const char *program, kt_peer_curve *curve) {
     const kt_accuracy_results *results = kt_accuracy_get(s->work->study);
     double setting = curve->adaptive ? 0.1 : results->interval;
     for (bool goes_on = true; goes_on && curve->count < KT_PEER_POINTS_MAX;) {
@@ -249,7 +249,7 @@ static void search_folder(kt_peer_session *s, const char *folder) {
         add_methods(s, found[i]);
 }
 
-static void search_path(kt_peer_session *s) {
+static void search_peers(kt_peer_session *s) {
     const char *path = getenv("PATH");
     char *copy = strdup(path != NULL ? path : ""), *rest = NULL;
     if (copy == NULL)
@@ -261,7 +261,7 @@ static void search_path(kt_peer_session *s) {
 
 /* ---- all of it --------------------------------------------------------------------------------------------------- */
 
-static void say_lost(void *user, const char *what, int count) {
+static void say_lost_by_peer(void *user, const char *what, int count) {
     const kt_peer_work *work = user;
     if (!work->is_quiet)
         kt_say("accuracy: --peers: the file for engines that read MJCF leaves out or "
@@ -286,7 +286,7 @@ static int make_files(kt_peer_session *s) {
         kt_say("accuracy: --peers: %s cannot be written: %s", s->path[FILE_SCENE], strerror(errno));
         return KT_EXIT_INTEGRATION;
     }
-    const kt_status status = kt_robot_write_scene(s->work->scene, KT_ROBOT_MJCF, s->folder, file, say_lost,
+    const kt_status status = kt_robot_write_scene(s->work->scene, KT_ROBOT_MJCF, s->folder, file, say_lost_by_peer,
                                                   (void *)(uintptr_t)s->work, &error);
     if (fclose(file) != 0 || status != KT_OK) {
         kt_say("accuracy: --peers: the scene cannot be written as MJCF: %s", error.message);
@@ -302,11 +302,11 @@ static void remove_files(const kt_peer_session *s) {
         (void)rmdir(s->folder);
 }
 
-static int measure(kt_peer_session *s) {
+static int measure_peers(kt_peer_session *s) {
     int code = make_files(s);
     if (code >= 0)
         return code;
-    search_path(s);
+    search_peers(s);
     if (s->peers->count == 0) {
         kt_say("accuracy: --peers: no program %sNAME is on the PATH; 'bench/run engines SCENE' builds those of MuJoCo, "
                "ODE, Simbody and SUNDIALS",
@@ -319,7 +319,7 @@ static int measure(kt_peer_session *s) {
         char words[96];
         (void)snprintf(words, sizeof words, "%s %s", s->peers->curves[i].engine, s->peers->curves[i].method);
         kt_progress_show(&progress, (double)i / s->peers->count, words);
-        climb(s, s->program[i], &s->peers->curves[i]);
+        climb_peer_curve(s, s->program[i], &s->peers->curves[i]);
     }
     kt_progress_end(&progress);
     return -1;
@@ -334,7 +334,7 @@ int kt_peers_measure(const kt_peer_work *work, kt_peers **peers) {
     int code = KT_EXIT_INTEGRATION;
     if (s != NULL && made != NULL && poses != NULL) {
         *s = (kt_peer_session){.work = work, .peers = made, .poses = poses};
-        code = measure(s);
+        code = measure_peers(s);
         remove_files(s);
     } else {
         kt_say("there is not enough memory");

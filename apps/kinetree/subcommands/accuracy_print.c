@@ -104,7 +104,7 @@ static const char *end_text(kt_accuracy_end end) {
     return "";
 }
 
-static void print_method(const kt_findings *findings, const kt_accuracy_curve *curve) {
+static void print_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
     const double least = least_error(findings, curve);
     const char *variant = findings->results->variants[curve->variant].label;
     printf("  %-14s %5d", curve->method->name, curve->method->order);
@@ -125,7 +125,7 @@ static void print_methods(const kt_findings *findings) {
     printf("\n  %-14s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
            "reason to stop");
     for (int i = 0; i < results->curve_count; i++)
-        print_method(findings, &results->curves[i]);
+        print_curve(findings, &results->curves[i]);
     for (int i = 0; i < results->curve_count; i++)
         if (results->curves[i].stable_step > 0.0) {
             puts("  steps longer than 'stable to' are unstable (adaptive methods: on average). 'kinetree stability' "
@@ -279,7 +279,7 @@ void kt_findings_print(const kt_findings *findings) {
 
 enum { VARIANTS_MAX = 12, LARGE = 40 };
 
-static kt_variant *add(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
+static kt_variant *add_variant(kt_variant *variants, int *count, const kt_variant *base, const char *label) {
     kt_variant *variant = &variants[(*count)++];
     *variant = *base;
     variant->label = label;
@@ -292,23 +292,24 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
     const kt_variant base = kt_own_variant(findings->scene);
     const bool has_loops = kt_loop_count(kt_accuracy_model(findings->study)) > 0;
     int count = 0;
-    add(variants, &count, &base, "as the scene has it");
-    add(variants, &count, &base, "with its records")->records = true;
+    add_variant(variants, &count, &base, "as the scene has it");
+    add_variant(variants, &count, &base, "with its records")->records = true;
     if (has_loops) {
-        add(variants, &count, &base, "without projection")->simulation.unprojected = true;
+        add_variant(variants, &count, &base, "without projection")->simulation.unprojected = true;
         for (int i = 0; i < 3; i++)
             if (i != (int)findings->scene->reduction)
-                add(variants, &count, &base, reductions[i])->model.reduction = kt_reduction_method_of((kt_reduction)i);
+                add_variant(variants, &count, &base, reductions[i])->model.reduction =
+                    kt_reduction_method_of((kt_reduction)i);
         const bool is_mass = base.model.metric == KT_METRIC_MASS;
-        add(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
+        add_variant(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
             is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
     }
     if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
-        add(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
+        add_variant(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
     if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
         return count; /* six coordinates per body: compiling that model alone takes long */
     const bool is_absolute = base.formulation == KT_FORMULATION_ABSOLUTE;
-    add(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->formulation =
+    add_variant(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->formulation =
         is_absolute ? KT_FORMULATION_TREE : KT_FORMULATION_ABSOLUTE;
     return count;
 }
@@ -316,7 +317,7 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
 /* Returns the index of the point whose variants are compared: the cheapest point for the middle goal. If no point
  * reaches this goal, the goal is the smallest decade from 1e-6 to 0.1 that a point reaches. Returns -1 if no point
  * reaches any of these goals. */
-static int choose(const kt_findings *findings) {
+static int choose_variant_point(const kt_findings *findings) {
     const kt_accuracy_arguments *arguments = findings->arguments;
     int best = kt_accuracy_best(findings->study, arguments->goals[arguments->goal_count / 2]);
     for (int decade = -6; best < 0 && decade < 0; decade++)
@@ -326,7 +327,7 @@ static int choose(const kt_findings *findings) {
 
 int kt_findings_print_prices(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
-    const int chosen = choose(findings);
+    const int chosen = choose_variant_point(findings);
     kt_variant variants[VARIANTS_MAX];
     if (chosen < 0)
         return KT_EXIT_DONE;
@@ -369,7 +370,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
 /* ---- CSV -------------------------------------------------------------------------------------------------------- */
 
 /* Writes 17 digits, which read back to the same bits; an unknown value leaves the cell empty. */
-static void put(FILE *file, double value) {
+static void put_cell(FILE *file, double value) {
     if (isnan(value))
         fputc(',', file);
     else
@@ -377,29 +378,29 @@ static void put(FILE *file, double value) {
 }
 
 /* head: the cells of the variant, the method and its order. */
-static void write_point(FILE *file, const char *head, bool is_adaptive, const kt_accuracy_point *point) {
+static void write_study_point(FILE *file, const char *head, bool is_adaptive, const kt_accuracy_point *point) {
     const kt_accuracy_error *error = &point->error;
     fprintf(file, "%s,%s,%.17g,%s", head, is_adaptive ? "tolerance" : "step", point->setting,
             point->status != KT_OK ? "failed"
             : !point->usable       ? "unusable"
             : point->believed      ? "ok"
                                    : "below the reference");
-    put(file, error->position);
-    put(file, error->velocity);
-    put(file, error->end_position);
-    put(file, error->end_velocity);
-    put(file, error->energy);
-    put(file, error->constraint.position);
-    put(file, error->constraint.velocity);
+    put_cell(file, error->position);
+    put_cell(file, error->velocity);
+    put_cell(file, error->end_position);
+    put_cell(file, error->end_velocity);
+    put_cell(file, error->energy);
+    put_cell(file, error->constraint.position);
+    put_cell(file, error->constraint.velocity);
     fprintf(file, ",%llu,%llu,%llu,%llu", (unsigned long long)point->counts.steps,
             (unsigned long long)point->counts.rejected, (unsigned long long)point->counts.evaluations,
             (unsigned long long)point->counts.factorizations);
-    put(file, point->cpu);
-    put(file, isnan(point->cpu) ? (double)NAN : point->spread);
+    put_cell(file, point->cpu);
+    put_cell(file, isnan(point->cpu) ? (double)NAN : point->spread);
     fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
 }
 
-static int write_points(const kt_findings *findings, FILE *file) {
+static int write_study_points(const kt_findings *findings, FILE *file) {
     const kt_accuracy_results *results = findings->results;
     char head[160];
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
@@ -412,13 +413,13 @@ static int write_points(const kt_findings *findings, FILE *file) {
         (void)snprintf(head, sizeof head, "%s,%s,%d", label != NULL ? label : "", curve->method->name,
                        curve->method->order);
         for (int i = 0; i < curve->count; i++)
-            write_point(file, head, curve->adaptive, &results->points[curve->first + i]);
+            write_study_point(file, head, curve->adaptive, &results->points[curve->first + i]);
     }
     for (int c = 0; findings->peers != NULL && c < findings->peers->count; c++) {
         const kt_peer_curve *curve = &findings->peers->curves[c];
         (void)snprintf(head, sizeof head, "%s,%s,", curve->engine, curve->method); /* the order is not known */
         for (int i = 0; i < curve->count; i++)
-            write_point(file, head, curve->adaptive, &curve->points[i]);
+            write_study_point(file, head, curve->adaptive, &curve->points[i]);
     }
     return fflush(file) != 0 || ferror(file) != 0;
 }
@@ -426,7 +427,7 @@ static int write_points(const kt_findings *findings, FILE *file) {
 int kt_findings_write(const kt_findings *findings, const char *path) {
     kt_output output;
     if (strcmp(path, "-") == 0) {
-        (void)write_points(findings, stdout);
+        (void)write_study_points(findings, stdout);
         return kt_finish_output(KT_EXIT_DONE);
     }
     int code = kt_output_start(&output, path);
@@ -434,7 +435,7 @@ int kt_findings_write(const kt_findings *findings, const char *path) {
         return code;
     errno = 0;
     FILE *file = fopen(kt_output_path(&output), "w");
-    bool failed = file == NULL || write_points(findings, file) != 0;
+    bool failed = file == NULL || write_study_points(findings, file) != 0;
     const int reason = errno;
     if (file != NULL)
         failed = fclose(file) != 0 || failed;

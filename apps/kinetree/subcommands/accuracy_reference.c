@@ -26,7 +26,8 @@ static void name_column(char name[256], const char *kind, const char *joint, int
 }
 
 /* Copies a column into every row of `states`. */
-static int take(const char *path, const kt_table *table, size_t count, const char *name, double *states, size_t width) {
+static int take_reference_column(const char *path, const kt_table *table, size_t count, const char *name,
+                                 double *states, size_t width) {
     const double *column = kt_table_column(table, name);
     if (column == NULL) {
         kt_say("%s has no column '%s': is it of this scene, written by 'kinetree run'?", path, name);
@@ -42,7 +43,8 @@ static int take(const char *path, const kt_table *table, size_t count, const cha
     return -1;
 }
 
-static int fill(const char *path, const kt_table *table, size_t count, const kt_model *model, double *q, double *v) {
+static int fill_reference(const char *path, const kt_table *table, size_t count, const kt_model *model, double *q,
+                          double *v) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     int code = -1;
     for (int body = 1; body < kt_model_body_count(model); body++) {
@@ -51,11 +53,11 @@ static int fill(const char *path, const kt_table *table, size_t count, const kt_
         char column[256];
         for (int k = 0; k < at.nq && code < 0; k++) {
             name_column(column, "position", name, k, at.nq == 1);
-            code = take(path, table, count, column, q + at.q + k, nq);
+            code = take_reference_column(path, table, count, column, q + at.q + k, nq);
         }
         for (int k = 0; k < at.nv && code < 0; k++) {
             name_column(column, "velocity", name, k, at.nv == 1);
-            code = take(path, table, count, column, v + at.v + k, nv);
+            code = take_reference_column(path, table, count, column, v + at.v + k, nv);
         }
     }
     return code;
@@ -79,7 +81,7 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
         kt_say("there is not enough memory for %s", path);
         code = KT_EXIT_INTEGRATION;
     } else {
-        code = fill(path, &table, count, model, file->states, file->states + count * nq);
+        code = fill_reference(path, &table, count, model, file->states, file->states + count * nq);
         file->reference = (kt_reference){time[1], (int)count, file->states, file->states + count * nq};
     }
     kt_table_free(&table);

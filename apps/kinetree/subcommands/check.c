@@ -58,9 +58,9 @@ typedef struct check {
     int warnings;
 } check;
 
-static void warn(check *c, const char *format, ...) KT_PRINTF(2, 3);
+static void warn_check(check *c, const char *format, ...) KT_PRINTF(2, 3);
 
-static void warn(check *c, const char *format, ...) {
+static void warn_check(check *c, const char *format, ...) {
     va_list arguments;
     fprintf(stderr, "%s: warning: ", c->path);
     va_start(arguments, format);
@@ -77,14 +77,15 @@ static void check_mobility(check *c) {
     if (f.minimal > 0 || kt_is_driven(&c->scene->description))
         return;
     if (c->scene->description.body_count == 0)
-        warn(c, "nothing can move: there are no bodies; add some under 'bodies'");
+        warn_check(c, "nothing can move: there are no bodies; add some under 'bodies'");
     else if (f.tree == 0)
-        warn(c, "nothing can move: all joints are fixed; give a body a joint that moves");
+        warn_check(c, "nothing can move: all joints are fixed; give a body a joint that moves");
     else
-        warn(c,
-             "nothing can move: the joints have %d degree%s of freedom, and the loops take all of them (%d independent "
-             "equation%s); leave a loop out, or choose types with fewer equations",
-             f.tree, f.tree == 1 ? "" : "s", f.rank, f.rank == 1 ? "" : "s");
+        warn_check(
+            c,
+            "nothing can move: the joints have %d degree%s of freedom, and the loops take all of them (%d independent "
+            "equation%s); leave a loop out, or choose types with fewer equations",
+            f.tree, f.tree == 1 ? "" : "s", f.rank, f.rank == 1 ? "" : "s");
 }
 
 /* Warns of joints whose motion is prescribed by two loops. The loops agree in the initial state, but may disagree
@@ -110,22 +111,25 @@ static void check_gravity(check *c) {
     const kt_vec3 g = c->scene->description.gravity;
     const double size = kt_vec3_norm(g);
     if (size == 0.0 && kt_model_mobility(c->model).minimal > 0 && stays_at_rest(c))
-        warn(c, "nothing sets it in motion: it is at rest, there are no effects, and no gravity; was 'gravity: [0, 0, "
-                "-9.81]' forgotten?");
+        warn_check(
+            c, "nothing sets it in motion: it is at rest, there are no effects, and no gravity; was 'gravity: [0, 0, "
+               "-9.81]' forgotten?");
     else if (kt_model_mobility(c->model).minimal > 0 && stays_at_rest(c))
-        warn(c,
-             "nothing sets it in motion: it is at rest, there are no effects, and gravity [%.6g, %.6g, %.6g] does "
-             "not accelerate it; compare gravity with the axes of the joints, or give it another start",
-             g.x, g.y, g.z);
+        warn_check(
+            c,
+            "nothing sets it in motion: it is at rest, there are no effects, and gravity [%.6g, %.6g, %.6g] does "
+            "not accelerate it; compare gravity with the axes of the joints, or give it another start",
+            g.x, g.y, g.z);
     else if (size > 9000.0 && size < 11000.0)
-        warn(c, "gravity is %.6g m/s^2, a thousand times that of the earth; lengths are in metres here: 9.81", size);
+        warn_check(c, "gravity is %.6g m/s^2, a thousand times that of the earth; lengths are in metres here: 9.81",
+                   size);
     else if (size > 100.0)
-        warn(c, "gravity is %.6g m/s^2, %.3g times that of the earth, 9.81", size, size / 9.81);
+        warn_check(c, "gravity is %.6g m/s^2, %.3g times that of the earth, 9.81", size, size / 9.81);
 }
 
 /* ---- inertia ----------------------------------------------------------------------------------------------------- */
 
-static bool carries(const check *c, int body, int other) {
+static bool body_carries(const check *c, int body, int other) {
     while (other > body)
         other = kt_body_parent(c->model, other);
     return other == body;
@@ -140,8 +144,9 @@ static double largest_inertia(const check *c, int body) {
         kt_vec3 com;
         kt_sym3 inertia;
         kt_error error;
-        if (!carries(c, body, other) || kt_body_inertia(&c->scene->description.bodies[kt_body_source(c->model, other)],
-                                                        &com, &inertia, &error) != KT_OK)
+        if (!body_carries(c, body, other) ||
+            kt_body_inertia(&c->scene->description.bodies[kt_body_source(c->model, other)], &com, &inertia, &error) !=
+                KT_OK)
             continue;
         const double d = kt_vec3_norm(kt_vec3_sub(kt_point_position(c->model, c->data, other, com), origin));
         sum += kt_body_mass(c->model, other) * d * d;
@@ -166,7 +171,7 @@ static double moved_inertia(const check *c, int i, double *work) {
 
 /* Warns of revolute joints whose axis nearly passes through the mass that the joint turns. Robots whose links are
  * points have such joints. These joints begin with an acceleration that steps can hardly follow. */
-static void check_inertia(check *c) {
+static void check_axis_inertia(check *c) {
     enum { FAST = 100000 /* rad/s^2 */ };
     kt_error error;
     double *work = calloc(2 * (size_t)kt_model_nv(c->model) + 1, sizeof *work);
@@ -177,10 +182,11 @@ static void check_inertia(check *c) {
             continue;
         const double inertia = moved_inertia(c, at.v, work), share = inertia / largest_inertia(c, body);
         if (share < 1e-8)
-            warn(c,
-                 "joint '%s' turns an inertia of %.3g kg m^2, %.1g of a usual one for its bodies, and begins with %.3g "
-                 "rad/s^2. This needs very short steps; give the joint an 'armature', or the body an 'inertia'",
-                 kt_joint_name(c->model, body), inertia, share, c->a[at.v]);
+            warn_check(
+                c,
+                "joint '%s' turns an inertia of %.3g kg m^2, %.1g of a usual one for its bodies, and begins with %.3g "
+                "rad/s^2. This needs very short steps; give the joint an 'armature', or the body an 'inertia'",
+                kt_joint_name(c->model, body), inertia, share, c->a[at.v]);
     }
     free(work);
 }
@@ -189,18 +195,18 @@ static void check_inertia(check *c) {
 
 static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
     if (kt_doubtful_angle(x))
-        warn(c, "%s '%s': %s: %.9g is in radians, %.3g turns. Write '%.9g deg' if degrees are meant", what, name, key,
-             x, x / (2.0 * 3.14159265358979323846), x);
+        warn_check(c, "%s '%s': %s: %.9g is in radians, %.3g turns. Write '%.9g deg' if degrees are meant", what, name,
+                   key, x, x / (2.0 * 3.14159265358979323846), x);
 }
 
-static bool turns(const check *c, const char *joint) {
+static bool joint_turns(const check *c, const char *joint) {
     const int body = joint != NULL ? kt_body_of_joint(c->model, joint) : -1;
     return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
 }
 
 /* Returns whether a key is a position of the joint in which the item acts. The position is an angle if the joint
  * turns. */
-static bool is_position(const kt_key *key, kt_key_kind kind) {
+static bool is_position_key(const kt_key *key, kt_key_kind kind) {
     return key->kind == kind && strcmp(key->unit, "rad|m") == 0;
 }
 
@@ -208,10 +214,10 @@ static void check_effect_angles(check *c, const kt_effect *effect) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
     char what[64];
     snprintf(what, sizeof what, "%s of", descriptor->name);
-    for (int k = 0; k < descriptor->key_count && turns(c, effect->joint); k++) {
+    for (int k = 0; k < descriptor->key_count && joint_turns(c, effect->joint); k++) {
         const kt_key *key = &descriptor->keys[k];
         const double *value = (const void *)((const char *)effect + key->offset);
-        if (is_position(key, KT_KEY_NUMBER) && isfinite(*value))
+        if (is_position_key(key, KT_KEY_NUMBER) && isfinite(*value))
             check_angle(c, what, effect->joint, key->name, *value);
     }
 }
@@ -269,14 +275,14 @@ static void check_driven_angles(check *c) {
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
-        if (key != NULL && is_position(key, KT_KEY_FUNCTION) && turns(c, loop->joint))
+        if (key != NULL && is_position_key(key, KT_KEY_FUNCTION) && joint_turns(c, loop->joint))
             check_function_angles(c, "loop", loop->name, key->name, &loop->function);
     }
     for (int i = 0; i < d->effect_count; i++) {
         const kt_effect *effect = &d->effects[i];
         const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
         char what[64];
-        if (key == NULL || !is_position(key, KT_KEY_FUNCTION) || !turns(c, effect->joint))
+        if (key == NULL || !is_position_key(key, KT_KEY_FUNCTION) || !joint_turns(c, effect->joint))
             continue;
         snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
         check_function_angles(c, what, effect->joint, key->name,
@@ -302,7 +308,7 @@ static int check_accelerations(check *c) {
     if (status == KT_OK || status == KT_ERROR_UNSUPPORTED) /* a contact touches: check_simulation closes it */
         return KT_EXIT_DONE;
     if (status == KT_ERROR_SINGULAR && c->scene->description.inertia_check == KT_INERTIA_ACCEPT) {
-        warn(c, "accelerations cannot be computed: %s: %s", error.where, error.message);
+        warn_check(c, "accelerations cannot be computed: %s: %s", error.where, error.message);
         return KT_EXIT_DONE;
     }
     const int code = reject_scene(c, status, &error);
@@ -344,7 +350,7 @@ static int check_start(check *c) {
     c->warnings += warn_of_double_motions(c);
     check_mobility(c);
     check_gravity(c);
-    check_inertia(c);
+    check_axis_inertia(c);
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
     check_angles(c);
     check_driven_angles(c);
@@ -352,14 +358,15 @@ static int check_start(check *c) {
     kt_warnings_free(&warnings);
     const char *jumping = kt_start_jumping(c->scene);
     if (jumping != NULL)
-        warn(c,
-             "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula; give the table "
-             "'interpolation: cubic' or 'monotone', the formula no sign, step or comparison",
-             jumping);
+        warn_check(
+            c,
+            "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula; give the table "
+            "'interpolation: cubic' or 'monotone', the formula no sign, step or comparison",
+            jumping);
     return KT_EXIT_DONE;
 }
 
-static int check_model(const char *path, const kt_scene *scene, const kt_model *model) {
+static int check_scene_model(const char *path, const kt_scene *scene, const kt_model *model) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     check c = {.path = path, .scene = scene, .model = model};
     kt_error error = {0};
@@ -390,13 +397,13 @@ static int view_start(const char *path, const kt_scene *scene, const kt_model *m
     return code;
 }
 
-static int check_scene(const char *path, const kt_settings *settings, const char *view) {
+static int check_scene_file(const char *path, const kt_settings *settings, const char *view) {
     kt_scene scene;
     kt_model *model = NULL;
     int code = kt_load_model(path, settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    code = check_model(path, &scene, model);
+    code = check_scene_model(path, &scene, model);
     if (view != NULL) {
         const int viewed = view_start(path, &scene, model, view);
         code = code == KT_EXIT_DONE ? viewed : code;
@@ -422,7 +429,7 @@ int kt_command_check(int argc, char **argv) {
         return code;
     code = KT_EXIT_DONE;
     for (int i = 1; i <= operands; i++) {
-        const int one = check_scene(argv[i], &arguments.settings, arguments.view);
+        const int one = check_scene_file(argv[i], &arguments.settings, arguments.view);
         code = code == KT_EXIT_DONE ? one : code;
     }
     return kt_finish_output(code);

@@ -36,12 +36,12 @@ const kt_usage kt_usage_demo = {
     .also = &kt_usage_run,
 };
 
-static int is_scene(const struct dirent *entry) {
+static int is_demo_scene(const struct dirent *entry) {
     size_t length = strlen(entry->d_name);
     return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
-static void join(char *path, size_t size, const char *folder, const char *file) {
+static void join_demo_path(char *path, size_t size, const char *folder, const char *file) {
     snprintf(path, size, "%s/%s", folder, file);
 }
 
@@ -51,7 +51,7 @@ static void list_scene(const char *folder, const char *file, int width) {
     char path[PATH_SIZE];
     kt_scene scene;
     kt_error error;
-    join(path, sizeof path, folder, file);
+    join_demo_path(path, sizeof path, folder, file);
     int length = (int)strlen(file) - 5;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK) {
         printf("%-*.*s  (does not read; 'kinetree check %s' shows the reason)\n", width, length, file, path);
@@ -62,7 +62,7 @@ static void list_scene(const char *folder, const char *file, int width) {
     kt_scene_free(&scene);
 }
 
-static int list(const char *folder, struct dirent **entries, int count) {
+static int list_demos(const char *folder, struct dirent **entries, int count) {
     int width = 0;
     for (int i = 0; i < count; i++) {
         int length = (int)strlen(entries[i]->d_name) - 5;
@@ -75,7 +75,7 @@ static int list(const char *folder, struct dirent **entries, int count) {
 
 /* ---- running ----------------------------------------------------------------------------------------------------- */
 
-static int say_unknown(const char *name, struct dirent **entries, int count) {
+static int say_unknown_demo(const char *name, struct dirent **entries, int count) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int i = 0; i < count; i++) {
         entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
@@ -101,7 +101,7 @@ static bool take_force(int *argc, char **argv) {
     return forces;
 }
 
-static int run(int argc, char **argv, bool forces, const char *folder, struct dirent **entries, int count) {
+static int run_demo(int argc, char **argv, bool forces, const char *folder, struct dirent **entries, int count) {
     char path[PATH_SIZE], file[PATH_SIZE];
     int found = -1;
     snprintf(file, sizeof file, "%s.yaml", argv[1]);
@@ -109,8 +109,8 @@ static int run(int argc, char **argv, bool forces, const char *folder, struct di
         if (strcmp(entries[i]->d_name, file) == 0 || strcmp(entries[i]->d_name, argv[1]) == 0)
             found = i;
     if (found < 0)
-        return say_unknown(argv[1], entries, count);
-    join(path, sizeof path, folder, entries[found]->d_name);
+        return say_unknown_demo(argv[1], entries, count);
+    join_demo_path(path, sizeof path, folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
     const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true, .has_view = true, .is_careful = !forces};
@@ -130,12 +130,12 @@ int kt_command_demo(int argc, char **argv) {
     }
     if (!kt_bundled_find(folder, sizeof folder, true))
         return KT_EXIT_SCENE;
-    int count = scandir(folder, &entries, is_scene, alphasort);
+    int count = scandir(folder, &entries, is_demo_scene, alphasort);
     if (count < 0) {
         kt_say("demo: %s cannot be read", folder);
         return KT_EXIT_SCENE;
     }
-    int code = argc < 2 ? list(folder, entries, count) : run(argc, argv, forces, folder, entries, count);
+    int code = argc < 2 ? list_demos(folder, entries, count) : run_demo(argc, argv, forces, folder, entries, count);
     for (int i = 0; i < count; i++)
         free(entries[i]);
     free(entries);

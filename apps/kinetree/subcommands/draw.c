@@ -109,12 +109,12 @@ typedef struct motion {
     char *name;
 } motion;
 
-static int say_memory(void) {
+static int say_draw_memory(void) {
     kt_say("there is not enough memory for the picture");
     return KT_EXIT_INTEGRATION;
 }
 
-static int fail(kt_status status, const kt_error *error) {
+static int fail_draw(kt_status status, const kt_error *error) {
     kt_say_error(error);
     return kt_exit_code(status);
 }
@@ -142,7 +142,9 @@ static void lay_times(motion *m, double end) {
         m->times[i] = m->state_count > 1 ? end * i / (m->state_count - 1) : 0.0;
 }
 
-static double speed_of(const kt_draw_arguments *arguments) { return arguments->speed > 0.0 ? arguments->speed : 1.0; }
+static double film_speed_of(const kt_draw_arguments *arguments) {
+    return arguments->speed > 0.0 ? arguments->speed : 1.0;
+}
 
 /* Returns the number of frames of an animation of this length in seconds. */
 static int count_frames(double seconds) {
@@ -176,14 +178,14 @@ static int choose_times(const kt_draw_arguments *arguments, motion *m, double un
     }
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
-    m->state_count = arguments->animate      ? count_frames(until / speed_of(arguments))
+    m->state_count = arguments->animate      ? count_frames(until / film_speed_of(arguments))
                      : arguments->strobe > 0 ? (int)arguments->strobe
                                              : 1;
     lay_times(m, until);
     return -1;
 }
 
-static kt_status take_poses(const motion *m, const double *q, kt_pose *poses, kt_error *error) {
+static kt_status take_run_poses(const motion *m, const double *q, kt_pose *poses, kt_error *error) {
     const kt_status status = kt_kinematics_update(m->model, m->data, q, NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < kt_model_body_count(m->model); i++)
         poses[i] = kt_body_pose(m->model, m->data, i);
@@ -200,7 +202,7 @@ static void take_points(motion *m) {
 }
 
 /* Advances to a state and takes its poses. If the run ends before this state, the end of the run replaces the state. */
-static kt_status take_state(motion *m, int state, kt_error *error) {
+static kt_status take_drawn_state(motion *m, int state, kt_error *error) {
     kt_status status = kt_play_to(&m->play, m->times[state], error);
     if (status == KT_OK)
         status = kt_play_poses(&m->play, m->poses + (ptrdiff_t)state * kt_model_body_count(m->model), error);
@@ -211,7 +213,7 @@ static kt_status take_state(motion *m, int state, kt_error *error) {
 }
 
 /* Takes a point of each path, at a time that no state has. */
-static kt_status take_path(motion *m, double time, kt_error *error) {
+static kt_status take_path_point(motion *m, double time, kt_error *error) {
     kt_pose *scratch = m->poses + (ptrdiff_t)m->state_count * kt_model_body_count(m->model);
     kt_status status = kt_play_to(&m->play, time, error);
     if (status == KT_OK)
@@ -222,16 +224,16 @@ static kt_status take_path(motion *m, double time, kt_error *error) {
 }
 
 /* Follows the run up to `end`, and takes the poses and the points of paths on its way. */
-static kt_status follow(motion *m, double end, kt_error *error) {
+static kt_status follow_run(motion *m, double end, kt_error *error) {
     const int steps = m->marker_count > 0 ? PATH_POINTS : 1;
     kt_status status = KT_OK;
     int state = 0;
     for (int k = 0; k <= steps && status == KT_OK; k++) {
         const double time = k < steps ? end * k / steps : end;
         for (; status == KT_OK && state < m->state_count && m->times[state] <= time; state++)
-            status = take_state(m, state, error);
+            status = take_drawn_state(m, state, error);
         if (status == KT_OK && m->marker_count > 0)
-            status = take_path(m, time, error);
+            status = take_path_point(m, time, error);
     }
     return status;
 }
@@ -250,7 +252,7 @@ static void cut_times(motion *m, double end) {
 }
 
 /* Lays the times of all states within the run, whose end is at most `limit`, and runs it. */
-static kt_status simulate(motion *m, const kt_draw_arguments *arguments, double limit, kt_error *error) {
+static kt_status simulate_states(motion *m, const kt_draw_arguments *arguments, double limit, kt_error *error) {
     const double duration = m->scene.run.duration;
     double end = limit;
     kt_status status = kt_play_start(&m->play, &m->scene, m->model, m->absolute, error);
@@ -266,7 +268,7 @@ static kt_status simulate(motion *m, const kt_draw_arguments *arguments, double 
         kt_say("draw: --at %.6g is after the end of the scene's run, %.6g s (simulate.duration): the motion goes on "
                "from there",
                limit, duration);
-    return follow(m, end, error);
+    return follow_run(m, end, error);
 }
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
@@ -356,7 +358,7 @@ static int write_moving(motion *m, const kt_draw_arguments *arguments, const cha
     char subtitle[200];
     int frames = 0;
     size_t bytes = 0;
-    const double seconds = m->times[m->state_count - 1] / speed_of(arguments);
+    const double seconds = m->times[m->state_count - 1] / film_speed_of(arguments);
     name_states(m, arguments, false, view, subtitle, sizeof subtitle);
     drawing->subtitle = subtitle;
     const int code = kt_animation_write(drawing, seconds, path, &frames, &bytes);
@@ -379,7 +381,7 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
     if (kt_switch_count(m->model) > 0 && !is_open) {
         m->shown = kt_shown_create(&m->scene, m->picture, m->released, m->state_count);
         if (m->shown == NULL)
-            return say_memory();
+            return say_draw_memory();
     }
     m->shown_count = m->state_count;
     kt_drawing drawing = {.picture = m->picture,
@@ -419,25 +421,25 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
     kt_model_initial(m->model, m->q, m->v);
     m->state_count = 1;
     m->times[0] = 0.0;
-    kt_status status = take_poses(m, m->q, m->poses, &error);
+    kt_status status = take_run_poses(m, m->q, m->poses, &error);
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
-        return fail(status, &error);
+        return fail_draw(status, &error);
     const int code = write_picture(m, arguments, true, path);
     if (code == KT_EXIT_DONE)
         kt_say("%s shows the given state", path);
     return code == KT_EXIT_DONE ? KT_EXIT_ASSEMBLY : code;
 }
 
-static int draw_run(motion *m, const kt_draw_arguments *arguments, const char *path, double end) {
+static int draw_run_states(motion *m, const kt_draw_arguments *arguments, const char *path, double end) {
     kt_error error = {0};
     const bool moves = m->marker_count > 0 || kt_switch_count(m->model) > 0 || m->times[m->state_count - 1] > 0.0;
-    kt_status status = moves ? simulate(m, arguments, end, &error) : take_poses(m, m->q, m->poses, &error);
+    kt_status status = moves ? simulate_states(m, arguments, end, &error) : take_run_poses(m, m->q, m->poses, &error);
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
-        return fail(status, &error);
+        return fail_draw(status, &error);
     kt_bounds bounds = kt_bounds_empty();
     for (int i = 0; i < m->state_count; i++)
         bounds = kt_picture_widen(m->picture, m->poses + (ptrdiff_t)i * kt_model_body_count(m->model), bounds);
@@ -446,7 +448,7 @@ static int draw_run(motion *m, const kt_draw_arguments *arguments, const char *p
     return write_picture(m, arguments, false, path);
 }
 
-static bool allocate(motion *m) {
+static bool allocate_motion(motion *m) {
     const size_t states = (size_t)m->state_count, bodies = (size_t)kt_model_body_count(m->model);
     const size_t markers = (size_t)m->marker_count;
     m->q = calloc((size_t)kt_model_nq(m->model) + 1, sizeof *m->q);
@@ -471,19 +473,19 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
     if (code >= 0)
         return code;
     m->marker_count = m->markers != NULL ? run.marker_count : 0;
-    if (!allocate(m))
-        return say_memory();
+    if (!allocate_motion(m))
+        return say_draw_memory();
     const kt_status status = kt_data_create(m->model, &m->data, &error);
     if (status != KT_OK)
-        return fail(status, &error);
+        return fail_draw(status, &error);
     code = kt_start_assemble(&m->scene, m->model, m->data, m->q, m->v);
     if (code == KT_EXIT_ASSEMBLY)
         return draw_open(m, arguments, path);
     const double end = arguments->at != NULL ? m->times[m->state_count - 1] : until;
-    return code == KT_EXIT_DONE ? draw_run(m, arguments, path, end) : code;
+    return code == KT_EXIT_DONE ? draw_run_states(m, arguments, path, end) : code;
 }
 
-static void release(motion *m) {
+static void release_motion(motion *m) {
     kt_shown_free(m->shown, m->shown_count);
     kt_picture_free(m->picture);
     kt_play_end(&m->play);
@@ -514,7 +516,7 @@ int kt_command_draw(int argc, char **argv) {
         return code;
     char *base = kt_base_name(argv[1]), own[4096];
     if (base == NULL)
-        return say_memory();
+        return say_draw_memory();
     snprintf(own, sizeof own, "%s.svg", base);
     const char *path = arguments.out != NULL ? arguments.out : own;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", path, true}};
@@ -534,8 +536,8 @@ int kt_command_draw(int argc, char **argv) {
         bodies = kt_model_body_count(m.model); /* the ground is one */
         m.name = title_of(&m, base);
         if (code == KT_EXIT_DONE)
-            code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_memory();
-        release(&m);
+            code = m.name != NULL ? draw_scene(&m, &arguments, path) : say_draw_memory();
+        release_motion(&m);
     }
     if (code == KT_EXIT_DONE)
         kt_say_picture(path, bodies == 1 ? ", which is empty: the scene has no bodies" : "", replaced);

@@ -50,7 +50,7 @@ const kt_usage kt_usage_equilibrium = {
 
 /* Returns the index of the mode that grows fastest, or -1. *neutral: number of zero eigenvalues; *damped: whether all
  * other modes decay. */
-static int judge(const kt_small_motion *motion, int *neutral, bool *damped) {
+static int judge_modes(const kt_small_motion *motion, int *neutral, bool *damped) {
     int worst = -1;
     *neutral = 0;
     *damped = true;
@@ -116,7 +116,7 @@ static int print_text(const kt_small_motion *motion) {
     char words[128];
     int neutral;
     bool damped;
-    const int worst = judge(motion, &neutral, &damped);
+    const int worst = judge_modes(motion, &neutral, &damped);
     for (int body = 1; body < kt_model_body_count(motion->model); body++) {
         const kt_coordinates at = kt_body_coordinates(motion->model, body);
         if (at.nq == 0)
@@ -143,10 +143,10 @@ static int print_text(const kt_small_motion *motion) {
     return kt_finish_output(KT_EXIT_DONE);
 }
 
-static json_t *describe(const kt_small_motion *motion) {
+static json_t *describe_equilibrium(const kt_small_motion *motion) {
     int neutral;
     bool damped;
-    const int worst = judge(motion, &neutral, &damped);
+    const int worst = judge_modes(motion, &neutral, &damped);
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
@@ -167,7 +167,7 @@ static json_t *describe(const kt_small_motion *motion) {
 /* ---- the scene at rest ------------------------------------------------------------------------------------------- */
 
 /* Writes the scene with the equilibrium as initial positions, zero velocities, and otherwise the same forces. */
-static int write_scene(kt_small_motion *motion, const char *path) {
+static int write_equilibrium_scene(kt_small_motion *motion, const char *path) {
     kt_error error = {0};
     kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
     if (status == KT_OK && kt_own_state_count(motion->model) > 0)
@@ -203,9 +203,9 @@ int kt_command_equilibrium(int argc, char **argv) {
     if (code == KT_EXIT_DONE)
         code = kt_small_motion_linearize(&motion);
     if (code == KT_EXIT_DONE && arguments.scene != NULL)
-        code = write_scene(&motion, arguments.scene);
+        code = write_equilibrium_scene(&motion, arguments.scene);
     if (code == KT_EXIT_DONE && !(arguments.scene != NULL && strcmp(arguments.scene, "-") == 0))
-        code = arguments.json ? kt_json_write(describe(&motion), "-") : print_text(&motion);
+        code = arguments.json ? kt_json_write(describe_equilibrium(&motion), "-") : print_text(&motion);
     kt_small_motion_close(&motion);
     return code;
 }

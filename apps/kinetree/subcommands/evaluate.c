@@ -67,32 +67,32 @@ typedef struct kt_evaluation {
     bool may_lack_inertia, lacks_inertia; /* by `inertia_check: accept`; then there are no accelerations */
 } kt_evaluation;
 
-static double *make(size_t count) { return calloc(count + 1, sizeof(double)); }
+static double *make_numbers(size_t count) { return calloc(count + 1, sizeof(double)); }
 
-static bool allocate(kt_evaluation *e, const kt_model *model) {
+static bool allocate_evaluation(kt_evaluation *e, const kt_model *model) {
     kt_error error;
     e->model = model;
     e->nq = kt_model_nq(model);
     e->nv = kt_model_nv(model);
     e->rows = kt_model_mobility(model).equations;
     size_t nq = (size_t)e->nq, nv = (size_t)e->nv, rows = (size_t)e->rows;
-    e->q = make(nq);
-    e->v = make(nv);
-    e->a = make(nv);
-    e->given = make(nv);
-    e->bias = make(nv);
-    e->inverse = make(nv);
+    e->q = make_numbers(nq);
+    e->v = make_numbers(nv);
+    e->a = make_numbers(nv);
+    e->given = make_numbers(nv);
+    e->bias = make_numbers(nv);
+    e->inverse = make_numbers(nv);
     if (e->nv <= MASS_COORDINATES_MAX)
-        e->mass = make(nv * nv);
-    e->applied = make(nv);
-    e->jacobian = make(rows * nv);
-    e->residual = make(rows);
-    e->rate = make(rows);
-    e->drift = make(rows);
-    e->multiplier = make(rows);
+        e->mass = make_numbers(nv * nv);
+    e->applied = make_numbers(nv);
+    e->jacobian = make_numbers(rows * nv);
+    e->residual = make_numbers(rows);
+    e->rate = make_numbers(rows);
+    e->drift = make_numbers(rows);
+    e->multiplier = make_numbers(rows);
     const bool small = e->nv <= MASS_COORDINATES_MAX, has_basis = small && rows > 0;
     if (has_basis)
-        e->basis = make(nv * nv);
+        e->basis = make_numbers(nv * nv);
     const double *const all[] = {e->q,        e->v,        e->a,    e->given, e->bias,    e->inverse,
                                  e->jacobian, e->residual, e->rate, e->drift, e->applied, e->multiplier};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
@@ -102,7 +102,7 @@ static bool allocate(kt_evaluation *e, const kt_model *model) {
            kt_data_create(model, &e->data, &error) == KT_OK;
 }
 
-static void release(kt_evaluation *e) {
+static void release_evaluation(kt_evaluation *e) {
     kt_data_free(e->data);
     free(e->q);
     free(e->v);
@@ -134,7 +134,7 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
     return KT_EXIT_USAGE;
 }
 
-static kt_status compute(kt_evaluation *e, kt_error *error) {
+static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
     const kt_model *model = e->model;
     kt_status status = KT_OK;
     if (e->mass != NULL)
@@ -170,7 +170,7 @@ static kt_status compute(kt_evaluation *e, kt_error *error) {
 
 /* ---- as JSON ----------------------------------------------------------------------------------------------------- */
 
-static json_t *list_coordinates(const kt_model *model) {
+static json_t *describe_coordinates(const kt_model *model) {
     json_t *list = json_array();
     for (int body = 1; body < kt_model_body_count(model); body++) {
         kt_coordinates at = kt_body_coordinates(model, body);
@@ -245,9 +245,9 @@ static json_t *list_poses(const kt_evaluation *e) {
     return poses;
 }
 
-static json_t *describe(const kt_evaluation *e, bool with_inverse) {
+static json_t *describe_evaluation(const kt_evaluation *e, bool with_inverse) {
     json_t *root = json_object();
-    json_object_set_new(root, "coordinates", list_coordinates(e->model));
+    json_object_set_new(root, "coordinates", describe_coordinates(e->model));
     json_object_set_new(root, "mass_matrix", e->mass != NULL ? kt_json_rows(e->mass, e->nv, e->nv) : json_null());
     json_object_set_new(root, "bias", kt_json_numbers(e->bias, e->nv));
     json_object_set_new(root, "applied_force", kt_json_numbers(e->applied, e->nv));
@@ -277,7 +277,7 @@ static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_sce
     kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
-    if (!allocate(&e, model_of_start(scene, model))) {
+    if (!allocate_evaluation(&e, model_of_start(scene, model))) {
         kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;
     }
@@ -288,7 +288,7 @@ static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_sce
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0) {
-        kt_status status = compute(&e, &error);
+        kt_status status = compute_evaluation(&e, &error);
         if (status != KT_OK) {
             kt_say_error(&error);
             code = kt_exit_code(status);
@@ -298,9 +298,9 @@ static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_sce
         kt_say("mass_matrix is left out%s: %d velocity coordinates are more than %d",
                e.rows > 0 ? ", and null_space" : "", e.nv, MASS_COORDINATES_MAX);
     if (code < 0)
-        code =
-            kt_json_write(describe(&e, arguments->acceleration != NULL), arguments->out != NULL ? arguments->out : "-");
-    release(&e);
+        code = kt_json_write(describe_evaluation(&e, arguments->acceleration != NULL),
+                             arguments->out != NULL ? arguments->out : "-");
+    release_evaluation(&e);
     return code;
 }
 

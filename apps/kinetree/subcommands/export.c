@@ -74,35 +74,35 @@ const kt_usage kt_usage_export = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-static void say_lost(void *user, const char *what, int count) {
+static void say_lost_by_format(void *user, const char *what, int count) {
     fprintf(stderr, "%s: note: left out or changed: %s (%d)\n", (const char *)user, what, count);
 }
 
 /* Returns the folder of a file; NULL: the file is standard output, or memory is insufficient. */
-static char *folder_of(const char *out) {
+static char *out_folder_of(const char *out) {
     const char *slash = strrchr(out, '/');
     if (strcmp(out, "-") == 0)
         return NULL;
     return slash == NULL ? strdup(".") : slash == out ? strdup("/") : strndup(out, (size_t)(slash - out));
 }
 
-static kt_status write_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path, const char *out,
-                              kt_error *error) {
-    char *folder = folder_of(out);
-    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost, path, error);
+static kt_status write_robot_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path,
+                                    const char *out, kt_error *error) {
+    char *folder = out_folder_of(out);
+    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost_by_format, path, error);
     free(folder);
     return status;
 }
 
-static kt_status write_file(const kt_scene *scene, kt_robot_format format, const char *out, char *path,
-                            kt_error *error) {
+static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format, const char *out, char *path,
+                                  kt_error *error) {
     kt_output output;
     if (strcmp(out, "-") == 0)
-        return write_stream(scene, format, stdout, path, out, error);
+        return write_robot_stream(scene, format, stdout, path, out, error);
     if (kt_output_start(&output, out) >= 0)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
     FILE *file = fopen(kt_output_path(&output), "w");
-    kt_status status = file != NULL ? write_stream(scene, format, file, path, out, error)
+    kt_status status = file != NULL ? write_robot_stream(scene, format, file, path, out, error)
                                     : kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     if (file != NULL && fclose(file) != 0 && status == KT_OK)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
@@ -152,7 +152,7 @@ int kt_command_export(int argc, char **argv) {
         return code;
     }
     code = KT_EXIT_DONE;
-    const kt_status status = write_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, argv[1], &error);
+    const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, argv[1], &error);
     if (status != KT_OK) {
         kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
                error.message);

@@ -16,7 +16,7 @@
 enum { KT_EXPORT_NAME = 64 };
 
 /* Reads a list of functions, apart by commas; NULL: the default. Returns 0 after printing an error. */
-static unsigned read_functions(const char *list) {
+static unsigned read_function_names(const char *list) {
     unsigned functions = 0;
     if (list == NULL)
         return KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_BIAS | KT_CODEGEN_MASS;
@@ -56,7 +56,7 @@ static bool is_name_in_c(const char *name) {
 int kt_export_c_check(const kt_export_c *c) {
     const size_t length = strlen(c->out);
     char name[KT_EXPORT_NAME];
-    if (read_functions(c->functions) == 0)
+    if (read_function_names(c->functions) == 0)
         return KT_EXIT_USAGE;
     if (length < 3 || strcmp(c->out + length - 2, ".c") != 0) {
         kt_say("export: --c writes two files; give --out FILE.c, and FILE.h is written next to it");
@@ -85,7 +85,7 @@ static FILE *open_output(kt_output *output, const char *path) {
 /* Sources beyond this size take compilers minutes and gigabytes, bytes. */
 static const long much_source = 2000000;
 
-static void say_size(const kt_export_c *c, long size) {
+static void say_source_size(const kt_export_c *c, long size) {
     if (size > much_source)
         fprintf(stderr,
                 "%s: warning: %s has %.0f MB, for which a compiler may need minutes and several GB of memory; leave "
@@ -93,7 +93,7 @@ static void say_size(const kt_export_c *c, long size) {
                 c->scene, c->out, 1e-6 * (double)size);
 }
 
-static int write_both(const kt_export_c *c, const kt_model *model, const char *header_path) {
+static int write_source_and_header(const kt_export_c *c, const kt_model *model, const char *header_path) {
     kt_output output[2] = {{.lock = -1}, {.lock = -1}};
     kt_error error = {0};
     char name[KT_EXPORT_NAME];
@@ -103,7 +103,7 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
     kt_status status = KT_ERROR_FILE;
     long size = 0;
     if (header != NULL) {
-        status = kt_codegen_write(model, name, read_functions(c->functions), c->constant, source, header, &error);
+        status = kt_codegen_write(model, name, read_function_names(c->functions), c->constant, source, header, &error);
         if (status != KT_OK)
             kt_say("%s cannot be exported as C: %s%s%s", c->scene, error.where, error.where[0] != '\0' ? ": " : "",
                    error.message);
@@ -117,7 +117,7 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
         if (kt_output_end(&output[i], status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
             status = KT_ERROR_FILE;
     if (status == KT_OK)
-        say_size(c, size);
+        say_source_size(c, size);
     return status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
 }
 
@@ -125,7 +125,7 @@ static int write_both(const kt_export_c *c, const kt_model *model, const char *h
 static void say_effects(const kt_export_c *c, const kt_model *model) {
     const unsigned with_effects = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES | (unsigned)KT_CODEGEN_STEPS |
                                   (unsigned)KT_CODEGEN_STEP_DERIVATIVES;
-    if (kt_effect_count(model) > 0 && !(read_functions(c->functions) & with_effects))
+    if (kt_effect_count(model) > 0 && !(read_function_names(c->functions) & with_effects))
         fprintf(stderr, "%s: note: left out: forces of effects (%d); add them to tau, or try --functions effects\n",
                 c->scene, kt_effect_count(model));
 }
@@ -144,7 +144,7 @@ int kt_export_c_write(const kt_export_c *c) {
     int code = kt_load_model(c->scene, c->settings, &scene, &model);
     if (code == KT_EXIT_DONE) {
         code = kt_reject_fmus("export", &scene);
-        code = code < 0 ? write_both(c, model, header) : code;
+        code = code < 0 ? write_source_and_header(c, model, header) : code;
         if (code == KT_EXIT_DONE)
             say_effects(c, model);
         kt_model_free(model);

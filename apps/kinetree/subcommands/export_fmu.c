@@ -189,8 +189,8 @@ static void mark_inputs(const kt_model *model, const kt_fmu_inputs *inputs, bool
 /* ---- the export -------------------------------------------------------------------------------------------------- */
 
 /* Writes a description to memory. */
-static int describe(void (*write)(const kt_fmu_model *fmu, FILE *stream), const kt_fmu_model *described,
-                    kt_content *content) {
+static int describe_fmu(void (*write)(const kt_fmu_model *fmu, FILE *stream), const kt_fmu_model *described,
+                        kt_content *content) {
     FILE *stream = open_memstream(&content->text, &content->size);
     if (stream == NULL)
         return KT_EXIT_INTEGRATION;
@@ -199,11 +199,11 @@ static int describe(void (*write)(const kt_fmu_model *fmu, FILE *stream), const 
 }
 
 static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *described, kt_fmu_parts *parts) {
-    int code = describe(kt_fmu_describe, described, &parts->description);
+    int code = describe_fmu(kt_fmu_describe, described, &parts->description);
     if (code == KT_EXIT_DONE)
         code = read_installed("kinetree-fmu.so", &parts->binary);
     if (code == KT_EXIT_DONE && fmu->has_sources)
-        code = describe(kt_fmu_describe_build, described, &parts->build);
+        code = describe_fmu(kt_fmu_describe_build, described, &parts->build);
     if (code == KT_EXIT_DONE && fmu->has_sources)
         code = read_installed(KT_FMU_SOURCE, &parts->source);
     if (code == KT_EXIT_DONE)
@@ -281,7 +281,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
 }
 
 /* Reads the scene of the resources and compiles it. */
-static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
+static int write_resource_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     kt_error error = {0};
     kt_scene scene;
     kt_model *model = NULL;
@@ -305,8 +305,8 @@ static int write_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
 }
 
 /* Writes the text of a scene in flow style, with settings and the line of inputs. Returns an exit code. */
-static int write_flow(const char *path, const kt_content *content, const kt_settings *settings,
-                      const kt_fmu_inputs *inputs, kt_content *flow) {
+static int write_flow_scene(const char *path, const kt_content *content, const kt_settings *settings,
+                            const kt_fmu_inputs *inputs, kt_content *flow) {
     kt_error error = {0};
     kt_scene_options options = kt_scene_options_default();
     options.settings = settings->text;
@@ -335,7 +335,7 @@ static int write_flow_with(const char *path, const kt_content *content, const kt
                            const kt_fmu_inputs *inputs, kt_content *flow) {
     kt_settings all = *settings;
     char(*texts)[KT_FMU_PATH] = calloc((size_t)inputs->count + 1, sizeof *texts);
-    int code = texts != NULL ? write_flow(path, content, &all, inputs, flow) : KT_EXIT_INTEGRATION;
+    int code = texts != NULL ? write_flow_scene(path, content, &all, inputs, flow) : KT_EXIT_INTEGRATION;
     for (int k = 0; k < inputs->count && code == KT_EXIT_DONE; k++) {
         const kt_fmu_input *input = &inputs->items[k];
         if (input->key == NULL)
@@ -351,7 +351,7 @@ static int write_flow_with(const char *path, const kt_content *content, const kt
             kt_error error = {0};
             free(flow->text);
             kt_fmu_set_input(input, other == 1, texts[k], sizeof *texts);
-            code = write_flow(path, content, &all, inputs, flow);
+            code = write_flow_scene(path, content, &all, inputs, flow);
             if (code != KT_EXIT_DONE || input->key->also == NULL)
                 break;
             if (parse_alone(flow, NULL, &scene, &error) == KT_OK) {
@@ -365,7 +365,7 @@ static int write_flow_with(const char *path, const kt_content *content, const kt
 }
 
 /* Reads the file of the scene and writes its text in flow style, with settings and inputs. Returns an exit code. */
-static int read_flow(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs, kt_content *flow) {
+static int read_flow_scene(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs, kt_content *flow) {
     kt_content content;
     int code = read_content(fmu->scene, &content);
     if (code != KT_EXIT_DONE)
@@ -392,12 +392,12 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
         code = kt_fmu_find_inputs(&scene, fmu->inputs, &inputs);
     kt_scene_free(&scene);
     if (code == KT_EXIT_DONE)
-        code = read_flow(fmu, &inputs, &parts.scene);
+        code = read_flow_scene(fmu, &inputs, &parts.scene);
     if (code == KT_EXIT_DONE) {
         name_of_fmu(fmu->out, name);
         parts.name = name;
         parts.platform = fmu->version == KT_FMU_THIRD ? KT_FMU_PLATFORM : sizeof(void *) == 8 ? "linux64" : "linux32";
-        code = write_scene(fmu, &parts);
+        code = write_resource_scene(fmu, &parts);
         free(parts.scene.text);
     }
     kt_fmu_free_inputs(&inputs);

@@ -19,7 +19,7 @@ enum { KT_FMU_NAME = 256 };
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-static void write_escaped(const char *text, FILE *to) {
+static void write_xml_escaped(const char *text, FILE *to) {
     for (; *text != '\0'; text++) {
         switch (*text) {
         case '&':
@@ -38,14 +38,14 @@ static void write_escaped(const char *text, FILE *to) {
     }
 }
 
-static void write_attribute(const char *name, const char *text, FILE *to) {
+static void write_xml_attribute(const char *name, const char *text, FILE *to) {
     fprintf(to, " %s=\"", name);
-    write_escaped(text, to);
+    write_xml_escaped(text, to);
     fputc('"', to);
 }
 
 /* Writes the name of a variable in the structured convention: quotes surround a part that has a hyphen. */
-static void write_name(const char *name, FILE *to) {
+static void write_variable_name(const char *name, FILE *to) {
     fputs(" name=\"", to);
     while (*name != '\0') {
         const size_t length = strcspn(name, ".()[]");
@@ -96,7 +96,7 @@ static const kt_fmu_unit units[] = {
 
 enum { KT_FMU_UNITS = sizeof units / sizeof units[0] };
 
-static const kt_fmu_unit *find_unit(const char *unit) {
+static const kt_fmu_unit *find_fmu_unit(const char *unit) {
     for (int i = 0; unit != NULL && i < KT_FMU_UNITS; i++)
         if (strcmp(units[i].unit, unit) == 0)
             return &units[i];
@@ -132,7 +132,7 @@ static void write_units(FILE *to) {
 }
 
 static void write_unit(const char *unit, FILE *to) {
-    const kt_fmu_unit *known = find_unit(unit);
+    const kt_fmu_unit *known = find_fmu_unit(unit);
     if (known != NULL)
         fprintf(to, " unit=\"%s\"", known->name);
 }
@@ -189,7 +189,7 @@ static int input_count(const kt_fmu_model *fmu) {
 
 /* Returns the place of a variable in the list of variables, from 1: time, outputs, inputs, parameters, states,
  * derivatives. Inputs are never looked for. */
-static int place_of(const kt_fmu_model *fmu, int reference) {
+static int variable_place_of(const kt_fmu_model *fmu, int reference) {
     const int parameters = (int)fmu->columns->count + input_count(fmu) + 1;
     const int states = parameters + fmu->scene->parameter_count;
     return reference >= KT_FMU_DERIVATIVE  ? states + state_count(fmu->model) + reference - KT_FMU_DERIVATIVE
@@ -205,11 +205,11 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
                                          {"variability", v->variability},
                                          {"initial", v->initial}};
     fputs(is_second ? "    <ScalarVariable" : "    <Float64", to);
-    write_name(v->name, to);
+    write_variable_name(v->name, to);
     fprintf(to, " valueReference=\"%d\"", v->reference);
     for (size_t i = 0; i < sizeof attributes / sizeof attributes[0]; i++)
         if (attributes[i][1] != NULL)
-            write_attribute(attributes[i][0], attributes[i][1], to);
+            write_xml_attribute(attributes[i][0], attributes[i][1], to);
     if (is_second)
         fputs("><Real", to);
     else if (v->is_output)
@@ -218,7 +218,7 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
     if (v->start != NULL)
         fprintf(to, " start=\"%.17g\"", *v->start);
     if (v->derivative != 0)
-        fprintf(to, " derivative=\"%d\"", is_second ? place_of(fmu, v->derivative) : v->derivative);
+        fprintf(to, " derivative=\"%d\"", is_second ? variable_place_of(fmu, v->derivative) : v->derivative);
     if (v->may_jump)
         fputs(" reinit=\"true\"", to);
     fputs(is_second ? "/></ScalarVariable>\n" : "/>\n", to);
@@ -242,7 +242,7 @@ static void write_outputs(const kt_fmu_model *fmu, FILE *to) {
     }
 }
 
-static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
+static void write_fmu_inputs(const kt_fmu_model *fmu, FILE *to) {
     static const double start = 0.0;
     char name[KT_FMU_NAME + 32];
     for (int i = 0; i < kt_model_nv(fmu->model); i++) {
@@ -264,7 +264,7 @@ static void write_inputs(const kt_fmu_model *fmu, FILE *to) {
 
 /* Returns the unit of the rate of a quantity; NULL: it has none. */
 static const char *rate_unit(const char *unit) {
-    const kt_fmu_unit *u = find_unit(unit);
+    const kt_fmu_unit *u = find_fmu_unit(unit);
     for (int i = 0; u != NULL && i < KT_FMU_UNITS; i++)
         if (units[i].kg == u->kg && units[i].m == u->m && units[i].s == u->s - 1 && units[i].rad == u->rad)
             return units[i].unit;
@@ -324,7 +324,7 @@ static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
 }
 
 /* Writes the variable of a state (order 0) or its derivative (order 1). */
-static void write_state(const kt_fmu_model *fmu, int index, int order, FILE *to) {
+static void write_fmu_state(const kt_fmu_model *fmu, int index, int order, FILE *to) {
     static const char *const lengths[] = {"m", "m/s", "m/s\u00b2"}, *const angles[] = {"rad", "rad/s", "rad/s\u00b2"};
     const int nq = kt_model_nq(fmu->model), nv = kt_model_nv(fmu->model);
     char state[KT_FMU_NAME + 32], name[KT_FMU_NAME + 64];
@@ -375,12 +375,12 @@ static void write_variables(const kt_fmu_model *fmu, FILE *to) {
     fputs("  <ModelVariables>\n", to);
     write_variable(fmu, &time, to);
     write_outputs(fmu, to);
-    write_inputs(fmu, to);
+    write_fmu_inputs(fmu, to);
     write_signals(fmu, to);
     write_parameters(fmu, to);
     for (int order = 0; order < 2; order++)
         for (int i = 0; i < state_count(fmu->model); i++)
-            write_state(fmu, i, order, to);
+            write_fmu_state(fmu, i, order, to);
     write_indicators(fmu, to);
     fputs("  </ModelVariables>\n", to);
 }
@@ -398,24 +398,24 @@ static int velocity_of(const kt_fmu_model *fmu, int state) {
 }
 
 /* Writes unknowns with successive references. FMI 3.0 names the kind of an unknown; FMI 2.0 has a group for each kind
- * (write_group). Without dependencies, an unknown depends on all knowns. With `is_rate`, derivatives of positions
+ * (write_fmu_group). Without dependencies, an unknown depends on all knowns. With `is_rate`, derivatives of positions
  * depend on velocities. */
 static void write_unknowns(const kt_fmu_model *fmu, const char *kind, int first, int count, bool is_rate, FILE *to) {
     const bool is_second = fmu->version == KT_FMU_SECOND;
     for (int i = first; i < first + count; i++) {
         const int known = is_rate ? velocity_of(fmu, i - first) : -1, reference = KT_FMU_STATE + known;
         if (is_second)
-            fprintf(to, "      <Unknown index=\"%d\"", place_of(fmu, i));
+            fprintf(to, "      <Unknown index=\"%d\"", variable_place_of(fmu, i));
         else
             fprintf(to, "    <%s valueReference=\"%d\"", kind, i);
         if (known >= 0)
             fprintf(to, " dependencies=\"%d\" dependenciesKind=\"constant\"",
-                    is_second ? place_of(fmu, reference) : reference);
+                    is_second ? variable_place_of(fmu, reference) : reference);
         fputs("/>\n", to);
     }
 }
 
-static void write_group(const kt_fmu_model *fmu, const char *line, FILE *to) {
+static void write_fmu_group(const kt_fmu_model *fmu, const char *line, FILE *to) {
     if (fmu->version == KT_FMU_SECOND)
         fprintf(to, "    %s\n", line);
 }
@@ -428,17 +428,17 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
         has_initial |= kt_fmu_role_follows(fmu->roles[i]);
     fputs("  <ModelStructure>\n", to);
     if (outputs > 0) {
-        write_group(fmu, "<Outputs>", to);
+        write_fmu_group(fmu, "<Outputs>", to);
         write_unknowns(fmu, "Output", 1, outputs, false, to);
-        write_group(fmu, "</Outputs>", to);
+        write_fmu_group(fmu, "</Outputs>", to);
     }
     if (states > 0) {
-        write_group(fmu, "<Derivatives>", to);
+        write_fmu_group(fmu, "<Derivatives>", to);
         write_unknowns(fmu, "ContinuousStateDerivative", KT_FMU_DERIVATIVE, states, true, to);
-        write_group(fmu, "</Derivatives>", to);
+        write_fmu_group(fmu, "</Derivatives>", to);
     }
     if (has_initial)
-        write_group(fmu, "<InitialUnknowns>", to);
+        write_fmu_group(fmu, "<InitialUnknowns>", to);
     write_unknowns(fmu, initial, 1, outputs, false, to);
     for (int i = 0; i < fmu->scene->parameter_count; i++)
         if (kt_fmu_role_follows(fmu->roles[i]))
@@ -446,7 +446,7 @@ static void write_structure(const kt_fmu_model *fmu, FILE *to) {
     write_unknowns(fmu, initial, KT_FMU_STATE, states, false, to);
     write_unknowns(fmu, initial, KT_FMU_DERIVATIVE, states, false, to);
     if (has_initial)
-        write_group(fmu, "</InitialUnknowns>", to);
+        write_fmu_group(fmu, "</InitialUnknowns>", to);
     if (fmu->version == KT_FMU_THIRD)
         write_unknowns(fmu, "EventIndicator", KT_FMU_INDICATOR, indicator_count(fmu), false, to);
     fputs("  </ModelStructure>\n", to);
@@ -457,7 +457,7 @@ static void write_interface(const kt_fmu_model *fmu, const char *kind, const cha
                             FILE *to) {
     const bool has_list = fmu->version == KT_FMU_SECOND && fmu->has_sources;
     fprintf(to, "  <%s", kind);
-    write_attribute("modelIdentifier", fmu->name, to);
+    write_xml_attribute("modelIdentifier", fmu->name, to);
     fprintf(to, " %s%s%s>\n", capabilities, further, has_list ? "" : "/");
     if (has_list)
         fprintf(to, "    <SourceFiles><File name=\"" KT_FMU_SOURCE "\"/></SourceFiles>\n  </%s>\n", kind);
@@ -494,8 +494,8 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     fprintf(stream, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
             is_second ? "2.0" : "3.0");
     const char *title = fmu->scene->description.name;
-    write_attribute("modelName", title != NULL && *title != '\0' ? title : fmu->name, stream);
-    write_attribute(is_second ? "guid" : "instantiationToken", fmu->token, stream);
+    write_xml_attribute("modelName", title != NULL && *title != '\0' ? title : fmu->name, stream);
+    write_xml_attribute(is_second ? "guid" : "instantiationToken", fmu->token, stream);
     fprintf(stream, " generationTool=\"Kinetree %s\" variableNamingConvention=\"structured\"", KT_VERSION);
     if (is_second)
         fprintf(stream, " numberOfEventIndicators=\"%d\"", indicator_count(fmu));
@@ -516,7 +516,7 @@ void kt_fmu_describe_build(const kt_fmu_model *fmu, FILE *stream) {
     fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
           "  <BuildConfiguration",
           stream);
-    write_attribute("modelIdentifier", fmu->name, stream);
+    write_xml_attribute("modelIdentifier", fmu->name, stream);
     fputs(" description=\"gcc or clang, on systems with the functions of POSIX\">\n"
           "    <SourceFileSet language=\"C17\" compilerOptions=\"-std=c17 -O2 -ffp-contract=off -fno-math-errno "
           "-Wno-psabi\">\n"

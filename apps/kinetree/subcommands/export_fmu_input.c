@@ -36,7 +36,7 @@ static kt_fmu_owner owner_at(const kt_description *d, int i) {
     return (kt_fmu_owner){loop, kt_loop_descriptor(loop->type), loop->name, joint, true};
 }
 
-static const kt_function *function_of(const kt_fmu_owner *owner, const kt_key *key) {
+static const kt_function *owner_function_of(const kt_fmu_owner *owner, const kt_key *key) {
     return (const kt_function *)(const void *)((const char *)owner->item + key->offset);
 }
 
@@ -46,7 +46,7 @@ static const kt_key *function_key(const kt_fmu_owner *owner, int k) {
     for (int i = 0; owner->type != NULL && owner->name != NULL && i < owner->type->key_count; i++) {
         const kt_key *key = &owner->type->keys[i];
         const bool is_function = key->kind == KT_KEY_FUNCTION || key->kind == KT_KEY_FUNCTIONS;
-        if (is_function && (!owner->is_loop || function_of(owner, key)->type != KT_FUNCTION_NONE) && k-- == 0)
+        if (is_function && (!owner->is_loop || owner_function_of(owner, key)->type != KT_FUNCTION_NONE) && k-- == 0)
             return key;
     }
     return NULL;
@@ -78,7 +78,7 @@ static bool candidate_at(const kt_description *d, int k, char name[KT_FMU_SIGNAL
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-static void list_candidates(const kt_description *d) {
+static void list_input_candidates(const kt_description *d) {
     char text[KT_FMU_LISTED * 64] = "", name[KT_FMU_SIGNAL_NAME];
     size_t length = 0;
     int count = 0;
@@ -94,7 +94,7 @@ static void list_candidates(const kt_description *d) {
 }
 
 /* Prints why a name is no input. */
-static void report_unknown(const kt_description *d, const char *word) {
+static void report_unknown_input(const kt_description *d, const char *word) {
     kt_nearest nearest = kt_nearest_make(word, NULL);
     char names[2][KT_FMU_SIGNAL_NAME]; /* the best one so far, and the one that is tried */
     int free = 0;
@@ -104,7 +104,7 @@ static void report_unknown(const kt_description *d, const char *word) {
     }
     kt_say("export: --input names '%s', which is no joint and no function of time of the scene%s", kt_show(word).text,
            kt_ask(&nearest, "").text);
-    list_candidates(d);
+    list_input_candidates(d);
 }
 
 /* Prints why an effect or a loop is no input. */
@@ -127,7 +127,7 @@ static void report_owner(const kt_fmu_owner *owner, const char *word) {
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
 /* Whether a word is NAME or NAME.KEY of the function of a key. */
-static bool is_word(const char *word, const char *name, const kt_key *key) {
+static bool names_function(const char *word, const char *name, const kt_key *key) {
     const size_t length = strlen(name);
     if (strncmp(word, name, length) != 0 || (word[length] != '\0' && word[length] != '.'))
         return false;
@@ -137,7 +137,7 @@ static bool is_word(const char *word, const char *name, const kt_key *key) {
 
 /* Makes the input of a function. Returns false after printing an error. */
 static bool make_input(const kt_description *d, const kt_fmu_owner *owner, const kt_key *key, kt_fmu_input *input) {
-    const kt_function *functions = function_of(owner, key);
+    const kt_function *functions = owner_function_of(owner, key);
     const int count = key->kind == KT_KEY_FUNCTIONS ? 3 : 1;
     *input = (kt_fmu_input){.key = key,
                             .is_loop = owner->is_loop,
@@ -170,7 +170,7 @@ static bool find_input(const kt_description *d, const char *word, kt_fmu_input *
         const kt_key *key, *found = NULL;
         int count = 0;
         for (int k = 0; (key = function_key(&owner, k)) != NULL; k++)
-            if (is_word(word, owner.name, key)) {
+            if (names_function(word, owner.name, key)) {
                 found = key;
                 count++;
             }
@@ -181,12 +181,12 @@ static bool find_input(const kt_description *d, const char *word, kt_fmu_input *
             return false;
         }
     }
-    report_unknown(d, word);
+    report_unknown_input(d, word);
     return false;
 }
 
 /* Whether an input is in the list already. */
-static bool is_listed(const kt_fmu_inputs *inputs, const kt_fmu_input *input) {
+static bool input_is_listed(const kt_fmu_inputs *inputs, const kt_fmu_input *input) {
     for (int k = 0; k < inputs->count; k++)
         if (strcmp(inputs->items[k].of, input->of) == 0 && inputs->items[k].key == input->key &&
             inputs->items[k].is_loop == input->is_loop)
@@ -211,7 +211,7 @@ int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *i
         (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
         if (!find_input(&scene->description, word, &input))
             return KT_EXIT_USAGE;
-        if (!is_listed(inputs, &input))
+        if (!input_is_listed(inputs, &input))
             inputs->items[inputs->count++] = input;
     }
     return KT_EXIT_DONE;

@@ -25,7 +25,8 @@ void kt_fmu_copy_unit(const char *unit, bool slides, int k, char to[KT_FMU_UNIT]
 
 /* Compares numbers of both scenes. The first one that is the parameter describes it. If others have another unit, the
  * parameter has none. */
-static void compare(kt_fmu_search *s, const double *a, const double *b, int count, const char *what, const char *unit) {
+static void compare_numbers_of(kt_fmu_search *s, const double *a, const double *b, int count, const char *what,
+                               const char *unit) {
     for (int k = 0; k < count; k++) {
         char own[KT_FMU_UNIT];
         if (!(fabs(a[k]) == fabs(s->before) && fabs(b[k]) == fabs(s->after)))
@@ -50,15 +51,15 @@ static void compare_functions(kt_fmu_search *s, const kt_function *a, const kt_f
                               const kt_key *key) {
     const char *name = name_of_key(s, key);
     for (int k = 0; k < count; k++, a++, b++) {
-        compare(s, &a->value, &b->value, 1, name, key->unit);
-        compare(s, &a->amplitude, &b->amplitude, 1, name, key->unit);
-        compare(s, &a->offset, &b->offset, 1, name, key->unit);
-        compare(s, &a->from, &b->from, 1, name, key->unit);
-        compare(s, &a->to, &b->to, 1, name, key->unit);
-        compare(s, &a->frequency, &b->frequency, 1, "frequency", "Hz");
-        compare(s, &a->phase, &b->phase, 1, "phase", "rad");
-        compare(s, &a->start, &b->start, 1, "start", "s");
-        compare(s, &a->end, &b->end, 1, "end", "s");
+        compare_numbers_of(s, &a->value, &b->value, 1, name, key->unit);
+        compare_numbers_of(s, &a->amplitude, &b->amplitude, 1, name, key->unit);
+        compare_numbers_of(s, &a->offset, &b->offset, 1, name, key->unit);
+        compare_numbers_of(s, &a->from, &b->from, 1, name, key->unit);
+        compare_numbers_of(s, &a->to, &b->to, 1, name, key->unit);
+        compare_numbers_of(s, &a->frequency, &b->frequency, 1, "frequency", "Hz");
+        compare_numbers_of(s, &a->phase, &b->phase, 1, "phase", "rad");
+        compare_numbers_of(s, &a->start, &b->start, 1, "start", "s");
+        compare_numbers_of(s, &a->end, &b->end, 1, "end", "s");
     }
 }
 
@@ -67,11 +68,11 @@ static void compare_keys(kt_fmu_search *s, const kt_descriptor *d, const void *a
         const kt_key *key = &d->keys[i];
         const void *one = (const char *)a + key->offset, *other = (const char *)b + key->offset;
         if (key->kind == KT_KEY_NUMBER || key->kind == KT_KEY_DISTANCE)
-            compare(s, one, other, 1, key->name, key->unit);
+            compare_numbers_of(s, one, other, 1, key->name, key->unit);
         else if (key->kind == KT_KEY_VECTOR || key->kind == KT_KEY_POINT)
-            compare(s, one, other, 3, key->name, key->unit);
+            compare_numbers_of(s, one, other, 3, key->name, key->unit);
         else if (key->kind == KT_KEY_SIX)
-            compare(s, one, other, 6, key->name, key->unit);
+            compare_numbers_of(s, one, other, 6, key->name, key->unit);
         else if (key->kind == KT_KEY_FUNCTION || key->kind == KT_KEY_FUNCTIONS)
             compare_functions(s, one, other, key->kind == KT_KEY_FUNCTION ? 1 : 3, key);
     }
@@ -80,13 +81,13 @@ static void compare_keys(kt_fmu_search *s, const kt_descriptor *d, const void *a
 static void compare_body(kt_fmu_search *s, const kt_body *a, const kt_body *b) {
     const bool turns = a->joint.type == KT_JOINT_REVOLUTE, slides = a->joint.type == KT_JOINT_PRISMATIC;
     *s = (kt_fmu_search){s->before, s->after, a->name, slides, s->use};
-    compare(s, &a->mass, &b->mass, 1, "mass", "kg");
-    compare(s, &a->com.x, &b->com.x, 3, "centre of mass", "m");
-    compare(s, &a->inertia.xx, &b->inertia.xx, 6, "inertia", "kg m^2");
-    compare(s, a->joint.position, b->joint.position, turns || slides, "position", "rad|m");
-    compare(s, a->joint.velocity, b->joint.velocity, turns || slides, "velocity", "rad/s|m/s");
-    compare(s, a->joint.armature, b->joint.armature, turns || slides, "armature", "kg m^2|kg");
-    compare(s, &a->joint.at.x, &b->joint.at.x, 3, "place", "m");
+    compare_numbers_of(s, &a->mass, &b->mass, 1, "mass", "kg");
+    compare_numbers_of(s, &a->com.x, &b->com.x, 3, "centre of mass", "m");
+    compare_numbers_of(s, &a->inertia.xx, &b->inertia.xx, 6, "inertia", "kg m^2");
+    compare_numbers_of(s, a->joint.position, b->joint.position, turns || slides, "position", "rad|m");
+    compare_numbers_of(s, a->joint.velocity, b->joint.velocity, turns || slides, "velocity", "rad/s|m/s");
+    compare_numbers_of(s, a->joint.armature, b->joint.armature, turns || slides, "armature", "kg m^2|kg");
+    compare_numbers_of(s, &a->joint.at.x, &b->joint.at.x, 3, "place", "m");
     if (a->shape.type == b->shape.type)
         compare_keys(s, kt_shape_descriptor(a->shape.type), &a->shape, &b->shape);
 }
@@ -105,7 +106,7 @@ bool kt_fmu_joint_slides(const kt_description *d, const char *joint) {
 }
 
 /* Loops and effects without a name have the name of their type. */
-static const char *name_of(const char *name, const kt_descriptor *type) {
+static const char *owner_name_of(const char *name, const kt_descriptor *type) {
     return name != NULL ? name : type != NULL ? type->name : "the scene";
 }
 
@@ -116,20 +117,22 @@ void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter
     if (s.before == s.after || a->body_count != b->body_count || a->loop_count != b->loop_count ||
         a->effect_count != b->effect_count)
         return;
-    compare(&s, (const double[]){a->gravity.x, a->gravity.y, a->gravity.z},
-            (const double[]){b->gravity.x, b->gravity.y, b->gravity.z}, 3, "gravity", "m/s^2");
+    compare_numbers_of(&s, (const double[]){a->gravity.x, a->gravity.y, a->gravity.z},
+                       (const double[]){b->gravity.x, b->gravity.y, b->gravity.z}, 3, "gravity", "m/s^2");
     for (int i = 0; i < a->body_count; i++)
         compare_body(&s, &a->bodies[i], &b->bodies[i]);
     for (int i = 0; i < a->loop_count; i++) {
         const kt_loop *loop = &a->loops[i];
         const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        s = (kt_fmu_search){s.before, s.after, name_of(loop->name, type), kt_fmu_joint_slides(a, loop->joint), use};
+        s = (kt_fmu_search){s.before, s.after, owner_name_of(loop->name, type), kt_fmu_joint_slides(a, loop->joint),
+                            use};
         compare_keys(&s, type, loop, &b->loops[i]);
     }
     for (int i = 0; i < a->effect_count; i++) {
         const kt_effect *effect = &a->effects[i];
         const kt_descriptor *type = kt_effect_descriptor(effect->type);
-        s = (kt_fmu_search){s.before, s.after, name_of(effect->name, type), kt_fmu_joint_slides(a, effect->joint), use};
+        s = (kt_fmu_search){s.before, s.after, owner_name_of(effect->name, type), kt_fmu_joint_slides(a, effect->joint),
+                            use};
         compare_keys(&s, type, effect, &b->effects[i]);
     }
 }

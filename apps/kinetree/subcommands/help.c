@@ -61,7 +61,7 @@ static const kt_overview overview = {
     .count = SUBCOMMAND_COUNT,
 };
 
-static void print_overview(void) {
+static void print_command_overview(void) {
     printf("Examples\n%s\nUsage: kinetree SUBCOMMAND ...\n\n", overview.examples);
     for (size_t i = 0; i < SUBCOMMAND_COUNT; i++)
         printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
@@ -95,7 +95,7 @@ const kt_subcommand *kt_subcommand_find(const char *name) {
     return found;
 }
 
-static void say_unknown(const char *name, kt_nearest *nearest) {
+static void say_unknown_topic(const char *name, kt_nearest *nearest) {
     kt_types_try(nearest);
     if (nearest->best != NULL)
         kt_say("there is no subcommand and no type '%s'%s", name, kt_ask(nearest, "").text);
@@ -124,7 +124,7 @@ int kt_command_help(int argc, char **argv) {
     if (operands > 0 && subcommand == NULL) {
         if (!arguments.man && kt_types_print(argv[1]))
             return kt_finish_output(KT_EXIT_DONE);
-        say_unknown(argv[1], &nearest);
+        say_unknown_topic(argv[1], &nearest);
         return KT_EXIT_USAGE;
     }
     if (arguments.completion >= 0)
@@ -136,6 +136,6 @@ int kt_command_help(int argc, char **argv) {
     else if (subcommand != NULL)
         kt_usage_print(subcommand->usage);
     else
-        print_overview();
+        print_command_overview();
     return kt_finish_output(KT_EXIT_DONE);
 }

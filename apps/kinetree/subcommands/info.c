@@ -59,7 +59,7 @@ static const char *form_name(kt_group_form form) {
     return names[form];
 }
 
-static bool are_alike(const kt_loop_group *a, const kt_loop_group *b) {
+static bool groups_are_alike(const kt_loop_group *a, const kt_loop_group *b) {
     return a->form == b->form && a->reason == b->reason && a->coordinates == b->coordinates &&
            a->equations == b->equations && a->rank == b->rank;
 }
@@ -70,7 +70,7 @@ static int alike_from(const kt_model *model, int first) {
     int end = first + 1;
     while (end < kt_loop_group_count(model)) {
         const kt_loop_group next = kt_loop_group_at(model, end);
-        if (!are_alike(&group, &next))
+        if (!groups_are_alike(&group, &next))
             break;
         end++;
     }
@@ -154,7 +154,7 @@ const kt_usage kt_usage_info = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-static const char *plural(int count) { return count == 1 ? "" : "s"; }
+static const char *plural_of(int count) { return count == 1 ? "" : "s"; }
 
 static const char *name_isa(kt_isa isa) {
     switch (isa) {
@@ -178,7 +178,7 @@ static void show_sizes(const kt_model *model) {
     if (dof.equations > 0)
         printf(": %d of the tree, less %d by loops (%d equations)", dof.tree, dof.rank, dof.equations);
     if (nq != nv)
-        printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural(nq - nv));
+        printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural_of(nq - nv));
     printf("\nplan       %s, %s kernels%s; --plan lists its steps\n", kt_model_plan(model),
            name_isa(kt_model_isa(model)), kt_batch_is_fused() ? " (fused in lanes)" : "");
 }
@@ -194,8 +194,8 @@ static void show_group(const kt_model *model, int index) {
                kt_loop_type_name(kt_loop_type_of(model, group.loops[i])));
     if (group.loop_count > LISTED_MAX)
         printf(" and %d more", group.loop_count - LISTED_MAX);
-    printf(": %d equation%s in %d coordinate%s, ", group.equations, plural(group.equations), group.coordinates,
-           plural(group.coordinates));
+    printf(": %d equation%s in %d coordinate%s, ", group.equations, plural_of(group.equations), group.coordinates,
+           plural_of(group.coordinates));
     if (redundant > 0)
         printf("%d independent; %d only repeat%s the others and carr%s no load\n", group.rank, redundant,
                redundant == 1 ? "s" : "", redundant == 1 ? "ies" : "y");
@@ -226,7 +226,7 @@ static void show_effects(const kt_description *description) {
         printf("  and %d more\n", count - LISTED_MAX);
 }
 
-static void show_vector(const char *before, kt_vec3 x, double scale, const char *after) {
+static void print_vector(const char *before, kt_vec3 x, double scale, const char *after) {
     printf("%s[%g, %g, %g]%s", before, tidy(x.x, scale), tidy(x.y, scale), tidy(x.z, scale), after);
 }
 
@@ -236,7 +236,7 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
     const kt_vec3 g = kt_model_gravity(model);
     const double mass = kt_mass_center(model, data, &center), size = kt_vec3_norm(center);
     printf("mass       %g kg, centre at ", mass);
-    show_vector("", center, size, " m\n");
+    print_vector("", center, size, " m\n");
     const double weight = tidy(kt_potential_energy(model, data), mass * kt_vec3_norm(g) * size);
     const double kinetic = kt_kinetic_energy(model, data);
     const double elastic = tidy(kt_effect_energy(model, data, 0.0, q, v), kinetic + fabs(weight));
@@ -248,12 +248,12 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
     if (kinetic > 0.0) {
         const kt_vec3 moved = kt_vec3_cross(center, momentum.force);
         const double linear = sqrt(2.0 * mass * kinetic), angular = linear * size + kt_vec3_norm(momentum.moment);
-        show_vector("momentum   ", momentum.force, linear, " kg m/s, angular ");
-        show_vector("", momentum.moment, angular, " kg m^2/s about the world's origin, ");
-        show_vector("", kt_vec3_sub(momentum.moment, moved), angular, " about the centre of mass\n");
+        print_vector("momentum   ", momentum.force, linear, " kg m/s, angular ");
+        print_vector("", momentum.moment, angular, " kg m^2/s about the world's origin, ");
+        print_vector("", kt_vec3_sub(momentum.moment, moved), angular, " about the centre of mass\n");
     }
     if (kt_vec3_norm(g) > 0.0)
-        show_vector("gravity    ", g, 0.0, " m/s^2\n");
+        print_vector("gravity    ", g, 0.0, " m/s^2\n");
     else
         puts("gravity    none");
 }

@@ -74,7 +74,7 @@ const kt_usage kt_usage_make = {
 
 /* Returns a uniform random number by splitmix64 (S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom
  * number generators, OOPSLA 2014). */
-static double draw(uint64_t *state, double low, double high) {
+static double draw_between(uint64_t *state, double low, double high) {
     uint64_t z = (*state += 0x9E3779B97F4A7C15U);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
@@ -99,7 +99,7 @@ enum { NAME_SIZE = 32 };
 static const double pi = 3.14159265358979323846;
 
 /* Returns the end of a link of this length in the link's frame. */
-static kt_vec3 end_of(kt_kind kind, double length) {
+static kt_vec3 link_end_of(kt_kind kind, double length) {
     return kind == KT_KIND_PENDULUM ? kt_vec3_make(0.0, -length, 0.0) : kt_vec3_make(length, 0.0, 0.0);
 }
 
@@ -127,13 +127,14 @@ static void set_axis(kt_maker *maker, kt_joint *joint, long i) {
 }
 
 static void make_random(kt_maker *maker, kt_body *body, double *length) {
-    body->mass *= draw(&maker->random, 0.5, 2.0);
-    *length *= draw(&maker->random, 0.5, 2.0);
-    double z = draw(&maker->random, -1.0, 1.0), turn = draw(&maker->random, -pi, pi), r = sqrt(1.0 - z * z);
+    body->mass *= draw_between(&maker->random, 0.5, 2.0);
+    *length *= draw_between(&maker->random, 0.5, 2.0);
+    double z = draw_between(&maker->random, -1.0, 1.0), turn = draw_between(&maker->random, -pi, pi),
+           r = sqrt(1.0 - z * z);
     body->joint.axis = kt_vec3_make(r * cos(turn), r * sin(turn), z);
-    turn_by(&body->joint, draw(&maker->random, -pi, pi));
+    turn_by(&body->joint, draw_between(&maker->random, -pi, pi));
     if (kt_joint_coordinate_kind(body->joint.type, 0) == KT_COORDINATE_LENGTH)
-        body->joint.position[0] = draw(&maker->random, -1.0, 1.0);
+        body->joint.position[0] = draw_between(&maker->random, -1.0, 1.0);
 }
 
 /* Returns the number of rotational degrees of freedom of a joint. */
@@ -158,7 +159,7 @@ static bool allows_points(const kt_make_arguments *settings) {
 }
 
 static void set_shape(const kt_maker *maker, kt_body *body, double length) {
-    kt_vec3 end = end_of(maker->kind, length);
+    kt_vec3 end = link_end_of(maker->kind, length);
     body->shape.type = maker->settings.shape == 0 ? KT_SHAPE_ROD : KT_SHAPE_POINT;
     if (body->shape.type == KT_SHAPE_ROD)
         body->shape.to = end;
@@ -192,7 +193,7 @@ static void make_link(kt_maker *maker, long i, long parent) {
     if (parent < 0)
         return;
     body->parent = maker->bodies[parent].name;
-    body->joint.at = end_of(maker->kind, maker->lengths[parent]);
+    body->joint.at = link_end_of(maker->kind, maker->lengths[parent]);
     long brothers = maker->settings.branching, place = (i - 1) % brothers;
     if (maker->kind == KT_KIND_TREE && brothers > 1)
         body->joint.rotation = kt_rotation_rpy(0.0, 0.0, 0.5 * pi * ((double)place / (double)(brothers - 1) - 0.5));
@@ -200,13 +201,13 @@ static void make_link(kt_maker *maker, long i, long parent) {
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static int write_scene(kt_maker *maker, const char *title) {
+static int write_made_scene(kt_maker *maker, const char *title) {
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
     long count = maker->settings.links;
     for (long i = 0; i < count; i++)
         make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->settings.branching) : i - 1);
-    maker->tip = (kt_marker){.name = "tip", .at = end_of(maker->kind, maker->lengths[count - 1])};
+    maker->tip = (kt_marker){.name = "tip", .at = link_end_of(maker->kind, maker->lengths[count - 1])};
     maker->bodies[count - 1].markers = &maker->tip;
     maker->bodies[count - 1].marker_count = 1;
     scene.description.name = title;
@@ -226,7 +227,7 @@ static int say_wrong(const char *what) {
 }
 
 /* Checks the options and fills in the defaults of this kind. Returns -1 on success, else an exit code. */
-static int complete(kt_maker *maker, const char *kind) {
+static int complete_options(kt_maker *maker, const char *kind) {
     static const char *const kinds[] = {"chain", "pendulum", "tree"};
     kt_make_arguments *settings = &maker->settings;
     kt_nearest nearest = kt_nearest_make(kind, NULL);
@@ -265,7 +266,7 @@ int kt_command_make(int argc, char **argv) {
     int operands;
     int code = kt_arguments_read(&kt_usage_make, argc, argv, &maker.settings, &operands);
     if (code < 0)
-        code = complete(&maker, argv[1]);
+        code = complete_options(&maker, argv[1]);
     if (code >= 0)
         return code;
     char title[64];
@@ -275,7 +276,7 @@ int kt_command_make(int argc, char **argv) {
     maker.lengths = malloc(count * sizeof *maker.lengths);
     maker.names = malloc(count * NAME_SIZE);
     if (maker.bodies != NULL && maker.lengths != NULL && maker.names != NULL) {
-        code = write_scene(&maker, title);
+        code = write_made_scene(&maker, title);
     } else {
         kt_say("there is not enough memory for %ld links", maker.settings.links);
         code = KT_EXIT_INTEGRATION;

@@ -102,7 +102,7 @@ static void print_movers(const kt_small_motion *motion, int mode) {
 }
 
 /* Prints the row of a mode; number 0: one that cannot be distinguished from zero. */
-static void print_mode(const kt_small_motion *motion, int index, int number) {
+static void print_mode_row(const kt_small_motion *motion, int index, int number) {
     const kt_mode mode = kt_modes_at(motion->modes, index);
     if (number > 0)
         printf("%4d  ", number);
@@ -172,7 +172,7 @@ static void print_neutral(const kt_small_motion *motion) {
     }
 }
 
-static int print_table(const kt_small_motion *motion, const char *state, long most) {
+static int print_mode_table(const kt_small_motion *motion, const char *state, long most) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     double length = 0.0;
     int shown = 0, left = 0;
@@ -189,11 +189,11 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
         if (kt_mode_is_uncertain(motion, &mode))
-            print_mode(motion, i, 0);
+            print_mode_row(motion, i, 0);
         if (kt_mode_is_neutral(&mode))
             continue;
         if (shown < most)
-            print_mode(motion, i, ++shown);
+            print_mode_row(motion, i, ++shown);
         else
             left++;
     }
@@ -207,7 +207,7 @@ static int print_table(const kt_small_motion *motion, const char *state, long mo
 
 /* ---- JSON -------------------------------------------------------------------------------------------------------- */
 
-static json_t *list_states(const kt_small_motion *motion, const kt_linear_system *system) {
+static json_t *describe_linear_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
     const int moving = system->states - system->own_states;
     for (int i = 0; i < system->states; i++) {
@@ -236,7 +236,7 @@ static json_t *list_inputs(const kt_small_motion *motion, const kt_linear_system
 }
 
 /* Lists the outputs, named as the columns of records. */
-static json_t *list_outputs(const kt_model *model) {
+static json_t *describe_outputs(const kt_model *model) {
     static const char *const parts[] = {"x", "y", "z", "vx", "vy", "vz"};
     json_t *list = json_array();
     for (int body = 0; body < kt_model_body_count(model); body++)
@@ -248,7 +248,7 @@ static json_t *list_outputs(const kt_model *model) {
 }
 
 /* Returns an object that maps each joint to a list of [re, im], one per coordinate. */
-static json_t *describe_shape(const kt_model *model, const double *shape) {
+static json_t *describe_mode_shape(const kt_model *model, const double *shape) {
     json_t *object = json_object();
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
@@ -278,8 +278,8 @@ static json_t *list_modes(const kt_small_motion *motion) {
         json_t *one = json_pack("{s:f, s:f, s:f, s:f, s:f, s:i, s:b}", "real", mode.real, "imaginary", mode.imaginary,
                                 "frequency", mode.frequency, "damping", mode.damping, "error", mode.error, "count",
                                 mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
-        json_object_set_new(one, "position", describe_shape(motion->model, kt_modes_positions(motion->modes, i)));
-        json_object_set_new(one, "velocity", describe_shape(motion->model, kt_modes_velocities(motion->modes, i)));
+        json_object_set_new(one, "position", describe_mode_shape(motion->model, kt_modes_positions(motion->modes, i)));
+        json_object_set_new(one, "velocity", describe_mode_shape(motion->model, kt_modes_velocities(motion->modes, i)));
         if (kt_own_state_count(motion->model) > 0)
             json_object_set_new(one, "state",
                                 describe_auxiliary_states(motion->model, kt_modes_own_states(motion->modes, i)));
@@ -288,7 +288,7 @@ static json_t *list_modes(const kt_small_motion *motion) {
     return list;
 }
 
-static json_t *describe(const kt_small_motion *motion, const char *state) {
+static json_t *describe_modes(const kt_small_motion *motion, const char *state) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(motion->name));
@@ -298,9 +298,9 @@ static json_t *describe(const kt_small_motion *motion, const char *state) {
     if (system->own_states > 0)
         json_object_set_new(
             root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
-    json_object_set_new(root, "states", list_states(motion, system));
+    json_object_set_new(root, "states", describe_linear_states(motion, system));
     json_object_set_new(root, "inputs", list_inputs(motion, system));
-    json_object_set_new(root, "outputs", list_outputs(motion->model));
+    json_object_set_new(root, "outputs", describe_outputs(motion->model));
     json_object_set_new(root, "state_matrix", kt_json_rows(system->state, system->states, system->states));
     json_object_set_new(root, "input_matrix", kt_json_rows(system->input, system->states, system->inputs));
     json_object_set_new(root, "output_matrix", kt_json_rows(system->output, system->outputs, system->states));
@@ -376,8 +376,8 @@ int kt_command_modes(int argc, char **argv) {
             code = kt_modes_print_formulation(&motion, (kt_constraint_formulation_type)arguments.formulation,
                                               arguments.alpha, arguments.beta, arguments.json);
         else
-            code = arguments.json ? kt_json_write(describe(&motion, state), "-")
-                                  : print_table(&motion, state, arguments.count);
+            code = arguments.json ? kt_json_write(describe_modes(&motion, state), "-")
+                                  : print_mode_table(&motion, state, arguments.count);
         if (code == KT_EXIT_DONE && arguments.view != NULL)
             code = kt_modes_view(&motion, state, arguments.view, arguments.count, false);
         if (code == KT_EXIT_DONE && arguments.plot != NULL)

@@ -19,8 +19,8 @@ static bool is_mechanisms(const kt_small_motion *motion, double real, double ima
     return false;
 }
 
-static int print_table(const kt_small_motion *motion, const char *name, const double *real, const double *imaginary,
-                       int count) {
+static int print_formulation_table(const kt_small_motion *motion, const char *name, const double *real,
+                                   const double *imaginary, int count) {
     const double scale = fmax(1.0, hypot(real[count - 1], imaginary[count - 1]));
     printf("%s: eigenvalues of the formulation '%s' in all %d tree coordinates\n", kt_show(motion->name).text, name,
            count / 2);
@@ -36,8 +36,8 @@ static int print_table(const kt_small_motion *motion, const char *name, const do
     return kt_finish_output(KT_EXIT_DONE);
 }
 
-static json_t *describe(const kt_small_motion *motion, const char *name, const double *real, const double *imaginary,
-                        int count) {
+static json_t *describe_formulation_modes(const kt_small_motion *motion, const char *name, const double *real,
+                                          const double *imaginary, int count) {
     json_t *root = json_object(), *list = json_array();
     json_object_set_new(root, "scene", json_string(motion->name));
     json_object_set_new(root, "formulation", json_string(name));
@@ -73,8 +73,8 @@ int kt_modes_print_formulation(const kt_small_motion *motion, kt_constraint_form
     if (status != KT_OK)
         kt_say_error(&error);
     else
-        code = json ? kt_json_write(describe(motion, name, real, imaginary, count), "-")
-                    : print_table(motion, name, real, imaginary, count);
+        code = json ? kt_json_write(describe_formulation_modes(motion, name, real, imaginary, count), "-")
+                    : print_formulation_table(motion, name, real, imaginary, count);
     kt_constraint_formulation_free(formulation);
     free(real);
     return code;

@@ -10,7 +10,7 @@
  * smaller gaps. */
 #define KT_GAP_TOLD 1e-6
 
-static json_t *describe(const kt_small_motion *motion, const kt_floquet *floquet, double period) {
+static json_t *describe_multipliers(const kt_small_motion *motion, const kt_floquet *floquet, double period) {
     json_t *root = json_object(), *list = json_array();
     json_object_set_new(root, "scene", json_string(motion->name));
     json_object_set_new(root, "period", kt_json_number(period));
@@ -31,7 +31,7 @@ static json_t *describe(const kt_small_motion *motion, const kt_floquet *floquet
     return root;
 }
 
-static int print_table(const kt_small_motion *motion, const kt_floquet *floquet, double period) {
+static int print_multiplier_table(const kt_small_motion *motion, const kt_floquet *floquet, double period) {
     printf("%s: small differences from its motion over a period of %.9g s\n", kt_show(motion->name).text, period);
     printf("mode  %12s  %12s  %12s  %12s\n", "multiplier", "growth", "frequency", "uncertain");
     printf("      %12s  %12s  %12s  %12s\n", "modulus", "1/s", "Hz", "by");
@@ -68,7 +68,8 @@ int kt_modes_print_period(const kt_small_motion *motion, double period, long ste
             kt_say("after %.9g s the motion is %.2g (rad or m) from its start: the period is another one, or the start "
                    "is not on the periodic motion. These multipliers describe this part of the motion only",
                    period, kt_floquet_gap(floquet));
-        code = json ? kt_json_write(describe(motion, floquet, period), "-") : print_table(motion, floquet, period);
+        code = json ? kt_json_write(describe_multipliers(motion, floquet, period), "-")
+                    : print_multiplier_table(motion, floquet, period);
     }
     kt_floquet_free(floquet);
     return code;

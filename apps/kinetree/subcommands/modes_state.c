@@ -22,7 +22,7 @@ static int choose_state(kt_small_motion *motion, int at, bool nearest) {
 
 /* Returns whether the motion is steady. The acceleration, its rate and the rates of the auxiliary states are then zero.
  * The rate of the acceleration is d/dt a = state x' (the lower rows). */
-static bool is_steady(const kt_linear_system *system) {
+static bool motion_is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)
         return false;
@@ -40,16 +40,16 @@ static bool is_steady(const kt_linear_system *system) {
     return true;
 }
 
-static const char *name_state(const kt_small_motion *motion, const kt_linear_system *system) {
+static const char *name_linear_state(const kt_small_motion *motion, const kt_linear_system *system) {
     if (motion->settled)
         return "equilibrium";
     if (system->speed > 1e-12)
-        return is_steady(system) ? "steady motion" : "motion";
-    return system->acceleration > 1e-9 || (system->own_states > 0 && !is_steady(system)) ? "initial position"
-                                                                                         : "equilibrium";
+        return motion_is_steady(system) ? "steady motion" : "motion";
+    return system->acceleration > 1e-9 || (system->own_states > 0 && !motion_is_steady(system)) ? "initial position"
+                                                                                                : "equilibrium";
 }
 
-static void warn(const kt_linear_system *system, const char *state) {
+static void warn_of_state(const kt_linear_system *system, const char *state) {
     if (state[0] == 'm')
         kt_say("the initial state is part of a motion that changes, so these modes describe an instant only; --at "
                "equilibrium linearises about the position of rest");
@@ -70,8 +70,8 @@ int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char *
     if (code != KT_EXIT_DONE)
         return code;
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    *state = name_state(motion, system);
+    *state = name_linear_state(motion, system);
     if (system->states > 0)
-        warn(system, *state);
+        warn_of_state(system, *state);
     return KT_EXIT_DONE;
 }

@@ -20,12 +20,12 @@ typedef struct shown_modes {
     kt_twist *twists;
 } shown_modes;
 
-static int say_memory(void) {
+static int say_view_memory(void) {
     kt_say("there is not enough memory for the view");
     return KT_EXIT_INTEGRATION;
 }
 
-static void release(shown_modes *s) {
+static void release_shown_modes(shown_modes *s) {
     free(s->modes);
     free(s->list);
     free(s->titles);
@@ -33,7 +33,7 @@ static void release(shown_modes *s) {
     free(s->twists);
 }
 
-static bool allocate(shown_modes *s, const kt_small_motion *motion, long most) {
+static bool allocate_shown_modes(shown_modes *s, const kt_small_motion *motion, long most) {
     const size_t all = (size_t)kt_modes_count(motion->modes), bodies = (size_t)kt_model_body_count(motion->model);
     const int shown = most < (long)all ? (int)most : (int)all;
     s->modes = calloc(all + 1, sizeof *s->modes);
@@ -122,15 +122,15 @@ int kt_modes_view(const kt_small_motion *motion, const char *state, const char *
     kt_motion *frames = kt_columns_list(&columns, &motion->scene, motion->model, &run, KT_RECORD_POSITION)
                             ? kt_motion_start(&motion->scene, &columns, 1, false)
                             : NULL;
-    if (frames == NULL || !allocate(&shown, motion, count)) {
-        code = say_memory();
+    if (frames == NULL || !allocate_shown_modes(&shown, motion, count)) {
+        code = say_view_memory();
     } else if (shown.count == 0) {
         kt_say("%s is not written: there is no mode to be shown", path);
     } else {
         frames->boxes = boxes;
         code = take_rest(motion, frames) == 0 ? write_modes(motion, &shown, state, frames, path) : KT_EXIT_INTEGRATION;
     }
-    release(&shown);
+    release_shown_modes(&shown);
     kt_motion_free(frames);
     kt_columns_free(&columns);
     return code;

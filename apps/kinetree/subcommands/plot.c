@@ -65,7 +65,8 @@ const kt_usage kt_usage_plot = {
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
-static int find_column(const kt_table *table, const char *option, const char *name, size_t length, int *column) {
+static int find_plotted_column(const kt_table *table, const char *option, const char *name, size_t length,
+                               int *column) {
     char text[256];
     (void)snprintf(text, sizeof text, "%.*s", (int)length, name);
     for (*column = 0; *column < table->columns; ++*column)
@@ -109,13 +110,13 @@ static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table
         return KT_EXIT_USAGE;
     }
     if (comma != NULL)
-        code = find_column(table, "map", arguments->map, (size_t)(comma - arguments->map), &chart->x);
+        code = find_plotted_column(table, "map", arguments->map, (size_t)(comma - arguments->map), &chart->x);
     else if (arguments->x != NULL)
-        code = find_column(table, "x", arguments->x, strlen(arguments->x), &chart->x);
+        code = find_plotted_column(table, "x", arguments->x, strlen(arguments->x), &chart->x);
     if (code < 0 && comma != NULL)
-        code = find_column(table, "map", comma + 1, strlen(comma + 1), &chart->by);
+        code = find_plotted_column(table, "map", comma + 1, strlen(comma + 1), &chart->by);
     else if (code < 0 && arguments->by != NULL)
-        code = find_column(table, "by", arguments->by, strlen(arguments->by), &chart->by);
+        code = find_plotted_column(table, "by", arguments->by, strlen(arguments->by), &chart->by);
     return code;
 }
 

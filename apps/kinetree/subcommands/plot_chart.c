@@ -51,7 +51,7 @@ typedef struct kt_chart {
 
 /* Returns the kind of a column in a picture. An own column with a unit gets a kind of its own, as long as there is
  * room. */
-static int panel_of(kt_chart *chart, const char *name) {
+static int chart_panel_of(kt_chart *chart, const char *name) {
     for (int i = 0; i < chart->own_count; i++)
         if (strcmp(chart->own[i].name, name) == 0)
             return KT_COLUMN_KINDS + i;
@@ -91,9 +91,9 @@ static bool is_rising(const double *x, size_t count) {
     return true;
 }
 
-static void add_column(kt_chart *chart, int column) {
+static void add_chart_column(kt_chart *chart, int column) {
     const char *name = chart->table->names[column];
-    const int kind = panel_of(chart, name);
+    const int kind = chart_panel_of(chart, name);
     chart->candidates[chart->candidate_count++] =
         (kt_candidate){.name = name,
                        .y = chart->table->cells + (size_t)column * chart->table->rows,
@@ -187,7 +187,7 @@ static bool has_part(const char *column, const char *name) {
 
 /* Writes the columns that contain a name, or all for NULL, as a list: the first few, and the number of the others.
  * Returns how many there are. */
-static int list_columns(const kt_table *table, const char *name, char *text, size_t size) {
+static int list_matching_columns(const kt_table *table, const char *name, char *text, size_t size) {
     enum { NAMED = 4 };
     size_t used = 0;
     int count = 0;
@@ -202,7 +202,7 @@ static int list_columns(const kt_table *table, const char *name, char *text, siz
 
 int kt_plot_say_no_column(const kt_table *table, const char *option, const char *name) {
     char columns[400];
-    const int about = list_columns(table, name, columns, sizeof columns);
+    const int about = list_matching_columns(table, name, columns, sizeof columns);
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int i = 0; i < table->columns; i++)
         (void)kt_nearest_try(&nearest, table->names[i]);
@@ -212,13 +212,13 @@ int kt_plot_say_no_column(const kt_table *table, const char *option, const char 
                columns);
     else if (did.text[0] != '\0')
         kt_say("plot: --%s: there is no column '%s'%s", option, name, did.text);
-    else if (list_columns(table, NULL, columns, sizeof columns) > 0)
+    else if (list_matching_columns(table, NULL, columns, sizeof columns) > 0)
         kt_say("plot: --%s: there is no column '%s'; the columns are %s", option, name, columns);
     return KT_EXIT_USAGE;
 }
 
 /* Returns whether a column is listed already. 'position,position.arm' would list one column twice. */
-static bool is_listed(const kt_chart *chart, const char *name) {
+static bool column_is_listed(const kt_chart *chart, const char *name) {
     for (int i = 0; i < chart->candidate_count; i++)
         if (chart->candidates[i].name == name)
             return true;
@@ -232,8 +232,8 @@ static int add_listed(kt_chart *chart, const char *list) {
         bool found = false;
         for (int i = 0; i < chart->table->columns; i++)
             if (kt_column_begins(chart->table->names[i], word)) {
-                if (!is_listed(chart, chart->table->names[i]))
-                    add_column(chart, i);
+                if (!column_is_listed(chart, chart->table->names[i]))
+                    add_chart_column(chart, i);
                 found = true;
             }
         if (!found)
@@ -257,7 +257,7 @@ static void add_default(kt_chart *chart) {
     for (int i = 0; i < chart->table->columns; i++)
         if ((!has_kinds || is_default(chart->table->names[i]) || kt_column_is_own(chart->table->names[i])) &&
             chart->table->cells + (size_t)i * chart->table->rows != chart->x)
-            add_column(chart, i);
+            add_chart_column(chart, i);
     add_panels(chart);
 }
 
@@ -356,7 +356,7 @@ static void decide_units(kt_chart *chart, const json_t *summary) {
 
 /* Finds the name of the scene, and units, in the summary next to the records: NAME.json for NAME.csv. The summary must
  * end at the same time as the records. */
-static void read_summary(kt_chart *chart, const char *path) {
+static void read_chart_summary(kt_chart *chart, const char *path) {
     const char *ending = strrchr(path, '.');
     char summary[4096];
     if (chart->table->part_count > 1 || ending == NULL || strcmp(ending, ".csv") != 0 ||
@@ -426,7 +426,7 @@ static int choose_panels(kt_chart *chart, char *title, size_t size) {
 }
 
 /* Paints the panels; the title is that of the arguments, the scene's name, or the name of the file. */
-static int paint(const kt_chart *chart, const char *base, const char *out) {
+static int paint_chart(const kt_chart *chart, const char *base, const char *out) {
     const kt_plot_arguments *arguments = chart->arguments;
     char subtitle[400];
     write_subtitle(chart, subtitle, sizeof subtitle);
@@ -475,8 +475,8 @@ int kt_plot_draw_chart(const kt_plot_arguments *arguments, const kt_table *table
     if (code < 0)
         code = add_marks(chart);
     if (code < 0) {
-        read_summary(chart, path);
-        code = paint(chart, base, out);
+        read_chart_summary(chart, path);
+        code = paint_chart(chart, base, out);
     }
     free(candidates);
     free(magnitudes);

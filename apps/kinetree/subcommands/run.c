@@ -33,7 +33,7 @@ typedef struct kt_results {
 
 /* Keeps the reason for the early end of a run, and for the view the last state. The error is NULL if the reason has
  * been printed or is among the warnings. */
-static void note_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
+static void note_run_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
     const kt_simulation *simulation = outcome->simulation;
     const double time = kt_simulation_time(simulation);
     if (error != NULL)
@@ -72,8 +72,8 @@ static void start_interrupt(const kt_run_arguments *arguments, const kt_results 
 }
 
 /* Runs to the end or to the first failure, which is printed. */
-static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
-                    bool quiet) {
+static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint *checkpoint, kt_mode_watch *modes,
+                        bool quiet) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
     outcome->pace.progress = &progress;
@@ -104,7 +104,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
     kt_progress_end(&progress);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
         kt_say_blown_up(outcome, kt_simulation_time(outcome->simulation));
-        note_failure(outcome, results->motion, NULL);
+        note_run_failure(outcome, results->motion, NULL);
         return KT_EXIT_INTEGRATION;
     }
     if (status == KT_OK)
@@ -113,7 +113,7 @@ static int simulate(kt_outcome *outcome, kt_results *results, kt_checkpoint *che
         kt_say_excess(outcome);
     else if (!sinks.failed)
         kt_say_error(&error);
-    note_failure(outcome, results->motion, sinks.failed ? NULL : &error);
+    note_run_failure(outcome, results->motion, sinks.failed ? NULL : &error);
     return sinks.failed ? KT_EXIT_INTEGRATION : kt_exit_code(status);
 }
 
@@ -140,8 +140,8 @@ static int write_plot(const kt_run_arguments *arguments, const kt_outcome *outco
     return code < 0 ? kt_plot_run_write(plot, outcome, path, size, arguments->dark, arguments->quiet) : code;
 }
 
-static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
-                  const kt_results *results) {
+static int finish_run(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
+                      const kt_results *results) {
     kt_result_names written = *names;
     int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
     if (names->plot != NULL)
@@ -161,7 +161,7 @@ static int finish(const kt_run_arguments *arguments, const kt_outcome *outcome, 
     return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : glb != KT_EXIT_DONE ? glb : summary;
 }
 
-static void say_part(const char *part, const char *out) {
+static void say_partial_result(const char *part, const char *out) {
     if (strcmp(part, out) == 0)
         kt_say("the run stopped early; its records are in %s", out);
     else
@@ -186,13 +186,13 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
     if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
-        say_part(parts->out, wholes->out);
-    const int rest = finish(arguments, outcome, whole ? wholes : parts, results);
+        say_partial_result(parts->out, wholes->out);
+    const int rest = finish_run(arguments, outcome, whole ? wholes : parts, results);
     return whole ? rest : code;
 }
 
 /* Returns the name of a partial result; NULL: no result. Sets *fine to false if memory is insufficient. */
-static char *name_part(const char *path, bool *fine) {
+static char *name_partial_result(const char *path, bool *fine) {
     char *part = kt_part_name(path);
     *fine = *fine && (part != NULL || path == NULL);
     return part;
@@ -202,7 +202,7 @@ static char *name_part(const char *path, bool *fine) {
  * earlier page, unless the run also writes records. */
 static char *name_view(const kt_result_names *wholes, bool *fine) {
     if (wholes->out != NULL || wholes->view == NULL)
-        return name_part(wholes->view, fine);
+        return name_partial_result(wholes->view, fine);
     char *name = strdup(wholes->view);
     *fine = *fine && name != NULL;
     return name;
@@ -211,9 +211,10 @@ static char *name_view(const kt_result_names *wholes, bool *fine) {
 static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                          kt_results *results, int code) {
     bool fine = true;
-    char *const out = name_part(wholes->out, &fine), *const summary = name_part(wholes->summary, &fine),
-                *const plot = name_part(wholes->plot, &fine), *const view = name_view(wholes, &fine),
-                *const glb = name_part(wholes->glb, &fine);
+    char *const out = name_partial_result(wholes->out, &fine),
+                *const summary = name_partial_result(wholes->summary, &fine),
+                *const plot = name_partial_result(wholes->plot, &fine), *const view = name_view(wholes, &fine),
+                *const glb = name_partial_result(wholes->glb, &fine);
     if (fine) {
         const kt_result_names parts = {out, summary, plot, view, glb};
         code = end_results(arguments, outcome, wholes, &parts, results, code);
@@ -232,7 +233,7 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
 }
 
 /* Writes the scene with the end of the run as its initial state. */
-static int write_scene(const kt_outcome *outcome, const char *path) {
+static int write_end_scene(const kt_outcome *outcome, const char *path) {
     kt_scene end = *outcome->scene; /* it shares the contents with the scene, and owns its later allocations */
     kt_error error = {0};
     end.memory = NULL;
@@ -318,7 +319,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
         start_interrupt(arguments, &results, checkpoint);
-        code = simulate(outcome, &results, checkpoint, modes, arguments->quiet);
+        code = simulate_run(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_interrupt_end();
         kt_warn_of_rest(outcome);
         kt_warn_of_step(outcome, modes);
@@ -333,7 +334,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
-            code = write_scene(outcome, arguments->scene);
+            code = write_end_scene(outcome, arguments->scene);
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
@@ -372,8 +373,8 @@ static char *name_after(const char *base, const char *ending) {
 static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
 
 /* Chooses the options of the simulation, with the quantities that records have besides the written ones. */
-static kt_simulation_options choose_options(const kt_run_arguments *arguments, const kt_result_names *names,
-                                            const kt_outcome *outcome, const kt_run_manner *manner) {
+static kt_simulation_options choose_simulation_options(const kt_run_arguments *arguments, const kt_result_names *names,
+                                                       const kt_outcome *outcome, const kt_run_manner *manner) {
     kt_simulation_options options = kt_simulation_options_default();
     options.unprojected = arguments->unprojected;
     /* Contacts are marked in pictures and listed in summaries. A resumed run may request these after the break. */
@@ -396,7 +397,7 @@ static kt_simulation_options choose_options(const kt_run_arguments *arguments, c
 }
 
 /* Creates the simulation, with the scene's events. Calls of a program are left out with a warning. */
-static kt_status create_simulation(kt_outcome *outcome, kt_simulation_options *options, kt_error *error) {
+static kt_status create_run_simulation(kt_outcome *outcome, kt_simulation_options *options, kt_error *error) {
     const kt_status status = kt_simulate_scene(outcome->scene, outcome->model, outcome->run, outcome->absolute, options,
                                                &outcome->simulation, &outcome->events, error);
     for (int i = 0; status == KT_OK && i < outcome->scene->event_count; i++) {
@@ -418,7 +419,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_compressions_begin(&outcome->compressions, outcome->scene,
                           kt_integrated_model(outcome->model, outcome->absolute));
     kt_half_turns_begin(&outcome->half_turns, outcome->model);
-    kt_simulation_options options = choose_options(arguments, names, outcome, manner);
+    kt_simulation_options options = choose_simulation_options(arguments, names, outcome, manner);
     unsigned record = 0;
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
     options.record |= record;
@@ -426,7 +427,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     if (status == KT_OK && native != NULL)
         status = kt_native_use(&native->native, outcome->model, &options, &error);
     if (status == KT_OK)
-        status = create_simulation(outcome, &options, &error);
+        status = create_run_simulation(outcome, &options, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;
     if (status != KT_OK)
         kt_say_error(&error);

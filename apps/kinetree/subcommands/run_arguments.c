@@ -300,7 +300,7 @@ static int say_no_pair(const char *option, const kt_model *model, const char *wo
 }
 
 /* Parses "BODY.MARKER"; *pair refers to the model's own strings. */
-static int read_marker(const char *option, const kt_model *model, char *word, kt_marker_pair *pair) {
+static int read_marker_word(const char *option, const kt_model *model, char *word, kt_marker_pair *pair) {
     char *dot = strchr(word, '.');
     if (dot == NULL)
         return say_no_pair(option, model, word);
@@ -336,7 +336,7 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
         char *word = kt_next_word(&rest);
         if (word == NULL)
             break;
-        code = read_marker(option, model, word, &pairs[count++]);
+        code = read_marker_word(option, model, word, &pairs[count++]);
     }
     free(text);
     if (code >= 0) {
@@ -386,7 +386,7 @@ static int override_integrator(const kt_run_arguments *arguments, kt_run *run) {
     return KT_EXIT_USAGE;
 }
 
-static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
+static int check_method_options(const kt_run_arguments *arguments, const kt_run *run) {
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
     if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0))) {
         kt_say("%s: --rho is for --integrator two-step, and this is %s", arguments->command,
@@ -402,7 +402,7 @@ static int check_method(const kt_run_arguments *arguments, const kt_run *run) {
 }
 
 /* Time stepping over contacts has a fixed step, no other method and no other coordinates. */
-static int check_time_stepping(const kt_run_arguments *arguments) {
+static int check_moreau_options(const kt_run_arguments *arguments) {
     const char *option = arguments->integrator != NULL  ? "integrator"
                          : arguments->tolerance != NULL ? "tolerance"
                          : !isnan(arguments->max_step)  ? "max-step"
@@ -419,7 +419,7 @@ static int check_time_stepping(const kt_run_arguments *arguments) {
 }
 
 /* Checks the limits of the run. The scene was checked when it was read, so that any error here comes from an option. */
-static int check_limits(const kt_run *run) {
+static int check_limit_options(const kt_run *run) {
     kt_error error = {0};
     if (kt_run_check(run, &error) != KT_OK) {
         kt_say_error(&error);
@@ -430,7 +430,7 @@ static int check_limits(const kt_run *run) {
 
 int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
     kt_run *run = &scene->run;
-    int code = scene->contact == KT_CONTACT_STEPS ? check_time_stepping(arguments) : -1;
+    int code = scene->contact == KT_CONTACT_STEPS ? check_moreau_options(arguments) : -1;
     if (code >= 0)
         return code;
     if (!isnan(arguments->duration))
@@ -458,6 +458,6 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene) {
     if (code < 0 && arguments->record != NULL)
         code = override_record(arguments, &run->record);
     if (code < 0)
-        code = check_method(arguments, run);
-    return code >= 0 ? code : check_limits(run);
+        code = check_method_options(arguments, run);
+    return code >= 0 ? code : check_limit_options(run);
 }

@@ -68,15 +68,15 @@ const kt_usage kt_usage_stability = {
 
 enum { LISTED_MAX = 8 };
 
-static double size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+static double eigenvalue_size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
 /* Returns whether a real or imaginary part counts as nonzero. It does if it exceeds the error of the eigenvalue and a
  * millionth of its magnitude. */
 static bool is_part(double part, const kt_mode *mode) {
-    return fabs(part) > mode->error && fabs(part) > 1e-6 * size_of(mode);
+    return fabs(part) > mode->error && fabs(part) > 1e-6 * eigenvalue_size_of(mode);
 }
 
-static void print_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *file) {
+static void print_scaled_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *file) {
     char movers[128], rate[24] = "-", frequency[24] = "-", damping[24] = "-";
     if (is_part(at->mode.real, &at->mode))
         snprintf(rate, sizeof rate, "%.5g", at->mode.real);
@@ -103,12 +103,12 @@ static void print_modes(const kt_stability_subject *subject) {
     for (int i = 0; i < count; i++) {
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
         if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) /* the fastest mode of its state */
-            if (size_of(&at.mode) < least) {
-                least = size_of(&at.mode);
+            if (eigenvalue_size_of(&at.mode) < least) {
+                least = eigenvalue_size_of(&at.mode);
                 least_time = at.time;
             }
         if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
-            print_mode(subject->model, &at, stdout);
+            print_scaled_mode(subject->model, &at, stdout);
             listed++;
         } else if (at.time == time) {
             left_out++;
@@ -117,9 +117,9 @@ static void print_modes(const kt_stability_subject *subject) {
     if (left_out > 0)
         printf("  and %d slower\n", left_out);
     const kt_spectrum_mode first = kt_spectrum_at(subject->spectrum, fastest);
-    if (least < 0.99 * size_of(&first.mode))
+    if (least < 0.99 * eigenvalue_size_of(&first.mode))
         printf("the fastest along the motion: from %.4g /s (at t = %g s) to %.4g /s\n", least, least_time,
-               size_of(&first.mode));
+               eigenvalue_size_of(&first.mode));
 }
 
 /* Describes how the step changes the mode that it amplifies most. */
@@ -135,7 +135,7 @@ static void write_verdict(double growth, char *text, size_t size) {
 }
 
 /* Returns the method at an index. The method to draw has the scene's rho. */
-static const kt_method *method_at(const kt_stability_subject *subject, int index) {
+static const kt_method *drawn_method_at(const kt_stability_subject *subject, int index) {
     const kt_method *method = kt_method_at(index);
     return subject->method != NULL && strcmp(method->name, subject->method->name) == 0 ? subject->method : method;
 }
@@ -173,7 +173,7 @@ static void print_limits(const kt_stability_subject *subject) {
         printf("  %-14s  %10s  %s\n", "method", "step, s", "bounded by; implicit: verdict");
     }
     for (int i = 0; i < kt_method_count(); i++)
-        print_limit(subject, method_at(subject, i));
+        print_limit(subject, drawn_method_at(subject, i));
 }
 
 /* ---- JSON -------------------------------------------------------------------------------------------------------- */
@@ -246,7 +246,7 @@ static int write_json(const kt_stability_subject *subject, json_t *inactive) {
         json_object_set_new(root, "step", json_real(subject->step));
     json_object_set_new(root, "states", describe_states(subject));
     for (int i = 0; i < kt_method_count(); i++)
-        json_array_append_new(methods, describe_limit(subject, method_at(subject, i)));
+        json_array_append_new(methods, describe_limit(subject, drawn_method_at(subject, i)));
     json_object_set_new(root, "methods", methods);
     json_object_set(root, "inactive", inactive);
     return kt_json_write(root, "-");
@@ -319,7 +319,7 @@ static int choose_method(const char *name, const kt_run *run, const kt_model *mo
     return KT_EXIT_USAGE;
 }
 
-static int show(const kt_stability_subject *subject, const arguments *given) {
+static int show_subject(const kt_stability_subject *subject, const arguments *given) {
     json_t *inactive = list_inactive(subject);
     say_inactive(subject, inactive);
     const int written = given->json ? write_json(subject, inactive) : KT_EXIT_DONE;
@@ -366,7 +366,7 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         if (status != KT_OK)
             kt_say("stability: the motion could not be followed further; the results cover the motion up to there");
         subject.spectrum = spectrum;
-        code = show(&subject, given);
+        code = show_subject(&subject, given);
     } else if (status == KT_OK) {
         kt_say("stability: the loops are at a singular position wherever one looks, where nothing can be linearised; "
                "try other --samples");

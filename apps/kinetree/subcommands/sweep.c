@@ -177,7 +177,8 @@ static void say_columns(const char *name, const char *header, const char *own, c
 
 /* Reads the lines that a broken sweep has left. *next: the first run without a line, or `end`. The file ends before
  * this run. */
-static int take_up(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end, int64_t *next) {
+static int take_up_lines(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end,
+                         int64_t *next) {
     char *header = kt_sweep_header(sweep), *line = NULL;
     size_t room = 0;
     long whole = 0;
@@ -233,7 +234,7 @@ static void report_native(const kt_sweep_worker *all, int64_t runs) {
                 (long long)(runs - all->natively));
 }
 
-static void report(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
+static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
     const int64_t runs = s->end - s->first;
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
     if (before > 0)
@@ -263,7 +264,7 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
     if (arguments->resume && keep->file != NULL)
         code = kt_keep_resume(keep, first, end, &kept);
     if (code < 0 && arguments->resume)
-        code = take_up(sweep, file, name, first, kept, &next);
+        code = take_up_lines(sweep, file, name, first, kept, &next);
     if (code < 0 && arguments->resume && keep->file != NULL && next < kept)
         code = kt_keep_resume(keep, first, next, &kept);
     if (code < 0 && arguments->resume)
@@ -292,13 +293,13 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
         failed = kt_sweep_run_all(sweep, next, end, threads_of(arguments), write_result, &s, &all);
     kt_progress_end(&s.progress);
     if (failed == 0 && !arguments->quiet)
-        report(&s, &all, out, next - first);
+        report_sweep(&s, &all, out, next - first);
     return failed == 0 ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }
 
 /* Opens the file of lines, and writes it. */
-static int write_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, const char *out, int64_t first,
-                      int64_t end) {
+static int write_sweep_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *keep, const char *out, int64_t first,
+                            int64_t end) {
     kt_output output;
     if (strcmp(out, "-") == 0)
         return kt_finish_output(write_runs(sweep, ranks, stdout, keep, "standard output", out, first, end));
@@ -358,11 +359,11 @@ static int write_results(kt_sweep *sweep, kt_ranks *ranks, const char *out, int6
     kt_keep keep = {.output.lock = -1};
     int code = arguments->keep != NULL ? kt_keep_open(&keep, arguments->keep, arguments->resume) : -1;
     if (code < 0)
-        code = write_file(sweep, ranks, &keep, out, first, end);
+        code = write_sweep_file(sweep, ranks, &keep, out, first, end);
     return end_keep(&keep, sweep, code);
 }
 
-static int check_names(const kt_sweep_arguments *arguments) {
+static int check_sweep_files(const kt_sweep_arguments *arguments) {
     if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep)) {
         kt_say("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
         return KT_EXIT_USAGE;
@@ -397,7 +398,7 @@ static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t 
     return -1;
 }
 
-static int read_text(kt_sweep *sweep) {
+static int read_sweep_scene(kt_sweep *sweep) {
     FILE *file = strcmp(sweep->path, "-") == 0 ? stdin : fopen(sweep->path, "rb");
     kt_bytes text = {0};
     if (file == NULL) {
@@ -421,11 +422,11 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
     char *base = kt_base_name(path);
     (void)snprintf(out, sizeof out, "%s-sweep.csv", base != NULL ? base : "scene");
     free(base);
-    int code = check_names(arguments);
+    int code = check_sweep_files(arguments);
     code = code < 0 ? kt_sweep_list_functionals(&sweep) : code;
     code = code < 0 ? kt_sweep_plan_make(arguments, &sweep.plan) : code;
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
-    code = code < 0 ? read_text(&sweep) : code;
+    code = code < 0 ? read_sweep_scene(&sweep) : code;
     code = code < 0 ? kt_sweep_list_columns(&sweep) : code;
     if (code < 0 && kt_ranks_own(ranks) > 0) {
         kt_ranks_work(ranks, &sweep, arguments->jobs > 0 ? threads_of(arguments) : 1);
@@ -450,12 +451,12 @@ typedef struct part {
     long long run; /* its number; -1: there is none */
 } part;
 
-static int say_part(const part *p, const char *what) {
+static int say_sweep_part(const part *p, const char *what) {
     kt_say("sweep: %s: %s", p->name, what);
     return KT_EXIT_USAGE;
 }
 
-static int next_line(part *p) {
+static int next_part_line(part *p) {
     char *end;
     const ssize_t length = getline(&p->line, &p->room, p->file);
     p->run = -1;
@@ -463,7 +464,7 @@ static int next_line(part *p) {
         return -1;
     const long long run = strtoll(p->line, &end, 10);
     if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
-        return say_part(p, "its last line is no whole run: is that part still being written?");
+        return say_sweep_part(p, "its last line is no whole run: is that part still being written?");
     p->run = run;
     return -1;
 }
@@ -476,7 +477,7 @@ static int open_parts(part *parts, int count, char **names) {
         p->name = names[i];
         p->file = fopen(names[i], "r");
         if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
-            return say_part(p, p->file == NULL ? strerror(errno) : "it is empty");
+            return say_sweep_part(p, p->file == NULL ? strerror(errno) : "it is empty");
         if (i > 0 && strcmp(p->line, parts[0].line) != 0) {
             say_columns(p->name, p->line, parts[0].line, "the first part", "leave it out, or compute it anew");
             return KT_EXIT_USAGE;
@@ -498,7 +499,7 @@ static int merge_lines(part *parts, int count, FILE *file) {
     long long expected = 0, missing = 0, repeated = 0;
     int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
     for (int i = 0; code < 0 && i < count; i++)
-        code = next_line(&parts[i]);
+        code = next_part_line(&parts[i]);
     for (part *p = lowest(parts, count); code < 0 && p != NULL; p = lowest(parts, count)) {
         if (p->run >= expected) {
             missing += p->run - expected;
@@ -507,7 +508,7 @@ static int merge_lines(part *parts, int count, FILE *file) {
         } else {
             repeated++;
         }
-        code = code < 0 ? next_line(p) : code;
+        code = code < 0 ? next_part_line(p) : code;
     }
     if (code == KT_EXIT_INTEGRATION)
         kt_say("sweep: the runs cannot be written: %s", strerror(errno));
@@ -534,7 +535,7 @@ static int merge(const kt_sweep_arguments *arguments, char **names, int count) {
         code = kt_output_start(&output, out);
     FILE *file = code >= 0 ? NULL : to_file ? fopen(kt_output_path(&output), "w") : stdout;
     if (code < 0 && file == NULL)
-        code = say_part(&(part){.name = out}, strerror(errno));
+        code = say_sweep_part(&(part){.name = out}, strerror(errno));
     if (code < 0) {
         code = merge_lines(parts, count, file);
         if (to_file && fclose(file) != 0 && code == KT_EXIT_DONE)
