@@ -20,7 +20,7 @@
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
 /* A number that has none is an empty cell. */
-static void add_number(kt_bytes *to, double value) {
+static void add_cell(kt_bytes *to, double value) {
     if (isnan(value))
         kt_bytes_print(to, ",");
     else
@@ -77,7 +77,7 @@ typedef struct kt_sweep_run {
     bool failed;     /* memory did not suffice */
 } made;
 
-static void release(made *m) {
+static void release_run(made *m) {
     free(m->ranges);
     m->ranges = NULL;
     kt_columns_free(&m->columns);
@@ -104,8 +104,8 @@ static void keep_first(void *user, const kt_error *fault) {
 }
 
 /* Reads the scene with the values of a run. */
-static kt_status read_scene(const kt_sweep *sweep, const double *values, kt_scene *scene, kt_scene_report *report,
-                            void *user, kt_error *error) {
+static kt_status read_varied_scene(const kt_sweep *sweep, const double *values, kt_scene *scene,
+                                   kt_scene_report *report, void *user, kt_error *error) {
     const kt_settings *fixed = &sweep->arguments->settings;
     const char *variables[KT_SWEEP_AXES_MAX];
     for (int i = 0; i < sweep->plan.count; i++)
@@ -118,7 +118,7 @@ static kt_status read_scene(const kt_sweep *sweep, const double *values, kt_scen
     return kt_scene_parse_with(sweep->path, sweep->text, sweep->size, &options, scene, report, user, error);
 }
 
-static kt_status compile(made *m, kt_error *error) {
+static kt_status compile_varied(made *m, kt_error *error) {
     const kt_model_options options = kt_compile_options(m->scene);
     kt_status status = kt_model_compile(&m->scene->description, &options, &m->model, error);
     if (status == KT_ERROR_MODEL)
@@ -128,15 +128,15 @@ static kt_status compile(made *m, kt_error *error) {
     return status;
 }
 
-static kt_status no_memory(kt_error *error) {
+static kt_status no_run_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
 /* Own columns with them; *record: what these need besides. */
-static kt_status list_columns(made *m, unsigned *record, kt_error *error) {
+static kt_status list_run_columns(made *m, unsigned *record, kt_error *error) {
     return kt_columns_list(&m->columns, m->scene, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
                ? kt_columns_add_own(&m->columns, m->scene, record, error)
-               : no_memory(error);
+               : no_run_memory(error);
 }
 
 /* With --native: passes the numbers of the run to the file, if its structure is that of the first run. */
@@ -151,14 +151,14 @@ static kt_status use_native(made *m, kt_simulation_options *options, kt_error *e
 }
 
 /* Compiles and assembles the scene, and lists the columns of its records. */
-static kt_status prepare(made *m, kt_error *error) {
+static kt_status prepare_run(made *m, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
-    kt_status status = compile(m, error);
+    kt_status status = compile_varied(m, error);
     if (status != KT_OK)
         return status;
     m->energy = kt_energy_watch_of(m->scene, m->model);
     m->run = m->scene->run;
-    status = list_columns(m, &options.record, error);
+    status = list_run_columns(m, &options.record, error);
     options.record |= KT_RECORD_ENERGY;
     if (status == KT_OK)
         status = use_native(m, &options, error);
@@ -166,7 +166,7 @@ static kt_status prepare(made *m, kt_error *error) {
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
     if (status == KT_OK && (m->ranges = kt_sweep_ranges_create(m->sweep->column_count)) == NULL)
-        status = no_memory(error);
+        status = no_run_memory(error);
     return status;
 }
 
@@ -180,9 +180,9 @@ static bool prepare_again(kt_sweep_worker *worker, const double *values, made *m
         (void)snprintf(worker->why, sizeof worker->why, "%s", error.where);
     m->scene = &worker->scene;
     if (status == KT_OK)
-        status = prepare(m, &error);
+        status = prepare_run(m, &error);
     if (status != KT_OK)
-        release(m);
+        release_run(m);
     return status == KT_OK;
 }
 
@@ -190,7 +190,7 @@ static bool prepare_again(kt_sweep_worker *worker, const double *values, made *m
 static kt_status prepare_anew(const kt_sweep *sweep, kt_sweep_worker *worker, const double *values, made *m,
                               kt_error *error) {
     kt_error fault = {0};
-    const kt_status status = read_scene(sweep, values, &m->own, keep_first, &fault, error);
+    const kt_status status = read_varied_scene(sweep, values, &m->own, keep_first, &fault, error);
     worker->anew++;
     if (fault.code != KT_OK)
         *error = fault;
@@ -203,7 +203,7 @@ static kt_status prepare_anew(const kt_sweep *sweep, kt_sweep_worker *worker, co
         m->own = kt_scene_default();
         m->scene = &worker->scene;
     }
-    return prepare(m, error);
+    return prepare_run(m, error);
 }
 
 void kt_sweep_worker_free(kt_sweep_worker *worker) {
@@ -248,9 +248,9 @@ static int take_record(const kt_record *record, void *user) {
 }
 
 /* The end of a run with the `status` of its simulation. */
-static kt_status judge(const made *m, kt_status status, kt_error *error) {
+static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
-        return no_memory(error);
+        return no_run_memory(error);
     if (m->excess.code != KT_OK) {
         *error = m->excess;
         return error->code;
@@ -264,7 +264,7 @@ static kt_status judge(const made *m, kt_status status, kt_error *error) {
     return status;
 }
 
-static const char *status_name(kt_status status) {
+static const char *line_status_name(kt_status status) {
     switch (kt_exit_code(status)) {
     case KT_EXIT_DONE:
         return "done";
@@ -278,7 +278,7 @@ static const char *status_name(kt_status status) {
 }
 
 /* The column of this name; count: there is none. */
-static size_t find_column(const kt_columns *columns, const char *name, size_t guess) {
+static size_t find_run_column(const kt_columns *columns, const char *name, size_t guess) {
     char text[512];
     for (size_t i = 0; i < columns->count; i++) {
         const size_t k = (guess + i) % columns->count;
@@ -290,20 +290,20 @@ static size_t find_column(const kt_columns *columns, const char *name, size_t gu
 }
 
 /* Where the columns of lines are among those of a run. */
-static void find_columns(const kt_sweep *sweep, const kt_columns *columns, size_t *place) {
+static void find_line_columns(const kt_sweep *sweep, const kt_columns *columns, size_t *place) {
     size_t guess = 0;
     for (size_t i = 0; i < sweep->column_count; i++) {
-        place[i] = columns->count > 0 ? find_column(columns, sweep->columns[i], guess) : 0;
+        place[i] = columns->count > 0 ? find_run_column(columns, sweep->columns[i], guess) : 0;
         guess = place[i] + 1;
     }
 }
 
-static void add_columns(kt_bytes *line, const made *m) {
+static void add_column_cells(kt_bytes *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
         const kt_sweep_range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
         const bool has_values = of != NULL && m->place[i] < m->columns.count && !isnan(of->last);
         for (int k = 0; k < m->sweep->functional_count; k++)
-            add_number(line, has_values ? kt_sweep_range_value(of, m->sweep->functionals[k]) : (double)NAN);
+            add_cell(line, has_values ? kt_sweep_range_value(of, m->sweep->functionals[k]) : (double)NAN);
     }
 }
 
@@ -332,19 +332,19 @@ static void add_events(kt_bytes *line, const kt_sweep *sweep, const made *m) {
             kt_bytes_print(line, ",");
 }
 
-static char *write_line(const made *m, kt_status status, const kt_error *error) {
+static char *write_run_line(const made *m, kt_status status, const kt_error *error) {
     const kt_sweep *sweep = m->sweep;
     kt_bytes line = {0};
     kt_bytes_print(&line, "%lld", (long long)m->number);
     for (int i = 0; i < sweep->plan.count; i++)
-        add_number(&line, m->values[i]);
+        add_cell(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
-    kt_bytes_print(&line, ",%s", status_name(status));
-    add_number(&line, kt_simulation_time(m->simulation));
+    kt_bytes_print(&line, ",%s", line_status_name(status));
+    add_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
-    add_number(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
+    add_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
-    add_columns(&line, m);
+    add_column_cells(&line, m);
     if (kt_batch_is_fused())
         kt_bytes_print(&line, ",fused");
     if (status == KT_OK)
@@ -370,7 +370,7 @@ kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int
     kt_sweep_plan_values(&sweep->plan, number, m->values);
     worker->runs++;
     m->status = prepare_again(worker, m->values, m) ? KT_OK : prepare_anew(sweep, worker, m->values, m, &m->error);
-    find_columns(sweep, &m->columns, m->place);
+    find_line_columns(sweep, &m->columns, m->place);
     return m;
 }
 
@@ -385,9 +385,9 @@ bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member) {
 
 kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error *error) {
     kt_error why = error != NULL ? *error : (kt_error){.code = KT_OK};
-    status = run->status == KT_OK ? judge(run, status, &why) : run->status;
+    status = run->status == KT_OK ? judge_run(run, status, &why) : run->status;
     run->result.code = kt_exit_code(status);
-    run->result.line = write_line(run, status, run->status == KT_OK ? &why : &run->error);
+    run->result.line = write_run_line(run, status, run->status == KT_OK ? &why : &run->error);
     const kt_sweep_result result = run->result;
     run->worker->unmade += run->simulation == NULL;
     if (run->native.file != NULL) {
@@ -395,7 +395,7 @@ kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error
         run->worker->computed += run->native.native.computed;
         run->worker->left += run->native.native.left;
     }
-    release(run);
+    release_run(run);
     free(run->place);
     free(run);
     return result;
@@ -425,7 +425,7 @@ static void say_fault(void *user, const kt_error *fault) {
     fprintf(stderr, "%s: %s\n", fault->where, fault->message);
 }
 
-static bool add_column(kt_sweep *sweep, const char *name, const char *unit) {
+static bool add_sweep_column(kt_sweep *sweep, const char *name, const char *unit) {
     const size_t n = sweep->column_count;
     char **names = realloc(sweep->columns, (n + 1) * sizeof *names);
     if (names == NULL)
@@ -448,7 +448,7 @@ static bool add_all(kt_sweep *sweep, const kt_columns *columns) {
     for (size_t i = 0; fine && i < columns->count; i++)
         if (columns->columns[i].source != KT_COLUMN_TIME) {
             (void)kt_column_name(columns, i, name, sizeof name);
-            fine = add_column(sweep, name, kt_column_quantity(columns, i).unit);
+            fine = add_sweep_column(sweep, name, kt_column_quantity(columns, i).unit);
         }
     return fine;
 }
@@ -460,7 +460,7 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
         const char *comma = strchr(from, ',');
         const size_t length = comma != NULL ? (size_t)(comma - from) : strlen(from);
         (void)snprintf(name, sizeof name, "%.*s", (int)length, from);
-        const size_t found = find_column(columns, name, 0);
+        const size_t found = find_run_column(columns, name, 0);
         if (found == columns->count) {
             kt_nearest nearest = kt_nearest_make(name, NULL);
             (void)add_all(sweep, columns); /* whose names stay, for the suggestion */
@@ -470,7 +470,7 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
                    kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
         }
-        if (!add_column(sweep, name, kt_column_quantity(columns, found).unit)) {
+        if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit)) {
             kt_say("there is not enough memory");
             return KT_EXIT_INTEGRATION;
         }
@@ -496,19 +496,19 @@ static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scen
                             kt_error *error) {
     double values[KT_SWEEP_AXES_MAX];
     kt_sweep_plan_values(&sweep->plan, run, values);
-    const kt_status status = read_scene(sweep, values, &m->own, report, user, error);
+    const kt_status status = read_varied_scene(sweep, values, &m->own, report, user, error);
     m->scene = status == KT_OK ? &m->own : NULL;
-    return status == KT_OK ? compile(m, error) : status;
+    return status == KT_OK ? compile_varied(m, error) : status;
 }
 
 /* The first run whose scene is right; 0 if none of the first thousand is. */
-static int64_t find_right(const kt_sweep *sweep) {
+static int64_t find_right_run(const kt_sweep *sweep) {
     const int64_t runs = kt_sweep_plan_runs(&sweep->plan), most = runs < 1000 ? runs : 1000;
     for (int64_t run = 0; run < most; run++) {
         made m = {.scene = NULL};
         kt_error error = {0};
         const kt_status status = make_model(sweep, run, &m, NULL, NULL, &error);
-        release(&m);
+        release_run(&m);
         if (status == KT_OK)
             return run;
     }
@@ -548,7 +548,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     made m = {.scene = NULL};
     kt_error error = {0};
     int code = -1;
-    kt_status status = make_model(sweep, find_right(sweep), &m, say_fault, NULL, &error);
+    kt_status status = make_model(sweep, find_right_run(sweep), &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
     unsigned record;
     if (status == KT_OK)
@@ -556,13 +556,13 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = make_native_file(sweep, &m);
     if (status == KT_OK)
-        status = list_columns(&m, &record, &error);
+        status = list_run_columns(&m, &record, &error);
     if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))
-        status = no_memory(&error);
+        status = no_run_memory(&error);
     if (status == KT_OK && !add_events_of(sweep, m.scene))
-        status = no_memory(&error);
+        status = no_run_memory(&error);
     if (status == KT_OK && m.scene->from != NULL && code < 0) {
         kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
                "scene",
@@ -573,7 +573,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
         kt_say_error(&error);
     if (status != KT_OK)
         code = kt_exit_code(status);
-    release(&m);
+    release_run(&m);
     return code;
 }
 

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int say_no_memory(void) {
+static int say_no_plan_memory(void) {
     kt_say("there is not enough memory");
     return KT_EXIT_INTEGRATION;
 }
@@ -19,7 +19,7 @@ static int say_no_memory(void) {
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
 /* Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64): a bijection of 64 bits. */
-static uint64_t mix(uint64_t x) {
+static uint64_t mix_bits(uint64_t x) {
     x += UINT64_C(0x9E3779B97F4A7C15);
     x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
     x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
@@ -28,7 +28,7 @@ static uint64_t mix(uint64_t x) {
 
 /* In (0, 1): number k of axis `axis` in a run. */
 static double random_unit(uint64_t seed, int64_t run, int axis, int k) {
-    const uint64_t key = mix(mix(mix(seed) ^ (uint64_t)run) ^ ((uint64_t)axis << 8 | (uint64_t)k));
+    const uint64_t key = mix_bits(mix_bits(mix_bits(seed) ^ (uint64_t)run) ^ ((uint64_t)axis << 8 | (uint64_t)k));
     return ((double)(key >> 11) + 0.5) / 9007199254740992.0;
 }
 
@@ -38,7 +38,7 @@ static double random_normal(uint64_t seed, int64_t run, int axis) {
     return sqrt(-2.0 * log(random_unit(seed, run, axis, 0))) * cos(turn);
 }
 
-static double draw(const kt_sweep_plan *plan, int64_t run, int axis) {
+static double draw_axis_value(const kt_sweep_plan *plan, int64_t run, int axis) {
     const kt_axis *of = &plan->axes[axis];
     switch (of->draw) {
     case KT_DRAW_NORMAL:
@@ -88,7 +88,7 @@ void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values
     for (int i = 0; i < plan->count; i++) {
         const kt_axis *axis = &plan->axes[i];
         if (axis->is_random)
-            values[i] = draw(plan, run, i);
+            values[i] = draw_axis_value(plan, run, i);
         else if (plan->is_table)
             values[i] = axis->values[point];
         else
@@ -113,7 +113,7 @@ static int say_random(const char *text) {
 }
 
 /* A number, and the text that must follow it. */
-static bool take_number(const char **text, char after, double *value) {
+static bool take_axis_number(const char **text, char after, double *value) {
     const char *end;
     if (!kt_decimal_read(*text, value, &end) || *end != after)
         return false;
@@ -141,38 +141,38 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     axis->path = strndup(text, length);
     *rest = equals + 1;
     if (axis->path == NULL)
-        *code = say_no_memory();
+        *code = say_no_plan_memory();
     return axis->path != NULL ? axis : NULL;
 }
 
 static int read_list(const char *text, const char *rest, kt_axis *axis) {
     axis->values = calloc(strlen(rest) + 1, sizeof *axis->values);
     if (axis->values == NULL)
-        return say_no_memory();
+        return say_no_plan_memory();
     for (bool more = true; more;) {
-        more = take_number(&rest, ',', &axis->values[axis->count]);
-        if (!more && !take_number(&rest, '\0', &axis->values[axis->count]))
+        more = take_axis_number(&rest, ',', &axis->values[axis->count]);
+        if (!more && !take_axis_number(&rest, '\0', &axis->values[axis->count]))
             return say_vary(text);
         axis->count++;
     }
     return -1;
 }
 
-static int read_range(const char *text, const char *rest, kt_axis *axis) {
+static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
     double count = 0.0;
     if (strncmp(rest, "log:", 4) == 0) {
         axis->is_logarithmic = true;
         rest += 4;
     }
-    if (!take_number(&rest, ':', &axis->a))
+    if (!take_axis_number(&rest, ':', &axis->a))
         return say_vary(text);
     const char *to = rest;
-    if (take_number(&rest, ':', &axis->b)) {
-        if (!take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count))
+    if (take_axis_number(&rest, ':', &axis->b)) {
+        if (!take_axis_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count))
             return say_vary(text);
     } else {
         rest = to;
-        if (!take_number(&rest, '\0', &axis->b))
+        if (!take_axis_number(&rest, '\0', &axis->b))
             return say_vary(text);
     }
     if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0)) {
@@ -189,7 +189,7 @@ static int read_vary(kt_sweep_plan *plan, const char *text) {
     kt_axis *axis = add_axis(plan, text, &rest, &code);
     if (axis == NULL)
         return code;
-    return strchr(rest, ':') != NULL ? read_range(text, rest, axis) : read_list(text, rest, axis);
+    return strchr(rest, ':') != NULL ? read_axis_range(text, rest, axis) : read_list(text, rest, axis);
 }
 
 static int read_random(kt_sweep_plan *plan, const char *text) {
@@ -207,7 +207,7 @@ static int read_random(kt_sweep_plan *plan, const char *text) {
         if (strncmp(rest, draws[i].name, strlen(draws[i].name)) == 0) {
             rest += strlen(draws[i].name);
             axis->draw = draws[i].draw;
-            if (take_number(&rest, ',', &axis->a) && take_number(&rest, ')', &axis->b) && *rest == '\0' &&
+            if (take_axis_number(&rest, ',', &axis->a) && take_axis_number(&rest, ')', &axis->b) && *rest == '\0' &&
                 (axis->draw == KT_DRAW_UNIFORM || axis->b >= 0.0))
                 return -1;
             break;
@@ -223,7 +223,7 @@ static int say_table(const char *path, int64_t line, const char *what) {
 }
 
 /* The names of the first line. */
-static int read_names(kt_sweep_plan *plan, char *line) {
+static int read_axis_names(kt_sweep_plan *plan, char *line) {
     char *rest = line;
     for (char *name = strtok_r(line, ",", &rest); name != NULL; name = strtok_r(NULL, ",", &rest)) {
         char text[512];
@@ -236,23 +236,23 @@ static int read_names(kt_sweep_plan *plan, char *line) {
     return -1;
 }
 
-static int read_row(kt_sweep_plan *plan, const char *path, int64_t line, const char *text) {
+static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, const char *text) {
     for (int i = 0; i < plan->count; i++) {
         kt_axis *axis = &plan->axes[i];
         if ((plan->points & (plan->points - 1)) == 0) { /* room grows by two */
             double *more = realloc(axis->values, (size_t)(plan->points > 0 ? 2 * plan->points : 1) * sizeof *more);
             if (more == NULL)
-                return say_no_memory();
+                return say_no_plan_memory();
             axis->values = more;
         }
-        if (!take_number(&text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
+        if (!take_axis_number(&text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
             return say_table(path, line, "a row has a number for each name of the first line, with commas between");
     }
     plan->points++;
     return -1;
 }
 
-static int read_table(kt_sweep_plan *plan, const char *path) {
+static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     char *line = NULL;
     size_t room = 0;
     int64_t number = 0;
@@ -264,7 +264,9 @@ static int read_table(kt_sweep_plan *plan, const char *path) {
     }
     while (code < 0 && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\r\n")] = '\0';
-        code = number++ == 0 ? read_names(plan, line) : line[0] != '\0' ? read_row(plan, path, number, line) : -1;
+        code = number++ == 0     ? read_axis_names(plan, line)
+               : line[0] != '\0' ? read_axis_row(plan, path, number, line)
+                                 : -1;
     }
     free(line);
     (void)fclose(file);
@@ -281,7 +283,7 @@ static int permute(kt_sweep_plan *plan, int i) {
     kt_axis *axis = &plan->axes[i];
     axis->permutation = malloc((size_t)plan->points * sizeof *axis->permutation);
     if (axis->permutation == NULL)
-        return say_no_memory();
+        return say_no_plan_memory();
     for (int64_t k = 0; k < plan->points; k++)
         axis->permutation[k] = k;
     for (int64_t k = plan->points - 1; k > 0; k--) {
@@ -302,7 +304,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
         plan->sample = KT_SAMPLE_LATIN;
     else
         rest = NULL;
-    if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
+    if (rest == NULL || *rest++ == '\0' || !take_axis_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
         count != floor(count)) {
         kt_say("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
         return KT_EXIT_USAGE;
@@ -354,7 +356,7 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
         return KT_EXIT_USAGE;
     }
     if (arguments->from != NULL)
-        code = read_table(plan, arguments->from);
+        code = read_axis_table(plan, arguments->from);
     for (int i = 0; code < 0 && i < arguments->vary.count; i++)
         code = read_vary(plan, arguments->vary.text[i]);
     for (int i = 0; code < 0 && i < arguments->random.count; i++)

@@ -46,7 +46,7 @@ typedef struct message {
     size_t width; /* numbers of a record */
 } message;
 
-static int append(message *m, const void *bytes, size_t count) {
+static int append_to_message(message *m, const void *bytes, size_t count) {
     if (m->used + count > m->room) {
         const size_t room = 2 * m->room + count + 65536;
         char *more = realloc(m->bytes, room);
@@ -65,8 +65,9 @@ static int pack(void *user, int64_t run, const kt_sweep_result *result) {
     message *m = user;
     const run_head head = {result->code, (int64_t)strlen(result->line), (int64_t)result->rows};
     (void)run;
-    return append(m, &head, sizeof head) != 0 || append(m, result->line, (size_t)head.length + 1) != 0 ||
-                   append(m, result->records, result->rows * m->width * sizeof(double)) != 0
+    return append_to_message(m, &head, sizeof head) != 0 ||
+                   append_to_message(m, result->line, (size_t)head.length + 1) != 0 ||
+                   append_to_message(m, result->records, result->rows * m->width * sizeof(double)) != 0
                ? -1
                : 0;
 }
@@ -95,12 +96,12 @@ static int unpack(const message *m, kt_sweep_sink *sink, void *user) {
 }
 
 /* Computes a block into a message. */
-static void compute(const kt_sweep *sweep, int64_t first, int64_t end, int threads, message *m) {
+static void compute_run_block(const kt_sweep *sweep, int64_t first, int64_t end, int threads, message *m) {
     kt_sweep_worker all = {.has_scene = false};
     block_head head = {.first = first, .end = end};
     m->used = 0;
     m->width = sweep->column_count + 1;
-    head.failed = append(m, &head, sizeof head) != 0;
+    head.failed = append_to_message(m, &head, sizeof head) != 0;
     const double start = kt_clock();
     if (!head.failed)
         head.failed = kt_sweep_run_all(sweep, first, end, threads, pack, m, &all) != 0;
@@ -163,7 +164,7 @@ kt_ranks *kt_ranks_start(int *code) {
 int kt_ranks_own(const kt_ranks *ranks) { return ranks != NULL ? ranks->own : 0; }
 
 /* Sends the results of a block, and receives the next block. */
-static void exchange(kt_ranks *ranks, const void *bytes, size_t size, int64_t block[2]) {
+static void exchange_block(kt_ranks *ranks, const void *bytes, size_t size, int64_t block[2]) {
     (void)MPI_Send(bytes, (int)size, MPI_BYTE, 0, TAG_RESULT, MPI_COMM_WORLD);
     (void)MPI_Recv(block, 2, MPI_INT64_T, 0, TAG_BLOCK, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     ranks->is_done = block[0] < 0;
@@ -174,12 +175,12 @@ void kt_ranks_work(kt_ranks *ranks, const kt_sweep *sweep, int threads) {
     const block_head begins = {.first = -1};
     message m = {NULL, 0, 0, 0};
     int64_t block[2];
-    exchange(ranks, &begins, sizeof begins, block);
+    exchange_block(ranks, &begins, sizeof begins, block);
     while (block[0] >= 0) {
-        compute(sweep, block[0], block[1], threads, &m);
+        compute_run_block(sweep, block[0], block[1], threads, &m);
         if (m.bytes == NULL)
             (void)MPI_Abort(MPI_COMM_WORLD, KT_EXIT_INTEGRATION);
-        exchange(ranks, m.bytes, m.used, block);
+        exchange_block(ranks, m.bytes, m.used, block);
     }
     free(m.bytes);
 }
@@ -237,7 +238,7 @@ static block *choose_block(server *s, double now) {
     return NULL;
 }
 
-static void hand_out(server *s, double now) {
+static void hand_out_blocks(server *s, double now) {
     kt_ranks *ranks = s->ranks;
     while (ranks->idle_count > 0) {
         block *b = choose_block(s, now);
@@ -252,7 +253,7 @@ static void hand_out(server *s, double now) {
 }
 
 /* The block that begins with this run; NULL: it has been written. */
-static block *find_block(const server *s, int64_t first) {
+static block *find_open_block(const server *s, int64_t first) {
     size_t low = 0, high = s->count;
     while (low < high) {
         const size_t middle = low + (high - low) / 2;
@@ -265,12 +266,12 @@ static block *find_block(const server *s, int64_t first) {
 }
 
 /* Takes the results of a block, unless they are there already. */
-static int take(server *s, message *m) {
+static int take_block(server *s, message *m) {
     block_head head;
     memcpy(&head, m->bytes, sizeof head);
     if (head.failed)
         return -1;
-    block *b = head.first >= 0 ? find_block(s, head.first) : NULL;
+    block *b = head.first >= 0 ? find_open_block(s, head.first) : NULL;
     if (b == NULL || b->result.bytes != NULL)
         return 0;
     const double runs = (double)(head.end - head.first);
@@ -287,7 +288,7 @@ static int take(server *s, message *m) {
 }
 
 /* Receives a message and returns 1. Returns 0 without a message, and -1 if a worker or memory has failed. */
-static int receive(server *s) {
+static int receive_block(server *s) {
     MPI_Status status;
     int there = 0, size = 0;
     if (MPI_Iprobe(MPI_ANY_SOURCE, TAG_RESULT, MPI_COMM_WORLD, &there, &status) != MPI_SUCCESS || !there)
@@ -299,7 +300,7 @@ static int receive(server *s) {
     (void)MPI_Recv(m.bytes, size, MPI_BYTE, status.MPI_SOURCE, TAG_RESULT, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     s->ranks->is_idle[status.MPI_SOURCE] = true;
     s->ranks->idle[s->ranks->idle_count++] = status.MPI_SOURCE;
-    const int failed = take(s, &m);
+    const int failed = take_block(s, &m);
     free(m.bytes);
     return failed != 0 ? -1 : 1;
 }
@@ -324,8 +325,8 @@ static int compute_own(server *s) {
     message m = {NULL, 0, 0, 0};
     if (s->count == 0 || b->result.bytes != NULL)
         return 0;
-    compute(s->sweep, b->first, b->end, 1, &m);
-    const int failed = m.bytes == NULL ? -1 : take(s, &m);
+    compute_run_block(s->sweep, b->first, b->end, 1, &m);
+    const int failed = m.bytes == NULL ? -1 : take_block(s, &m);
     free(m.bytes);
     s->again++;
     return failed;
@@ -334,14 +335,14 @@ static int compute_own(server *s) {
 static int serve(server *s, kt_sweep_sink *sink, void *user) {
     double heard = kt_clock();
     while (s->next < s->end || s->count > 0) {
-        const int got = receive(s);
+        const int got = receive_block(s);
         const double now = kt_clock();
         if (got > 0)
             heard = now;
         else
             (void)nanosleep(&(struct timespec){.tv_nsec = 200000}, NULL);
         const bool is_alone = now - heard > 10.0 * patience + 20.0 * s->slowest;
-        hand_out(s, now);
+        hand_out_blocks(s, now);
         if (got < 0 || (is_alone && compute_own(s) != 0) || write_blocks(s, sink, user) != 0)
             return -1;
     }
@@ -366,7 +367,7 @@ int kt_ranks_serve(kt_ranks *ranks, const kt_sweep *sweep, int64_t first, int64_
 }
 
 /* Waits some seconds for those that still compute; whether all have answered. */
-static bool gather(kt_ranks *ranks) {
+static bool gather_answers(kt_ranks *ranks) {
     const kt_sweep nothing = {.column_count = 0};
     kt_sweep_worker all = {.has_scene = false};
     server s = {.ranks = ranks, .sweep = &nothing, .all = &all};
@@ -377,14 +378,14 @@ static bool gather(kt_ranks *ranks) {
             there += ranks->is_idle[rank];
         if (there == ranks->count || kt_clock() - start > 5.0 * patience)
             return there == ranks->count;
-        if (receive(&s) == 0)
+        if (receive_block(&s) == 0)
             (void)nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
     }
 }
 
 /* MPI_Finalize waits for all ranks: where one is lost, each ends by itself. */
 static void let_go(kt_ranks *ranks) {
-    ranks->is_lost = !gather(ranks);
+    ranks->is_lost = !gather_answers(ranks);
     const int64_t none[2] = {-1, ranks->is_lost};
     for (int rank = 1; rank < ranks->count; rank++)
         if (ranks->is_idle[rank])
@@ -401,7 +402,7 @@ int kt_ranks_end(kt_ranks *ranks, int code) {
     if (ranks->own == 0)
         let_go(ranks);
     else if (!ranks->is_done) /* rank 0 reports a wrong scene */
-        exchange(ranks, &begins, sizeof begins, none);
+        exchange_block(ranks, &begins, sizeof begins, none);
     if (ranks->is_lost) {
         (void)fflush(NULL);
         _exit(code);

@@ -51,7 +51,7 @@ typedef struct runner {
 } runner;
 
 /* Hands over the lines that are there, from the one that is due on. Called, and left, with the mutex. */
-static void hand_over(shared *s) {
+static void hand_over_lines(shared *s) {
     s->is_writing = true;
     while (!s->stops && !s->failed && s->results[s->written % WINDOW].line != NULL) {
         const int64_t run = s->written;
@@ -68,12 +68,12 @@ static void hand_over(shared *s) {
     s->is_writing = false;
 }
 
-static void store(shared *s, int64_t number, const kt_sweep_result *result) {
+static void store_line(shared *s, int64_t number, const kt_sweep_result *result) {
     (void)pthread_mutex_lock(&s->mutex);
     s->results[number % WINDOW] = *result;
     s->failed = s->failed || result->line == NULL;
     if (!s->is_writing)
-        hand_over(s);
+        hand_over_lines(s);
     if (s->failed)
         (void)pthread_cond_broadcast(&s->room);
     (void)pthread_mutex_unlock(&s->mutex);
@@ -81,7 +81,7 @@ static void store(shared *s, int64_t number, const kt_sweep_result *result) {
 
 /* The next run that nobody has; -1: there is none, none is wanted, or, unless `may_block`, others must come first.
  * A thread takes at most its share of the remaining runs, so that all threads have work to the end. */
-static int64_t take_number(runner *r, bool may_block) {
+static int64_t take_run_number(runner *r, bool may_block) {
     shared *s = r->shared;
     int64_t number = -1;
     (void)pthread_mutex_lock(&s->mutex);
@@ -96,14 +96,14 @@ static int64_t take_number(runner *r, bool may_block) {
 
 /* Prepares runs until one can be run; NULL: there is none. */
 static kt_sweep_run *take_run(runner *r, bool may_block, kt_ensemble_member *member) {
-    for (int64_t number = take_number(r, may_block); number >= 0; number = take_number(r, may_block)) {
+    for (int64_t number = take_run_number(r, may_block); number >= 0; number = take_run_number(r, may_block)) {
         kt_sweep_run *run = kt_sweep_begin(r->shared->sweep, &r->worker, number);
         kt_sweep_result result = {.line = NULL};
         if (run != NULL && kt_sweep_member(run, member))
             return run;
         if (run != NULL)
             result = kt_sweep_end(run, KT_OK, NULL);
-        store(r->shared, number, &result);
+        store_line(r->shared, number, &result);
     }
     return NULL;
 }
@@ -125,10 +125,10 @@ static void end_member(void *user, const kt_ensemble_member *member, kt_status s
     const int64_t number = kt_sweep_number(member->user);
     const kt_sweep_result result = kt_sweep_end(member->user, status, error);
     r->live--;
-    store(r->shared, number, &result);
+    store_line(r->shared, number, &result);
 }
 
-static void fail(shared *s) {
+static void fail_runs(shared *s) {
     (void)pthread_mutex_lock(&s->mutex);
     s->failed = true;
     (void)pthread_cond_broadcast(&s->room);
@@ -145,7 +145,7 @@ static void work_in_lanes(runner *r) {
     if (r->ensemble != NULL)
         status = kt_ensemble_run(r->ensemble, next_member, end_member, r, NULL);
     if (status != KT_OK)
-        fail(r->shared);
+        fail_runs(r->shared);
     if (r->first != NULL) { /* there was no memory for the others */
         kt_sweep_result result = kt_sweep_end(r->first, KT_OK, NULL);
         kt_sweep_result_free(&result);
@@ -158,14 +158,14 @@ static void work_in_lanes(runner *r) {
 }
 
 static void work_one_by_one(runner *r) {
-    for (int64_t number = take_number(r, true); number >= 0; number = take_number(r, true)) {
+    for (int64_t number = take_run_number(r, true); number >= 0; number = take_run_number(r, true)) {
         const kt_sweep_result result = kt_sweep_one(r->shared->sweep, &r->worker, number);
-        store(r->shared, number, &result);
+        store_line(r->shared, number, &result);
     }
     r->worker.alone = "--one-by-one is given";
 }
 
-static void *work(void *user) {
+static void *work_on_runs(void *user) {
     shared *s = user;
     runner r = {.shared = s};
     if (s->sweep->arguments->one_by_one)
@@ -199,9 +199,9 @@ int kt_sweep_run_all(const kt_sweep *sweep, int64_t first, int64_t end, int thre
     (void)pthread_cond_init(&s->room, NULL);
     threads = threads < THREADS_MAX ? threads : THREADS_MAX;
     s->threads = threads;
-    while (count < threads && pthread_create(&thread[count], NULL, work, s) == 0)
+    while (count < threads && pthread_create(&thread[count], NULL, work_on_runs, s) == 0)
         count++;
-    (void)work(s);
+    (void)work_on_runs(s);
     for (int i = 1; i < count; i++)
         (void)pthread_join(thread[i], NULL);
     const bool failed = s->failed || s->stops;
