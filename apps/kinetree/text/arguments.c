@@ -137,7 +137,7 @@ static int say_wrong_value(const kt_usage *usage, const kt_option *option, const
     return KT_EXIT_USAGE;
 }
 
-static int read_choice(const kt_usage *usage, const kt_option *option, const char *text, int *member) {
+static int read_choice_option(const kt_usage *usage, const kt_option *option, const char *text, int *member) {
     char words[CHOICES_MAX][WORD_SIZE];
     int count = split_choices(option->choices, words);
     kt_nearest nearest = kt_nearest_make(text, NULL);
@@ -168,7 +168,7 @@ static int add_setting(const kt_usage *usage, const kt_option *option, const cha
     return -1;
 }
 
-static int read_value(const kt_usage *usage, const kt_option *option, const char *text, void *members) {
+static int read_option_value(const kt_usage *usage, const kt_option *option, const char *text, void *members) {
     void *member = (char *)members + option->offset;
     switch (option->type) {
     case KT_OPTION_FLAG:
@@ -190,7 +190,7 @@ static int read_value(const kt_usage *usage, const kt_option *option, const char
     case KT_OPTION_SETTING:
         return add_setting(usage, option, text, member);
     case KT_OPTION_CHOICE:
-        return read_choice(usage, option, text, member);
+        return read_choice_option(usage, option, text, member);
     }
     return -1;
 }
@@ -247,17 +247,17 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
         return say_unknown_option(usage, name, length);
     if (option->type == KT_OPTION_FLAG) {
         if (equals == NULL)
-            return read_value(usage, option, NULL, members);
+            return read_option_value(usage, option, NULL, members);
         kt_say("%s: --%s takes nothing", usage->command, option->name);
         return KT_EXIT_USAGE;
     }
     if (equals != NULL)
-        return read_value(usage, option, equals + 1, members);
+        return read_option_value(usage, option, equals + 1, members);
     if (*index + 1 >= argc) {
         kt_say("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
         return KT_EXIT_USAGE;
     }
-    return read_value(usage, option, argv[++*index], members);
+    return read_option_value(usage, option, argv[++*index], members);
 }
 
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count) {

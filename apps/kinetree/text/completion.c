@@ -14,10 +14,10 @@ static void for_each_option(const kt_subcommand *subcommand, void put(const kt_s
             put(subcommand, &usage->options[i]);
 }
 
-static bool begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
+static bool text_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
 
 static bool takes_file(const kt_option *option) {
-    return option->type == KT_OPTION_TEXT && begins(option->argument, "FILE");
+    return option->type == KT_OPTION_TEXT && text_begins(option->argument, "FILE");
 }
 
 /* Prints a|b|c as "a b c". */
@@ -33,15 +33,15 @@ static void put_subcommands(const kt_overview *all) {
 
 /* Extension of the files that are operands; NULL: the operands are not files. */
 static const char *operand_ending(const kt_usage *usage) {
-    return begins(usage->operands, "SCENE")    ? "yaml"
-           : begins(usage->operands, "ROBOT")  ? "urdf"
-           : begins(usage->operands, "RESULT") ? "csv"
-                                               : NULL;
+    return text_begins(usage->operands, "SCENE")    ? "yaml"
+           : text_begins(usage->operands, "ROBOT")  ? "urdf"
+           : text_begins(usage->operands, "RESULT") ? "csv"
+                                                    : NULL;
 }
 
-static bool takes_bundled_scene(const kt_usage *usage) { return begins(usage->operands, "[NAME"); }
+static bool takes_bundled_scene(const kt_usage *usage) { return text_begins(usage->operands, "[NAME"); }
 
-static bool takes_subcommand(const kt_usage *usage) { return begins(usage->operands, "[SUBCOMMAND"); }
+static bool takes_subcommand(const kt_usage *usage) { return text_begins(usage->operands, "[SUBCOMMAND"); }
 
 static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
 

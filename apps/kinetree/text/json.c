@@ -13,13 +13,13 @@
 /* Whether an allocation has failed: jansson then omits the value without reporting an error. */
 static bool is_short;
 
-static void *allocate(size_t size) {
+static void *allocate_json(size_t size) {
     void *memory = malloc(size);
     is_short = is_short || memory == NULL;
     return memory;
 }
 
-void kt_json_watch_memory(void) { json_set_alloc_funcs(allocate, free); }
+void kt_json_watch_memory(void) { json_set_alloc_funcs(allocate_json, free); }
 
 bool kt_json_is_short(void) { return is_short; }
 
@@ -68,7 +68,7 @@ json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocit
     return object;
 }
 
-static int write_text(const char *text, FILE *file) {
+static int write_json_text(const char *text, FILE *file) {
     int failed = fputs(text, file) < 0 || fputc('\n', file) == EOF;
     return fflush(file) != 0 || failed || ferror(file);
 }
@@ -96,7 +96,7 @@ int kt_json_write(json_t *object, const char *path) {
     }
     errno = 0;
     FILE *file = to_stdout ? stdout : fopen(kt_output_path(&output), "w");
-    int failed = file == NULL || write_text(text, file);
+    int failed = file == NULL || write_json_text(text, file);
     int reason = errno;
     if (file != NULL && !to_stdout && fclose(file) != 0 && !failed) {
         failed = 1;

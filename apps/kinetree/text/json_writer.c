@@ -32,7 +32,7 @@ void kt_put_close(kt_json_writer *out, char bracket) { kt_bytes_add(out, &bracke
 /* ---- texts ------------------------------------------------------------------------------------------------------- */
 
 /* Writes JSON with "<" escaped. In JSON this character occurs only within texts. */
-static void put_escaped(kt_json_writer *out, const char *json) {
+static void put_json_escaped(kt_json_writer *out, const char *json) {
     for (const char *less; (less = strchr(json, '<')) != NULL; json = less + 1) {
         kt_bytes_add(out, json, (size_t)(less - json));
         kt_bytes_add(out, "\\u003c", 6);
@@ -44,12 +44,12 @@ void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree) {
     char *json = tree != NULL ? json_dumps(tree, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9)) : NULL;
     put_key(out, key);
     if (json != NULL)
-        put_escaped(out, json);
+        put_json_escaped(out, json);
     out->is_short = out->is_short || json == NULL || kt_json_is_short();
     free(json);
 }
 
-static bool is_plain(const char *text) {
+static bool is_plain_json(const char *text) {
     for (; *text != '\0'; text++)
         if (*text < ' ' || *text > '~' || *text == '"' || *text == '\\' || *text == '<') /* bytes beyond ASCII, too */
             return false;
@@ -59,7 +59,7 @@ static bool is_plain(const char *text) {
 void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
     if (text == NULL) {
         kt_put_null(out, key);
-    } else if (is_plain(text)) {
+    } else if (is_plain_json(text)) {
         put_key(out, key);
         kt_bytes_add(out, "\"", 1);
         kt_bytes_add(out, text, strlen(text));

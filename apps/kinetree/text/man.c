@@ -7,7 +7,7 @@
 
 /* Prints text such that roff finds no requests and no escapes in it; a minus remains an ASCII minus that can be
  * copied. */
-static void put_text(const char *text, size_t length) {
+static void put_roff_text(const char *text, size_t length) {
     if (length > 0 && (*text == '.' || *text == '\''))
         fputs("\\&", stdout);
     for (size_t i = 0; i < length; i++) {
@@ -36,7 +36,7 @@ static void put_text(const char *text, size_t length) {
     }
 }
 
-static void put(const char *text) { put_text(text, strlen(text)); }
+static void put_roff(const char *text) { put_roff_text(text, strlen(text)); }
 
 /* Prints lines as running text; indented lines are printed verbatim, and an empty line ends a paragraph. */
 static void put_lines(const char *text) {
@@ -47,7 +47,7 @@ static void put_lines(const char *text) {
             puts(is_verbatim ? ".fi" : ".nf");
         is_verbatim = *text == ' ';
         if (length > 0)
-            put_text(text, length);
+            put_roff_text(text, length);
         else
             fputs(".PP", stdout);
         putchar('\n');
@@ -68,24 +68,24 @@ static void put_title(const char *name, const char *summary) {
         putchar(toupper((unsigned char)*c));
     printf(" 1 \"\" \"kinetree %s\" \"Kinetree\"\n.SH NAME\nkinetree%s%s \\- ", kt_version(), name != NULL ? "\\-" : "",
            name != NULL ? name : "");
-    put(summary);
+    put_roff(summary);
     putchar('\n');
 }
 
 static void put_option(const kt_option *option) {
     fputs(".TP\n\\fB\\-\\-", stdout);
-    put(option->name);
+    put_roff(option->name);
     fputs("\\fR", stdout);
     if (option->argument != NULL) {
         fputs(" \\fI", stdout);
-        put(option->argument);
+        put_roff(option->argument);
         fputs("\\fR", stdout);
     }
     putchar('\n');
-    put(option->help);
+    put_roff(option->help);
     if (option->type == KT_OPTION_CHOICE) {
         fputs(" (", stdout);
-        put(option->choices);
+        put_roff(option->choices);
         putchar(')');
     }
     putchar('\n');
@@ -111,8 +111,8 @@ static void print_subcommand(const kt_overview *overview, const kt_subcommand *s
     const kt_usage *usage = subcommand->usage;
     put_title(subcommand->name, subcommand->summary);
     printf(".SH SYNOPSIS\n.B kinetree %s\n", subcommand->name);
-    put(usage->option_count > 0 ? "[OPTION...] " : "");
-    put(usage->operands);
+    put_roff(usage->option_count > 0 ? "[OPTION...] " : "");
+    put_roff(usage->operands);
     puts("\n.SH DESCRIPTION");
     put_lines(usage->about);
     put_options(usage);
@@ -124,13 +124,13 @@ static void print_subcommand(const kt_overview *overview, const kt_subcommand *s
     put_reference(NULL, "");
 }
 
-static void print_overview(const kt_overview *overview) {
+static void print_man_overview(const kt_overview *overview) {
     put_title(NULL, overview->summary);
     puts(".SH SYNOPSIS\n.B kinetree\nSUBCOMMAND ...\n.br\n.B kinetree \\-\\-help\n.br\n.B kinetree \\-\\-version\n.SH "
          "SUBCOMMANDS");
     for (size_t i = 0; i < overview->count; i++) {
         printf(".TP\n.B %s\n", overview->subcommands[i].name);
-        put(overview->subcommands[i].summary);
+        put_roff(overview->subcommands[i].summary);
         putchar('\n');
     }
     puts(".SH EXAMPLES");
@@ -146,5 +146,5 @@ void kt_man_print(const kt_overview *overview, const kt_subcommand *subcommand) 
     if (subcommand != NULL)
         print_subcommand(overview, subcommand);
     else
-        print_overview(overview);
+        print_man_overview(overview);
 }

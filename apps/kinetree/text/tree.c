@@ -81,7 +81,7 @@ static void show_more(kt_drawing *d, const char *format, ...) {
 }
 
 /* Indents by one more level. */
-static void append(kt_drawing *d, const char *glyph) {
+static void append_indent(kt_drawing *d, const char *glyph) {
     if (!d->silent)
         kt_bytes_add(&d->indent, glyph, strlen(glyph));
 }
@@ -99,13 +99,13 @@ static int end_of_run(const kt_drawing *d, int body, int *length) {
 
 static void draw_children(kt_drawing *d, int body, int level);
 
-static void draw_run(kt_drawing *d, int body, bool is_last, int level) {
+static void draw_branch(kt_drawing *d, int body, bool is_last, int level) {
     size_t used = d->indent.used;
     int length, end = end_of_run(d, body, &length);
     bool is_abridged = length > RUN_MAX;
     for (int i = 0;; i++) {
         show_body(d, i > 0 || is_last ? d->glyphs->last : d->glyphs->branch, body);
-        append(d, i > 0 || is_last ? d->glyphs->none : d->glyphs->through);
+        append_indent(d, i > 0 || is_last ? d->glyphs->none : d->glyphs->through);
         if (body == end)
             break;
         body = d->child[body];
@@ -131,7 +131,7 @@ static void draw_children(kt_drawing *d, int body, int level) {
     int child = d->child[body], left = d->below[body];
     for (int i = 0; i < shown; i++) {
         left -= 1 + d->below[child];
-        draw_run(d, child, i == count - 1, level);
+        draw_branch(d, child, i == count - 1, level);
         child = d->next[child];
     }
     if (shown < count)

@@ -81,7 +81,7 @@ typedef struct phrase {
     char text[128];
 } phrase;
 
-static const char *name_of(const kt_key *key) {
+static const char *key_name_of(const kt_key *key) {
     const char *point = strchr(key->name, '.');
     return point != NULL ? point + 1 : key->name;
 }
@@ -111,7 +111,7 @@ static phrase unit_of_coordinates(int type, bool of_rate) {
     return unit;
 }
 
-static phrase unit_of(int type, const kt_key *key) {
+static phrase key_unit_of(int type, const kt_key *key) {
     phrase unit;
     if (key->kind == KT_KEY_POSITION || key->kind == KT_KEY_VELOCITY)
         return unit_of_coordinates(type, key->kind == KT_KEY_VELOCITY);
@@ -123,7 +123,7 @@ static phrase unit_of(int type, const kt_key *key) {
     return unit;
 }
 
-static phrase show_vector(kt_vec3 v, bool is_axis) {
+static phrase vector_phrase(kt_vec3 v, bool is_axis) {
     phrase shown;
     if (is_axis && v.x == 0.0 && v.y == 0.0 && v.z == 1.0)
         return (phrase){"z"};
@@ -145,7 +145,7 @@ static phrase default_of(const family *f, const kt_key *key) {
         return shown;
     case KT_KEY_VECTOR:
     case KT_KEY_AXIS:
-        return show_vector(*(const kt_vec3 *)(const void *)member, key->kind == KT_KEY_AXIS);
+        return vector_phrase(*(const kt_vec3 *)(const void *)member, key->kind == KT_KEY_AXIS);
     case KT_KEY_FLAG:
         snprintf(shown.text, sizeof shown.text, "%s", *(const bool *)(const void *)member ? "true" : "false");
         return shown;
@@ -163,7 +163,7 @@ static phrase default_of(const family *f, const kt_key *key) {
 /* ---- a type ------------------------------------------------------------------------------------------------------ */
 
 /* Describes "5 equations", "1 degree of freedom". */
-static phrase size_of(const family *f, int type) {
+static phrase type_size_of(const family *f, int type) {
     phrase shown = {""};
     if (f->describe == joint) {
 #define JOINT_NV(id, name, nq, nv) nv,
@@ -184,7 +184,7 @@ static phrase size_of(const family *f, int type) {
 }
 
 /* Prints each line of a text after the prefix `before`. */
-static void print_lines(const char *before, const char *text) {
+static void print_prefixed_lines(const char *before, const char *text) {
     while (*text != '\0') {
         const size_t length = strcspn(text, "\n");
         printf("%s%.*s\n", before, (int)length, text);
@@ -197,7 +197,7 @@ static void print_scene(const char *before, const char *name, const char *exampl
     if (name != NULL)
         printf("%s# %s.yaml\n", before, name);
     printf("%sgravity: [0, 0, -9.81]\n", before);
-    print_lines(before, example);
+    print_prefixed_lines(before, example);
     printf("%ssimulate: {duration: 1}\n", before);
 }
 
@@ -214,15 +214,15 @@ static phrase both_of(const char *(*word)(kt_effect_quantity, bool), kt_effect_q
 
 static void print_type(const family *f, int type) {
     const kt_descriptor *d = f->describe(type);
-    const phrase size = size_of(f, type);
+    const phrase size = type_size_of(f, type);
     printf("%s %s: %s%s%s%s\n\n", f->noun, d->name, d->help, size.text[0] ? " (" : "", size.text,
            size.text[0] ? ")" : "");
-    print_lines("  ", d->formula);
+    print_prefixed_lines("  ", d->formula);
     printf("\nKeys\n");
     for (int i = 0; i < d->key_count; i++) {
         const kt_key *key = &d->keys[i];
-        const phrase unit = unit_of(type, key), standard = default_of(f, key);
-        printf("  %-13s %s%s%s (%s%s)\n", name_of(key), key->help, unit.text[0] ? ", " : "", unit.text,
+        const phrase unit = key_unit_of(type, key), standard = default_of(f, key);
+        printf("  %-13s %s%s%s (%s%s)\n", key_name_of(key), key->help, unit.text[0] ? ", " : "", unit.text,
                key->needed ? "" : "default: ", standard.text);
         if (key->also != NULL)
             printf("  %-13s may be written '%s'\n", "", key->also);
@@ -257,22 +257,22 @@ void kt_types_try(kt_nearest *nearest) {
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
 
-static void print_section(const family *f, int type) {
+static void print_type_section(const family *f, int type) {
     const kt_descriptor *d = f->describe(type);
-    const phrase size = size_of(f, type);
+    const phrase size = type_size_of(f, type);
     char scene[96];
     printf("### %s: %s\n\n%c%s", f->noun, d->name, toupper((unsigned char)d->help[0]), d->help + 1);
     printf(".%s%s%s\n\n", size.text[0] ? " " : "", size.text, size.text[0] ? "." : "");
     if (f->drawn)
         printf("![%s %s](pictures/%s-%s.svg)\n\n", f->noun, d->name, f->noun, d->name);
-    print_lines("    ", d->formula);
+    print_prefixed_lines("    ", d->formula);
     printf("\n");
     if (d->key_count > 0)
         printf("| key | meaning | unit | default |\n|---|---|---|---|\n");
     for (int i = 0; i < d->key_count; i++) {
         const kt_key *key = &d->keys[i];
-        const phrase unit = unit_of(type, key), standard = default_of(f, key);
-        printf("| `%s`%s%s%s | %s | %s | %s |\n", name_of(key), key->also ? ", `" : "", key->also ? key->also : "",
+        const phrase unit = key_unit_of(type, key), standard = default_of(f, key);
+        printf("| `%s`%s%s%s | %s | %s | %s |\n", key_name_of(key), key->also ? ", `" : "", key->also ? key->also : "",
                key->also ? "`" : "", key->help, unit.text, standard.text);
     }
     for (int i = 0; i < d->quantity_count; i++) {
@@ -297,14 +297,14 @@ void kt_types_print_page(void) {
     for (int i = 0; i < FAMILY_COUNT; i++) {
         const family *f = &families[i];
         printf("## %s\n\n%s\n| %s | meaning |%s\n|---|---|%s\n", f->title, f->about, f->noun,
-               size_of(f, f->first).text[0] ? " |" : "", size_of(f, f->first).text[0] ? "---|" : "");
+               type_size_of(f, f->first).text[0] ? " |" : "", type_size_of(f, f->first).text[0] ? "---|" : "");
         for (int type = f->first; type < f->count; type++) {
-            const phrase size = size_of(f, type);
+            const phrase size = type_size_of(f, type);
             printf("| `%s` | %s |%s%s%s\n", f->describe(type)->name, f->describe(type)->help, size.text[0] ? " " : "",
                    size.text, size.text[0] ? " |" : "");
         }
         printf("\n");
         for (int type = f->first; type < f->count; type++)
-            print_section(f, type);
+            print_type_section(f, type);
     }
 }
