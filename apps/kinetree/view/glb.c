@@ -45,7 +45,7 @@ typedef struct glb {
 
 /* ---- the buffer -------------------------------------------------------------------------------------------------- */
 
-static void put_bytes(glb *g, const void *number, size_t size) {
+static void put_glb_bytes(glb *g, const void *number, size_t size) {
     char *to = kt_bytes_room(&g->bytes, size);
     for (size_t k = 0; to != NULL && k < size; k++) /* little-endian on every machine */
         to[k] = ((const char *)number)[__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? size - 1 - k : k];
@@ -54,10 +54,10 @@ static void put_bytes(glb *g, const void *number, size_t size) {
 
 static void put_float(glb *g, double x) {
     const float number = (float)x;
-    put_bytes(g, &number, sizeof number);
+    put_glb_bytes(g, &number, sizeof number);
 }
 
-static void put_vector(glb *g, kt_vec3 u) {
+static void put_glb_vector(glb *g, kt_vec3 u) {
     put_float(g, u.x);
     put_float(g, u.y);
     put_float(g, u.z);
@@ -90,7 +90,7 @@ static int end_view(glb *g, size_t start, int use, int component, const char *ty
 
 /* ---- meshes ------------------------------------------------------------------------------------------------------ */
 
-static kt_vec3 vector_of(const float *x) { return kt_vec3_make((double)x[0], (double)x[1], (double)x[2]); }
+static kt_vec3 float_vector_of(const float *x) { return kt_vec3_make((double)x[0], (double)x[1], (double)x[2]); }
 
 /* The box of points, as they are in the buffer. In single precision throughout: gcc 12 drops the rounding of a double
  * to a float and back where it vectorises. */
@@ -115,21 +115,21 @@ static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
     const size_t points = (size_t)mesh->point_count, corners = 3 * (size_t)mesh->triangle_count;
     size_t start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
-        put_vector(g, mesh->points[i]);
+        put_glb_vector(g, mesh->points[i]);
     json_t *attributes = json_object(), *primitive = json_object();
     json_object_set_new(
         attributes, "POSITION",
-        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, kt_json_vector(vector_of(all.low)),
-                              kt_json_vector(vector_of(all.high)))));
+        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, kt_json_vector(float_vector_of(all.low)),
+                              kt_json_vector(float_vector_of(all.high)))));
     start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
-        put_vector(g, mesh->normals[i]);
+        put_glb_vector(g, mesh->normals[i]);
     json_object_set_new(attributes, "NORMAL",
                         json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, NULL, NULL)));
     start = g->bytes.used;
     for (size_t i = 0; i < corners; i++) {
         const uint32_t corner = (uint32_t)mesh->corners[i];
-        put_bytes(g, &corner, sizeof corner);
+        put_glb_bytes(g, &corner, sizeof corner);
     }
     json_object_set_new(primitive, "attributes", attributes);
     json_object_set_new(primitive, "indices",
@@ -145,7 +145,7 @@ static int material_of(const kt_picture *picture, const kt_solid *solid) {
     return colour >= 0 ? colour % COLOURS : COLOURS;
 }
 
-static bool is_alike(const kt_solid *a, const kt_solid *b) {
+static bool solids_are_alike(const kt_solid *a, const kt_solid *b) {
     return a->mesh == b->mesh && a->type == b->type && a->half.x == b->half.x && a->half.y == b->half.y &&
            a->half.z == b->half.z;
 }
@@ -154,21 +154,21 @@ static bool is_alike(const kt_solid *a, const kt_solid *b) {
 static json_t *find_primitive(const glb *g, int solid) {
     const kt_picture *picture = g->motion->picture;
     for (int i = solid - 1; i >= 0; i--)
-        if (is_alike(&picture->solids[i], &picture->solids[solid]))
+        if (solids_are_alike(&picture->solids[i], &picture->solids[solid]))
             return json_array_get(json_object_get(json_array_get(g->meshes, (size_t)g->meshes_of[i]), "primitives"), 0);
     return NULL;
 }
 
-static int find_mesh(const glb *g, int solid) {
+static int find_glb_mesh(const glb *g, int solid) {
     const kt_picture *picture = g->motion->picture;
     for (int i = solid - 1; i >= 0; i--)
-        if (is_alike(&picture->solids[i], &picture->solids[solid]) &&
+        if (solids_are_alike(&picture->solids[i], &picture->solids[solid]) &&
             material_of(picture, &picture->solids[i]) == material_of(picture, &picture->solids[solid]))
             return g->meshes_of[i];
     return -1;
 }
 
-static void add_mesh(glb *g, int solid) {
+static void add_glb_mesh(glb *g, int solid) {
     const kt_picture *picture = g->motion->picture;
     const int material = material_of(picture, &picture->solids[solid]);
     json_t *primitive = json_copy(find_primitive(g, solid));
@@ -191,9 +191,9 @@ static void add_mesh(glb *g, int solid) {
 
 static void add_meshes(glb *g) {
     for (int i = 0; i < g->motion->picture->solid_count && !g->bytes.is_short; i++) {
-        g->meshes_of[i] = find_mesh(g, i);
+        g->meshes_of[i] = find_glb_mesh(g, i);
         if (g->meshes_of[i] < 0)
-            add_mesh(g, i);
+            add_glb_mesh(g, i);
     }
 }
 
@@ -224,7 +224,7 @@ static json_t *describe_rotation(kt_quat q) {
     return kt_json_numbers(x, 4);
 }
 
-static int add_node(glb *g, const char *name, kt_pose pose, int mesh) {
+static int add_glb_node(glb *g, const char *name, kt_pose pose, int mesh) {
     json_t *node = json_object();
     if (name != NULL)
         json_object_set_new(node, "name", kt_json_text(name));
@@ -268,7 +268,7 @@ static kt_pose first_pose(const kt_motion *motion, int body) {
     }
     const float *place = motion->places + 3 * (size_t)(body - 1);
     const int16_t *q = motion->turns + 4 * (size_t)(body - 1);
-    pose.position = vector_of(place);
+    pose.position = float_vector_of(place);
     pose.rotation = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
     return pose;
 }
@@ -277,11 +277,11 @@ static kt_pose first_pose(const kt_motion *motion, int body) {
 static void add_nodes(glb *g, const char *name) {
     const kt_motion *motion = g->motion;
     const kt_picture *picture = motion->picture;
-    (void)add_node(g, name, root_pose(motion), -1);
+    (void)add_glb_node(g, name, root_pose(motion), -1);
     for (int body = 0; body < picture->body_count; body++)
-        add_child(g, 0, add_node(g, kt_body_name(motion->model, body), first_pose(motion, body), -1));
+        add_child(g, 0, add_glb_node(g, kt_body_name(motion->model, body), first_pose(motion, body), -1));
     for (int i = 0; i < picture->solid_count; i++)
-        add_child(g, 1 + picture->solids[i].body, add_node(g, NULL, picture->solids[i].pose, g->meshes_of[i]));
+        add_child(g, 1 + picture->solids[i].body, add_glb_node(g, NULL, picture->solids[i].pose, g->meshes_of[i]));
 }
 
 /* ---- animation --------------------------------------------------------------------------------------------------- */
@@ -304,7 +304,7 @@ static int add_places(glb *g, size_t body) {
     const size_t start = g->bytes.used, bodies = kt_motion_bodies(g->motion);
     for (size_t i = 0; i < g->frame_count; i++) {
         const float *place = g->motion->places + 3 * (g->frames[i] * bodies + body);
-        put_vector(g, vector_of(place));
+        put_glb_vector(g, float_vector_of(place));
     }
     return end_view(g, start, 0, FLOAT, "VEC3", g->frame_count, NULL, NULL);
 }
@@ -314,7 +314,7 @@ static int add_turns(glb *g, size_t body) {
     for (size_t i = 0; i < g->frame_count; i++) {
         const int16_t *q = g->motion->turns + 4 * (g->frames[i] * bodies + body);
         for (int k = 1; k <= 4; k++)
-            put_bytes(g, &q[k % 4], sizeof *q);
+            put_glb_bytes(g, &q[k % 4], sizeof *q);
     }
     return end_view(g, start, 0, SHORT, "VEC4", g->frame_count, NULL, NULL);
 }
@@ -348,7 +348,7 @@ static json_t *describe_animation(glb *g) {
 
 /* ---- all of it --------------------------------------------------------------------------------------------------- */
 
-static json_t *list_of(json_t *one) {
+static json_t *json_list_of(json_t *one) {
     json_t *list = json_array();
     json_array_append_new(list, one);
     return list;
@@ -361,17 +361,17 @@ static bool moves(const kt_picture *picture) {
     return false;
 }
 
-static void describe(glb *g, const char *name) {
+static void describe_glb(glb *g, const char *name) {
     json_t *asset = json_object(), *scene = json_object(), *buffer = json_object();
     char generator[64];
     snprintf(generator, sizeof generator, "Kinetree %s", kt_version());
     json_object_set_new(asset, "version", json_string("2.0"));
     json_object_set_new(asset, "generator", json_string(generator));
     json_object_set_new(scene, "name", kt_json_text(name));
-    json_object_set_new(scene, "nodes", list_of(json_integer(0)));
+    json_object_set_new(scene, "nodes", json_list_of(json_integer(0)));
     json_object_set_new(g->root, "asset", asset);
     json_object_set_new(g->root, "scene", json_integer(0));
-    json_object_set_new(g->root, "scenes", list_of(scene));
+    json_object_set_new(g->root, "scenes", json_list_of(scene));
     add_meshes(g);
     add_nodes(g, name);
     if (moves(g->motion->picture))
@@ -383,7 +383,7 @@ static void describe(glb *g, const char *name) {
     json_object_set(g->root, "nodes", g->nodes);
     if (g->bytes.used > 0) {
         json_object_set_new(buffer, "byteLength", json_integer((json_int_t)g->bytes.used));
-        json_object_set_new(g->root, "buffers", list_of(buffer));
+        json_object_set_new(g->root, "buffers", json_list_of(buffer));
         json_object_set(g->root, "bufferViews", g->views);
         json_object_set(g->root, "accessors", g->accessors);
     } else {
@@ -407,7 +407,7 @@ static void write_chunk(FILE *file, size_t type, const void *bytes, size_t size,
 }
 
 /* Returns 0, or the errno. */
-static int write_file(const glb *g, const char *json, const char *path) {
+static int write_glb_file(const glb *g, const char *json, const char *path) {
     const size_t length = strlen(json), buffer = g->bytes.used > 0 ? 8 + whole_words(g->bytes.used) : 0;
     errno = 0;
     FILE *file = fopen(path, "wb");
@@ -424,12 +424,12 @@ static int write_file(const glb *g, const char *json, const char *path) {
     return fclose(file) != 0 && reason == 0 ? errno : reason;
 }
 
-static int write_output(const glb *g, const char *json, const char *path) {
+static int write_glb_output(const glb *g, const char *json, const char *path) {
     kt_output output;
     const int code = kt_output_start(&output, path);
     if (code >= 0)
         return code;
-    const int reason = write_file(g, json, kt_output_path(&output));
+    const int reason = write_glb_file(g, json, kt_output_path(&output));
     if (reason != 0)
         kt_say("%s cannot be written: %s", path, strerror(reason));
     const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
@@ -449,7 +449,7 @@ int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
              .meshes_of = malloc((size_t)(motion->picture->solid_count + 1) * sizeof *g.meshes_of)};
     g.bytes.is_short = g.frames == NULL || g.meshes_of == NULL;
     if (!g.bytes.is_short)
-        describe(&g, name);
+        describe_glb(&g, name);
     char *json = NULL;
     if (g.bytes.is_short) {
         kt_say("there is not enough memory for the glTF file");
@@ -457,7 +457,7 @@ int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
     } else {
         json = kt_json_print(g.root, JSON_COMPACT | JSON_REAL_PRECISION(17));
     }
-    const int code = json != NULL ? write_output(&g, json, path) : KT_EXIT_INTEGRATION;
+    const int code = json != NULL ? write_glb_output(&g, json, path) : KT_EXIT_INTEGRATION;
     free(json);
     json_decref(g.views);
     json_decref(g.accessors);

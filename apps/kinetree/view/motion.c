@@ -61,7 +61,7 @@ void kt_motion_free(kt_motion *motion) {
 
 /* ---- the first frame --------------------------------------------------------------------------------------------- */
 
-static void list_reactions(kt_motion *motion) {
+static void list_reaction_arrows(kt_motion *motion) {
     const kt_picture *picture = motion->picture;
     for (int i = 0; i < picture->joint_count; i++) {
         const kt_picture_joint *joint = &picture->joints[i];
@@ -103,7 +103,7 @@ static int begin_picture(kt_motion *motion, const kt_data *data) {
         if (bounds.low.x <= bounds.high.x)
             motion->centre = kt_vec3_scale(0.5, kt_vec3_add(bounds.low, bounds.high));
         if (motion->has_reactions)
-            list_reactions(motion);
+            list_reaction_arrows(motion);
         list_effect_forces(motion);
         for (int i = 0; i < motion->picture->effect_count; i++)
             motion->line_count += motion->picture->effects[i].line_count;
@@ -115,7 +115,7 @@ static int begin_picture(kt_motion *motion, const kt_data *data) {
 
 /* ---- frames ------------------------------------------------------------------------------------------------------ */
 
-static bool widen(void *list, size_t room, size_t size) {
+static bool widen_list(void *list, size_t room, size_t size) {
     void **at = list;
     void *more = realloc(*at, room * size + 1);
     if (more != NULL)
@@ -123,17 +123,17 @@ static bool widen(void *list, size_t room, size_t size) {
     return more != NULL;
 }
 
-static int make_room(kt_motion *motion) {
+static int make_frame_room(kt_motion *motion) {
     if (motion->count < motion->room)
         return 0;
     const size_t room = motion->room > 0 ? 2 * motion->room : motion->expected, bodies = kt_motion_bodies(motion);
-    if (!widen(&motion->times, room, sizeof *motion->times) ||
-        !widen(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
-        !widen(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
-        !widen(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
-        !widen(&motion->released, room, sizeof *motion->released) ||
-        !widen(&motion->lines, room, 6 * (size_t)motion->line_count * sizeof *motion->lines) ||
-        !widen(&motion->force_values, room, 3 * (size_t)motion->force_count * sizeof *motion->force_values)) {
+    if (!widen_list(&motion->times, room, sizeof *motion->times) ||
+        !widen_list(&motion->places, room, 3 * bodies * sizeof *motion->places) ||
+        !widen_list(&motion->turns, room, 4 * bodies * sizeof *motion->turns) ||
+        !widen_list(&motion->values, room, kt_motion_width(motion) * sizeof *motion->values) ||
+        !widen_list(&motion->released, room, sizeof *motion->released) ||
+        !widen_list(&motion->lines, room, 6 * (size_t)motion->line_count * sizeof *motion->lines) ||
+        !widen_list(&motion->force_values, room, 3 * (size_t)motion->force_count * sizeof *motion->force_values)) {
         kt_say("there is not enough memory for the motion");
         return -1;
     }
@@ -141,14 +141,14 @@ static int make_room(kt_motion *motion) {
     return 0;
 }
 
-static void put_vector(float *to, kt_vec3 u) {
+static void put_float_vector(float *to, kt_vec3 u) {
     to[0] = (float)u.x;
     to[1] = (float)u.y;
     to[2] = (float)u.z;
 }
 
 /* q and -q are the same rotation. The sign is chosen for the shorter way from the frame before. */
-static void put_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
+static void put_short_quaternion(int16_t *to, const int16_t *before, kt_quat q) {
     const double x[] = {q.w, q.x, q.y, q.z};
     double same = 0.0;
     for (int k = 0; k < 4 && before != NULL; k++)
@@ -163,15 +163,15 @@ static void put_poses(kt_motion *motion, const kt_data *data) {
     for (size_t b = 0; b < bodies; b++) {
         const size_t at = frame * bodies + b;
         const kt_pose pose = kt_body_pose(motion->model, data, (int)b + 1);
-        put_vector(motion->places + 3 * at, kt_vec3_sub(pose.position, motion->centre));
-        put_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
-                       kt_quat_from_matrix(pose.rotation));
+        put_float_vector(motion->places + 3 * at, kt_vec3_sub(pose.position, motion->centre));
+        put_short_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
+                             kt_quat_from_matrix(pose.rotation));
     }
 }
 
 /* Checks every fourth record, and each rigid part once. A shorter rotation is too brief to be seen turning
  * backwards. */
-static void find_fastest(kt_motion *motion, const kt_data *data) {
+static void find_fastest_turn(kt_motion *motion, const kt_data *data) {
     const int bodies = kt_model_body_count(motion->model);
     if (motion->taken % 4 != 0)
         return;
@@ -191,7 +191,7 @@ static double energy_of(const kt_record *record) {
     return isnan(balance) ? record->kinetic + record->potential : balance;
 }
 
-static void put_values(kt_motion *motion, const kt_record *record, const double *values) {
+static void put_frame_values(kt_motion *motion, const kt_record *record, const double *values) {
     float *row = motion->values + motion->count * kt_motion_width(motion);
     for (size_t i = 1; i < motion->columns->count; i++)
         *row++ = (float)values[i];
@@ -203,7 +203,7 @@ static void put_values(kt_motion *motion, const kt_record *record, const double 
 
 /* Returns zero for an unknown force. Reactions may be missing in a record, and in the last state of a failure a force
  * may not be finite. */
-static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
+static kt_vec3 arrow_force_of(const kt_motion *motion, const kt_motion_force *force, const kt_record *record) {
     const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
     const kt_wrench *reactions = force->source == KT_FORCE_LOOP ? record->loop_reactions : record->reactions;
     kt_effect_load load;
@@ -218,7 +218,7 @@ static kt_vec3 force_of(const kt_motion *motion, const kt_motion_force *force, c
 static void put_forces(kt_motion *motion, const kt_record *record) {
     float *row = motion->force_values + 3 * motion->count * (size_t)motion->force_count;
     for (int i = 0; i < motion->force_count; i++)
-        put_vector(row + 3 * i, force_of(motion, &motion->forces[i], record));
+        put_float_vector(row + 3 * i, arrow_force_of(motion, &motion->forces[i], record));
 }
 
 /* A motion, and where the next line of its frame is stored. */
@@ -229,8 +229,8 @@ typedef struct line_writer {
 
 static void put_line(void *user, kt_vec3 from, kt_vec3 to) {
     line_writer *w = user;
-    put_vector(w->to, kt_vec3_sub(from, w->motion->centre));
-    put_vector(w->to + 3, kt_vec3_sub(to, w->motion->centre));
+    put_float_vector(w->to, kt_vec3_sub(from, w->motion->centre));
+    put_float_vector(w->to + 3, kt_vec3_sub(to, w->motion->centre));
     w->to += 6;
 }
 
@@ -248,14 +248,14 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
         motion->count--;
     motion->is_loose = false;
     motion->model = record->model;
-    if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_room(motion) != 0)
+    if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_frame_room(motion) != 0)
         return -1;
     motion->times[motion->count] = record->time;
     motion->released[motion->count] =
         motion->simulation != NULL ? kt_released_set(motion->scene, motion->simulation) : 0;
     put_poses(motion, record->data);
-    find_fastest(motion, record->data);
-    put_values(motion, record, values);
+    find_fastest_turn(motion, record->data);
+    put_frame_values(motion, record, values);
     put_forces(motion, record);
     put_paths(motion, record->data);
     motion->count++;

@@ -65,7 +65,7 @@ static void flush_letters(base64 *out) {
     out->count = 0;
 }
 
-static void put_bytes(base64 *out, const unsigned char *from, size_t size) {
+static void put_base64_bytes(base64 *out, const unsigned char *from, size_t size) {
     while (size > 0) {
         const size_t room = BLOCK - out->count, part = size < room ? size : room;
         memcpy(out->bytes + out->count, from, part);
@@ -78,14 +78,14 @@ static void put_bytes(base64 *out, const unsigned char *from, size_t size) {
 }
 
 /* Numbers of `size` bytes each, little-endian on every machine. */
-static void put_numbers(base64 *out, const void *numbers, size_t count, size_t size) {
+static void put_base64_numbers(base64 *out, const void *numbers, size_t count, size_t size) {
     const unsigned char *from = numbers;
     if (__BYTE_ORDER__ != __ORDER_BIG_ENDIAN__) {
-        put_bytes(out, from, count * size);
+        put_base64_bytes(out, from, count * size);
         return;
     }
     for (size_t i = 0; i < count * size; i++)
-        put_bytes(out, &from[i + size - 1 - 2 * (i % size)], 1);
+        put_base64_bytes(out, &from[i + size - 1 - 2 * (i % size)], 1);
 }
 
 static int16_t share_of(double x, double most) { return (int16_t)lround(32767.0 * (most > 0.0 ? x / most : 0.0)); }
@@ -101,7 +101,7 @@ static void put_meshes(base64 *out, const kt_picture *picture) {
             const kt_vec3 m = kt_vec3_normalize(kt_vec3_make(n.x * half.x, n.y * half.y, n.z * half.z));
             const int16_t numbers[] = {share_of(p.x, half.x), share_of(p.y, half.y), share_of(p.z, half.z),
                                        share_of(m.x, 1.0),    share_of(m.y, 1.0),    share_of(m.z, 1.0)};
-            put_numbers(out, numbers, 6, sizeof *numbers);
+            put_base64_numbers(out, numbers, 6, sizeof *numbers);
         }
     }
 }
@@ -110,19 +110,19 @@ static void put_frames(const kt_motion *motion, FILE *file) {
     const size_t n = motion->count, bodies = kt_motion_bodies(motion);
     base64 out;
     start_letters(&out, file);
-    put_numbers(&out, motion->times, n, sizeof *motion->times);
-    put_numbers(&out, motion->places, 3 * n * bodies, sizeof *motion->places);
-    put_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
-    put_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
-    put_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
-    put_numbers(&out, motion->lines, 6 * n * (size_t)motion->line_count, sizeof *motion->lines);
+    put_base64_numbers(&out, motion->times, n, sizeof *motion->times);
+    put_base64_numbers(&out, motion->places, 3 * n * bodies, sizeof *motion->places);
+    put_base64_numbers(&out, motion->turns, 4 * n * bodies, sizeof *motion->turns);
+    put_base64_numbers(&out, motion->values, n * kt_motion_width(motion), sizeof *motion->values);
+    put_base64_numbers(&out, motion->force_values, 3 * n * (size_t)motion->force_count, sizeof *motion->force_values);
+    put_base64_numbers(&out, motion->lines, 6 * n * (size_t)motion->line_count, sizeof *motion->lines);
     put_meshes(&out, motion->picture);
     flush_letters(&out);
 }
 
 /* ---- the mechanism as JSON --------------------------------------------------------------------------------------- */
 
-static void put_quaternion(kt_json_writer *out, const char *key, kt_mat3 rotation) {
+static void put_rotation(kt_json_writer *out, const char *key, kt_mat3 rotation) {
     const kt_quat q = kt_quat_from_matrix(rotation);
     const double x[] = {q.w, q.x, q.y, q.z};
     kt_json_put_numbers(out, key, x, 4);
@@ -130,7 +130,7 @@ static void put_quaternion(kt_json_writer *out, const char *key, kt_mat3 rotatio
 
 static void put_pose(kt_json_writer *out, kt_pose pose) {
     kt_json_put_vector(out, "at", pose.position);
-    put_quaternion(out, "turn", pose.rotation);
+    put_rotation(out, "turn", pose.rotation);
 }
 
 static void put_frame(kt_json_writer *out, const kt_body_frame *frame) {
@@ -179,7 +179,7 @@ static void put_joint(kt_json_writer *out, const kt_motion *motion, int i) {
     if (i >= motion->picture->joint_count)
         kt_put_boolean(out, "loop", true);
     if (joint->type == KT_JOINT_REVOLUTE)
-        put_quaternion(out, "child", joint->child);
+        put_rotation(out, "child", joint->child);
     if (joint->type == KT_JOINT_UNIVERSAL)
         kt_json_put_vector(out, "axis2", joint->axis2);
 }
@@ -202,7 +202,7 @@ static void put_released(kt_json_writer *out, const kt_motion *motion, const cha
         kt_put_close(out, ']');
 }
 
-static void put_loop(kt_json_writer *out, const kt_motion *motion, int i) {
+static void put_view_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     const kt_picture_loop *loop = &motion->picture->loops[i];
     kt_put_text(out, "name", loop->name);
     kt_put_text(out, "type", kt_loop_type_name(loop->type));
@@ -244,7 +244,7 @@ static void put_plane(kt_json_writer *out, const kt_motion *motion, int i) {
     kt_json_put_number(out, "half", motion->picture->planes[i].half);
 }
 
-static void put_force(kt_json_writer *out, const kt_motion *motion, int i) {
+static void put_view_force(kt_json_writer *out, const kt_motion *motion, int i) {
     static const char *const sources[] = {[KT_FORCE_JOINT] = "reaction",
                                           [KT_FORCE_LOOP] = "reaction",
                                           [KT_FORCE_CONTACT] = "contact",
@@ -328,7 +328,7 @@ static void put_marks(kt_json_writer *out, const kt_marks *marks) {
 }
 
 /* Whether an error is about a name: errors put such names in quotation marks. */
-static bool is_named(const kt_error *error, const char *name) {
+static bool error_names(const kt_error *error, const char *name) {
     char quoted[KT_MESSAGE_SIZE];
     (void)snprintf(quoted, sizeof quoted, "'%s'", name);
     return strstr(error->where, quoted) != NULL || strstr(error->message, quoted) != NULL;
@@ -344,7 +344,7 @@ static void put_found(kt_json_writer *out, const kt_model *model, const char *na
 static void put_related(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
     const kt_description *d = &motion->scene->description;
     for (int i = 0; i < d->loop_count; i++)
-        if (is_named(error, d->loops[i].name)) {
+        if (error_names(error, d->loops[i].name)) {
             put_found(out, motion->model, d->loops[i].joint);
             for (int k = 0; k < d->loops[i].term_count; k++)
                 put_found(out, motion->model, d->loops[i].terms[k].joint);
@@ -361,13 +361,14 @@ static void put_failure(kt_json_writer *out, const kt_motion *motion, const kt_e
     kt_put_text(out, "message", message);
     kt_put_open(out, "bodies", '[');
     for (int body = 1; body < picture->body_count; body++)
-        if (is_named(error, kt_body_name(motion->model, body)) || is_named(error, kt_joint_name(motion->model, body)))
+        if (error_names(error, kt_body_name(motion->model, body)) ||
+            error_names(error, kt_joint_name(motion->model, body)))
             kt_put_integer(out, NULL, body);
     put_related(out, motion, error);
     kt_put_close(out, ']');
     kt_put_open(out, "loops", '[');
     for (int i = 0; i < picture->loop_count; i++)
-        if (is_named(error, picture->loops[i].name))
+        if (error_names(error, picture->loops[i].name))
             kt_put_integer(out, NULL, i);
     kt_put_close(out, ']');
     kt_put_close(out, '}');
@@ -390,7 +391,7 @@ static void put_head(kt_json_writer *out, const kt_motion *motion, const kt_view
     kt_put_boolean(out, "overlay", view->is_overlay);
 }
 
-static void put_modes(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
+static void put_view_modes(kt_json_writer *out, const kt_motion *motion, const kt_view *view) {
     kt_put_open(out, "modes", '[');
     for (int i = 0; i < view->mode_count; i++) {
         const kt_view_mode *mode = &view->modes[i];
@@ -414,17 +415,17 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
     put_list(out, "bodies", motion, picture->body_count, put_body);
     put_list(out, "solids", motion, picture->solid_count, put_solid);
     put_list(out, "joints", motion, picture->joint_count + picture->coordinate_count, put_joint);
-    put_list(out, "loops", motion, picture->loop_count, put_loop);
+    put_list(out, "loops", motion, picture->loop_count, put_view_loop);
     put_list(out, "relations", motion, picture->relation_count, put_relation);
     put_list(out, "effects", motion, picture->effect_count, put_effect);
     put_list(out, "planes", motion, picture->plane_count, put_plane);
     put_markers(out, motion, view);
     put_columns(out, motion);
     put_marks(out, view->marks);
-    put_list(out, "arrows", motion, motion->force_count, put_force);
+    put_list(out, "arrows", motion, motion->force_count, put_view_force);
     kt_put_integer(out, "lines", motion->line_count);
     if (view->modes != NULL)
-        put_modes(out, motion, view);
+        put_view_modes(out, motion, view);
     if (view->failed != NULL)
         put_failure(out, motion, view->failed);
     if (view->notes != NULL)
