@@ -22,13 +22,13 @@ typedef struct kt_fmu_header {
 
 static const char mark[8] = "ktFMU04";
 
-static size_t number_count(const kt_fmu *fmu) {
+static size_t block_number_count(const kt_fmu *fmu) {
     return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
            (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count + kt_fmu_signal_numbers(fmu);
 }
 
 static size_t block_size(const kt_fmu *fmu) {
-    return sizeof(kt_fmu_header) + number_count(fmu) * sizeof(double) + kt_simulation_state_size(fmu->simulation);
+    return sizeof(kt_fmu_header) + block_number_count(fmu) * sizeof(double) + kt_simulation_state_size(fmu->simulation);
 }
 
 static void make_header(const kt_fmu *fmu, kt_fmu_header *header) {
@@ -73,7 +73,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
 }
 
 /* Returns whether a block is a state of this FMU and kind of instance. */
-static bool fits(const kt_fmu *fmu, const kt_fmu_header *header, size_t size) {
+static bool block_fits(const kt_fmu *fmu, const kt_fmu_header *header, size_t size) {
     kt_fmu_header own;
     make_header(fmu, &own);
     return size == own.size && memcmp(header->mark, own.mark, sizeof own.mark) == 0 &&
@@ -98,7 +98,7 @@ static bool take_parameters(kt_fmu *fmu, const double *given) {
 
 static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_error *error) {
     const kt_fmu_header *header = block;
-    if (size < sizeof *header || !fits(fmu, header, size))
+    if (size < sizeof *header || !block_fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU, or it is damaged");
     const double *from = (const double *)(header + 1), *compiled = from + 1 + 2 * fmu->parameter_count;
     const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;

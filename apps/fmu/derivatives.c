@@ -136,7 +136,7 @@ static kt_status linearize_rates(kt_fmu *fmu, kt_error *error) {
 }
 
 /* Computes d of a joint with a quaternion p, of which dp is a change. */
-static void turn_of(const double *p, const double *dp, double *d) {
+static void quaternion_turn_of(const double *p, const double *dp, double *d) {
     const double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
     d[0] = 2.0 * (p[0] * dp[1] - p[1] * dp[0] - p[2] * dp[3] + p[3] * dp[2]) / square;
     d[1] = 2.0 * (p[0] * dp[2] - p[2] * dp[0] - p[3] * dp[1] + p[1] * dp[3]) / square;
@@ -150,12 +150,12 @@ static void write_turns(const kt_fmu *fmu, const double *q, const double *dq, do
         const int plain = c.nq > c.nv ? c.nq - 4 : c.nq;
         memcpy(turn + c.v, dq + c.q, (size_t)plain * sizeof *dq);
         if (c.nq > c.nv)
-            turn_of(q + c.q + plain, dq + c.q + plain, turn + c.v + plain);
+            quaternion_turn_of(q + c.q + plain, dq + c.q + plain, turn + c.v + plain);
     }
 }
 
 /* y += factor A x, for a matrix with `rows` rows. */
-static void add_columns(const double *matrix, int rows, int columns, double factor, const double *x, double *y) {
+static void add_matrix_columns(const double *matrix, int rows, int columns, double factor, const double *x, double *y) {
     for (int k = 0; k < columns; k++)
         for (int i = 0; i < rows; i++)
             y[i] += factor * x[k] * matrix[(size_t)k * (size_t)rows + (size_t)i];
@@ -191,7 +191,7 @@ static void add_joint_signal(const kt_fmu *fmu, const kt_effect_record *effect, 
             ->joint_derivatives(effect, present_model(fmu)->number, q[link->q], v[link->v], fmu->time, force);
         change = -force[0] * dw[0] - (effect->type == KT_EFFECT_SERVO ? force[1] * dw[1] : 0.0);
     }
-    add_columns(fmu->linear->a_u + (size_t)link->v * nv, fmu->nv, 1, 1.0, &change, a);
+    add_matrix_columns(fmu->linear->a_u + (size_t)link->v * nv, fmu->nv, 1, 1.0, &change, a);
 }
 
 /* Computes the rates with signals at a distance along the affine part of the direction. */
@@ -276,13 +276,13 @@ kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error)
     for (int i = 0; i < nq; i++)
         l->rates[i] += l->part[i];
     memset(a, 0, (size_t)(nv + nx) * sizeof *a);
-    add_columns(l->a_q, nv, nv, 1.0, l->turn, a);
-    add_columns(l->a_v, nv, nv, 1.0, dv, a);
-    add_columns(l->a_x, nv, nx, 1.0, dx, a);
-    add_columns(l->a_u, nv, nv, 1.0, l->du, a);
-    add_columns(l->f_q, nx, nv, -1.0, l->turn, f);
-    add_columns(l->f_v, nx, nv, -1.0, dv, f);
-    add_columns(l->f_x, nx, nx, -1.0, dx, f);
+    add_matrix_columns(l->a_q, nv, nv, 1.0, l->turn, a);
+    add_matrix_columns(l->a_v, nv, nv, 1.0, dv, a);
+    add_matrix_columns(l->a_x, nv, nx, 1.0, dx, a);
+    add_matrix_columns(l->a_u, nv, nv, 1.0, l->du, a);
+    add_matrix_columns(l->f_q, nx, nv, -1.0, l->turn, f);
+    add_matrix_columns(l->f_v, nx, nv, -1.0, dv, f);
+    add_matrix_columns(l->f_x, nx, nx, -1.0, dx, f);
     *rates = l->rates;
     return add_signals(fmu, a, error);
 }

@@ -36,7 +36,7 @@ static int digit_of(char c) {
 }
 
 /* Writes the path of a URI "file:///path" or "file:/path" without its escapes; a plain path stays. */
-static void write_path(const char *uri, char *path) {
+static void write_uri_path(const char *uri, char *path) {
     if (strncmp(uri, "file:", 5) == 0) {
         uri += 5;
         if (strncmp(uri, "//", 2) == 0) /* then a host, which is empty or this one, up to the next slash */
@@ -67,7 +67,7 @@ KT_FMI(void *fmi2Instantiate(const char *name, kt_fmi2_kind kind, const char *to
         *side = (kt_fmi2_side){callbacks != NULL ? callbacks->log : NULL,
                                callbacks != NULL ? callbacks->environment : NULL, 0.0};
         memcpy(side->name, shown, strlen(shown) + 1);
-        write_path(uri, path);
+        write_uri_path(uri, path);
         kt_fmi_log *log = side->log != NULL ? pass_message : NULL;
         instance = kind == KT_FMI2_SIMULATES
                        ? fmi3InstantiateCoSimulation(shown, token, path, visible != 0, logging != 0, false, false, NULL,

@@ -42,7 +42,7 @@ typedef struct kt_fmu_request {
     bool is_logging, is_exchange, has_event_mode, returns_early;
 } kt_fmu_request;
 
-static kt_fmu *instantiate(const kt_fmu_request *request) {
+static kt_fmu *instantiate_fmu(const kt_fmu_request *request) {
     kt_error error = {0};
     kt_fmu *fmu = calloc(1, sizeof *fmu);
     if (fmu == NULL)
@@ -75,7 +75,7 @@ static kt_fmu *instantiate(const kt_fmu_request *request) {
 KT_FMI(void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *folder, bool visible,
                                           bool logging, void *environment, kt_fmi_log *log)) {
     (void)name, (void)visible;
-    return instantiate(&(kt_fmu_request){token, folder, environment, log, NULL, logging, true, false, false});
+    return instantiate_fmu(&(kt_fmu_request){token, folder, environment, log, NULL, logging, true, false, false});
 }
 
 KT_FMI(void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible,
@@ -83,7 +83,7 @@ KT_FMI(void *fmi3InstantiateCoSimulation(const char *name, const char *token, co
                                          const kt_fmi_reference *required, size_t required_count, void *environment,
                                          kt_fmi_log *log, kt_fmi_update *update)) {
     (void)name, (void)visible, (void)required, (void)required_count; /* all variables are there in updates */
-    return instantiate(
+    return instantiate_fmu(
         &(kt_fmu_request){token, folder, environment, log, update, logging, false, event_mode, early_return});
 }
 
@@ -186,13 +186,13 @@ KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
 /* ---- variables --------------------------------------------------------------------------------------------------- */
 
 /* Returns the index of a reference of a kind with `count` members; -1: it is of another kind. */
-static int index_of(kt_fmi_reference reference, kt_fmi_reference first, int count) {
+static int reference_index_of(kt_fmi_reference reference, kt_fmi_reference first, int count) {
     return reference >= first && reference - first < (kt_fmi_reference)count ? (int)(reference - first) : -1;
 }
 
 /* Returns a number of a signal; NULL: the reference is another one. */
 static double *signal_of(const kt_fmu *fmu, kt_fmi_reference reference) {
-    const int i = index_of(reference, KT_FMU_SIGNAL, KT_FMU_SIGNAL_MOST * fmu->signals.count);
+    const int i = reference_index_of(reference, KT_FMU_SIGNAL, KT_FMU_SIGNAL_MOST * fmu->signals.count);
     return i >= 0 ? kt_fmu_signal_at(fmu, i) : NULL;
 }
 
@@ -202,23 +202,23 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
     int i;
     if (reference == 0) {
         *value = fmu->time;
-    } else if ((i = index_of(reference, 0, (int)fmu->columns.count)) >= 0) {
+    } else if ((i = reference_index_of(reference, 0, (int)fmu->columns.count)) >= 0) {
         status = kt_fmu_report_status(fmu, kt_fmu_evaluate(fmu, &error), &error);
         if (status == KT_FMI_OK)
             *value = fmu->values[i];
-    } else if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
+    } else if ((i = reference_index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
         *value = fmu->torque[i];
     } else if (signal_of(fmu, reference) != NULL) {
         *value = *signal_of(fmu, reference);
-    } else if ((i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count)) >= 0) {
+    } else if ((i = reference_index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count)) >= 0) {
         *value = fmu->scene.parameters[i].value;
-    } else if ((i = index_of(reference, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0) {
+    } else if ((i = reference_index_of(reference, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0) {
         *value = kt_fmu_state(fmu)[i];
-    } else if ((i = index_of(reference, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0) {
+    } else if ((i = reference_index_of(reference, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0) {
         status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
         if (status == KT_FMI_OK)
             *value = fmu->rates[i];
-    } else if ((i = index_of(reference, KT_FMU_INDICATOR, kt_scene_event_room(&fmu->scene))) >= 0) {
+    } else if ((i = reference_index_of(reference, KT_FMU_INDICATOR, kt_scene_event_room(&fmu->scene))) >= 0) {
         status = kt_fmu_report_status(fmu, kt_fmu_indicate(fmu, i, value, &error), &error);
     } else {
         return kt_fmu_report(fmu, "there is no variable with the reference %u", (unsigned)reference);
@@ -270,11 +270,11 @@ static kt_fmi_status set_parameter(kt_fmu *fmu, int i, double value) {
     return KT_FMI_OK;
 }
 
-static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double value) {
+static kt_fmi_status set_referenced_value(kt_fmu *fmu, kt_fmi_reference reference, double value) {
     int i;
     KT_FMU_REQUIRE(isfinite(value), "the value of the variable %u is not finite", (unsigned)reference);
     KT_FMU_REQUIRE_NO_UPDATE;
-    if ((i = index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
+    if ((i = reference_index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
         if (fmu->torque[i] != value)
             kt_fmu_change(fmu);
         fmu->torque[i] = value;
@@ -284,7 +284,7 @@ static kt_fmi_status set_value(kt_fmu *fmu, kt_fmi_reference reference, double v
         set_signal(fmu, signal_of(fmu, reference), value);
         return KT_FMI_OK;
     }
-    i = index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count);
+    i = reference_index_of(reference, KT_FMU_PARAMETER, fmu->parameter_count);
     KT_FMU_REQUIRE(i >= 0, "the variable %u cannot be set", (unsigned)reference);
     return set_parameter(fmu, i, value);
 }
@@ -296,7 +296,7 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
     KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
     kt_fmi_status status = KT_FMI_OK;
     for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
-        status = set_value(fmu, references[i], values[i]);
+        status = set_referenced_value(fmu, references[i], values[i]);
     if (is_before_run(fmu))
         return status;
     if (status == KT_FMI_OK)
@@ -308,7 +308,7 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
 /* ---- co-simulation ----------------------------------------------------------------------------------------------- */
 
 /* Whether a step must be rejected, after a message. */
-static kt_fmi_status check_step(kt_fmu *fmu, double from, double step) {
+static kt_fmi_status check_requested_step(kt_fmu *fmu, double from, double step) {
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
     KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);
     KT_FMU_REQUIRE(isfinite(step) && fmu->time + step > fmu->time, "a step of %g does not change the time", step);
@@ -324,7 +324,7 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
     (void)is_final;
     *needs_event = *terminate = *early = false;
     *last = fmu->time;
-    kt_fmi_status result = check_step(fmu, from, step);
+    kt_fmi_status result = check_requested_step(fmu, from, step);
     if (result != KT_FMI_OK)
         return result;
     const kt_status status = kt_fmu_advance(fmu, step, needs_event, early, &error);
@@ -476,9 +476,9 @@ static kt_fmi_status add_signal_seed(kt_fmu *fmu, int i, double seed, const kt_f
 static kt_fmi_status add_seed(kt_fmu *fmu, kt_fmi_reference known, double seed, const kt_fmu_direction *along) {
     int i;
     KT_FMU_REQUIRE(isfinite(seed), "the seed of the variable %u is not finite", (unsigned)known);
-    if ((i = index_of(known, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
+    if ((i = reference_index_of(known, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
         along->y[i] += seed;
-    else if ((i = index_of(known, KT_FMU_INPUT, fmu->nv)) >= 0)
+    else if ((i = reference_index_of(known, KT_FMU_INPUT, fmu->nv)) >= 0)
         along->u[i] += seed;
     else if (signal_of(fmu, known) != NULL)
         return add_signal_seed(fmu, (int)(known - KT_FMU_SIGNAL), seed, along);
@@ -506,11 +506,11 @@ static kt_fmi_status differentiate_along(kt_fmu *fmu, const kt_fmu_direction *al
 /* Returns the derivative of an unknown; NULL: it is a column, and these were not computed, or no such variable. */
 static const double *result_of(const kt_fmu *fmu, const kt_fmu_results *results, kt_fmi_reference unknown) {
     int i;
-    if ((i = index_of(unknown, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0)
+    if ((i = reference_index_of(unknown, KT_FMU_DERIVATIVE, kt_fmu_size(fmu))) >= 0)
         return results->rates + i;
-    if ((i = index_of(unknown, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
+    if ((i = reference_index_of(unknown, KT_FMU_STATE, kt_fmu_size(fmu))) >= 0)
         return results->y + i;
-    i = index_of(unknown, 0, (int)fmu->columns.count);
+    i = reference_index_of(unknown, 0, (int)fmu->columns.count);
     return i >= 0 && results->columns != NULL ? results->columns + i : NULL;
 }
 
@@ -523,7 +523,7 @@ static kt_fmi_status check_unknowns(kt_fmu *fmu, const kt_fmi_reference *unknown
         KT_FMU_REQUIRE(result_of(fmu, &all, unknowns[i]) != NULL,
                        "there are derivatives of outputs, states and their rates, not of the variable %u",
                        (unsigned)unknowns[i]);
-        *has_columns |= index_of(unknowns[i], 0, (int)fmu->columns.count) >= 0;
+        *has_columns |= reference_index_of(unknowns[i], 0, (int)fmu->columns.count) >= 0;
     }
     return KT_FMI_OK;
 }

@@ -77,7 +77,7 @@ static kt_status parse_scene(kt_fmu *fmu, kt_error *error) {
                                error);
 }
 
-static kt_status list_outputs(kt_fmu *fmu, kt_error *error) {
+static kt_status list_fmu_outputs(kt_fmu *fmu, kt_error *error) {
     unsigned record = 0;
     if (!kt_columns_list(&fmu->columns, &fmu->scene, fmu->model, &fmu->scene.run,
                          kt_run_record(&fmu->scene.run, fmu->model)))
@@ -85,7 +85,7 @@ static kt_status list_outputs(kt_fmu *fmu, kt_error *error) {
     return kt_columns_add_own(&fmu->columns, &fmu->scene, &record, error);
 }
 
-static kt_status create_simulation(kt_fmu *fmu, kt_error *error) {
+static kt_status create_fmu_simulation(kt_fmu *fmu, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_status status = kt_columns_own_record(&fmu->scene, fmu->model, &options.record, error);
     if (status != KT_OK)
@@ -111,11 +111,11 @@ static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
     if (status == KT_OK)
         status = kt_data_create(fmu->model, &fmu->data, error);
     if (status == KT_OK)
-        status = create_simulation(fmu, error);
+        status = create_fmu_simulation(fmu, error);
     if (status == KT_OK && fmu->tunables.count > 0)
         status = kt_tuning_create(&fmu->scene, fmu->model, &fmu->tuning, error);
     if (status == KT_OK)
-        status = list_outputs(fmu, error);
+        status = list_fmu_outputs(fmu, error);
     return status;
 }
 
@@ -160,7 +160,7 @@ kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
 }
 
 /* Allocates what depends on the sizes of the model. */
-static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
+static kt_status take_fmu_memory(kt_fmu *fmu, kt_error *error) {
     const size_t size = (size_t)kt_fmu_size(fmu) + 1;
     fmu->y = calloc(size, sizeof *fmu->y);
     fmu->rates = calloc(size, sizeof *fmu->rates);
@@ -173,7 +173,7 @@ static kt_status take_memory(kt_fmu *fmu, kt_error *error) {
 }
 
 /* Lists the parameters of the scene, which is read for this purpose alone. */
-static kt_status list_parameters(kt_fmu *fmu, kt_error *error) {
+static kt_status list_fmu_parameters(kt_fmu *fmu, kt_error *error) {
     kt_status status = parse_scene(fmu, error);
     if (status != KT_OK)
         return status;
@@ -203,10 +203,10 @@ kt_status kt_fmu_open(kt_fmu *fmu, const char *folder, kt_error *error) {
 }
 
 kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error) {
-    kt_status status = list_parameters(fmu, error);
+    kt_status status = list_fmu_parameters(fmu, error);
     if (status == KT_OK)
         status = kt_fmu_compile(fmu, error);
-    return status == KT_OK ? take_memory(fmu, error) : status;
+    return status == KT_OK ? take_fmu_memory(fmu, error) : status;
 }
 
 void kt_fmu_close(kt_fmu *fmu) {

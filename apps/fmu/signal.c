@@ -27,7 +27,7 @@ static bool next_name(const char **at, char name[KT_FMU_SIGNAL_NAME]) {
 }
 
 /* Returns the begin of the list; an empty text: there is none. */
-static const char *list_of(const kt_fmu *fmu) {
+static const char *signal_list_of(const kt_fmu *fmu) {
     const bool is_there = strncmp(fmu->scene_text, KT_FMU_SIGNALS, strlen(KT_FMU_SIGNALS)) == 0;
     return is_there ? fmu->scene_text + strlen(KT_FMU_SIGNALS) : "";
 }
@@ -35,7 +35,7 @@ static const char *list_of(const kt_fmu *fmu) {
 kt_status kt_fmu_list_signals(kt_fmu *fmu, kt_error *error) {
     kt_fmu_signals *s = &fmu->signals;
     char name[KT_FMU_SIGNAL_NAME];
-    for (const char *at = list_of(fmu); next_name(&at, name);)
+    for (const char *at = signal_list_of(fmu); next_name(&at, name);)
         s->count++;
     const size_t room = (size_t)s->count + 1;
     s->signal = calloc(room, sizeof *s->signal);
@@ -56,7 +56,7 @@ static kt_status put_signal(kt_fmu *fmu, int k, const double numbers[4], kt_erro
 }
 
 /* Gives the model the present values of all signals from the time t on. */
-static kt_status put_values(kt_fmu *fmu, double t, kt_error *error) {
+static kt_status put_signal_values(kt_fmu *fmu, double t, kt_error *error) {
     kt_status status = KT_OK;
     for (int k = 0; k < fmu->signals.count && status == KT_OK; k++) {
         kt_fmu_signal *signal = &fmu->signals.signal[k];
@@ -69,7 +69,7 @@ static kt_status put_values(kt_fmu *fmu, double t, kt_error *error) {
 }
 
 kt_status kt_fmu_bind_signals(kt_fmu *fmu, double t, kt_error *error) {
-    const char *at = list_of(fmu);
+    const char *at = signal_list_of(fmu);
     char name[KT_FMU_SIGNAL_NAME];
     for (int k = 0; k < fmu->signals.count && next_name(&at, name); k++) {
         kt_fmu_signal *signal = &fmu->signals.signal[k];
@@ -84,7 +84,7 @@ kt_status kt_fmu_bind_signals(kt_fmu *fmu, double t, kt_error *error) {
         for (int i = 0; i < signal->size && is_first; i++)
             signal->value[i] = signal->start[i] = numbers[i];
     }
-    return put_values(fmu, t, error);
+    return put_signal_values(fmu, t, error);
 }
 
 void kt_fmu_reset_signals(kt_fmu *fmu) {
@@ -106,7 +106,7 @@ static void write_present(const kt_fmu_signal *signal, double t, double numbers[
 static bool signals_differ(const double *a, const double *b) { return a[0] != b[0] || a[1] != b[1] || a[2] != b[2]; }
 
 /* Lists the signals that jump. */
-static int list_changes(kt_fmu *fmu) {
+static int list_signal_jumps(kt_fmu *fmu) {
     int count = 0;
     for (int k = 0; k < fmu->signals.count; k++) {
         kt_fmu_signal *signal = &fmu->signals.signal[k];
@@ -128,8 +128,8 @@ kt_status kt_fmu_take_signals(kt_fmu *fmu, kt_error *error) {
     if (fmu->signals.are_set || fmu->signals.count == 0)
         return KT_OK;
     if (fmu->is_exchange)
-        return put_values(fmu, fmu->time, error);
-    const int count = list_changes(fmu);
+        return put_signal_values(fmu, fmu->time, error);
+    const int count = list_signal_jumps(fmu);
     kt_status status = KT_OK;
     if (count > 0)
         status = kt_simulation_change(fmu->simulation, fmu->model, fmu->signals.changes, count, NULL, error);
