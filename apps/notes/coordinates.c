@@ -17,7 +17,7 @@ static bool pendulum(mechanism *m, double angle, double rate) {
     return open_mechanism(m, text);
 }
 
-static bool accelerate(const kt_reduction_method *method, double angle, double rate, double *a) {
+static bool accelerate_pendulum(const kt_reduction_method *method, double angle, double rate, double *a) {
     mechanism m;
     kt_error e = {0};
     kt_model *model = NULL;
@@ -35,7 +35,7 @@ static bool accelerate(const kt_reduction_method *method, double angle, double r
 }
 
 /* The error of accelerations, compared with the pendulum's equation theta'' = -g sin theta. */
-static double error_of(const double *a, double angle, double rate) {
+static double acceleration_error_of(const double *a, double angle, double rate) {
     const double turn = -9.81 * sin(angle);
     const double x = turn * cos(angle) - rate * rate * sin(angle), z = turn * sin(angle) + rate * rate * cos(angle);
     return hypot(a[0] - x, a[1] - z);
@@ -45,18 +45,18 @@ static bool minimal(void) {
     double a[2];
     /* Exercise 7.1E at an angle of 1 rad, and at the level position. A fixed choice of x as the independent coordinate
      * cannot pass the latter, since z vanishes there. */
-    if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), 1.0, 0.5, a))
+    if (!accelerate_pendulum(kt_reduction_method_of(KT_REDUCTION_PARTITION), 1.0, 0.5, a))
         return false;
-    tell("7.1E", error_of(a, 1.0, 0.5));
+    tell("7.1E", acceleration_error_of(a, 1.0, 0.5));
     const double horizontal = 1.57079632679489662;
-    if (!accelerate(kt_reduction_method_of(KT_REDUCTION_PARTITION), horizontal, 0.5, a))
+    if (!accelerate_pendulum(kt_reduction_method_of(KT_REDUCTION_PARTITION), horizontal, 0.5, a))
         return false;
-    tell("7.1E.level", error_of(a, horizontal, 0.5));
+    tell("7.1E.level", acceleration_error_of(a, horizontal, 0.5));
     /* [MSD 7.15] with x independent: z' = -(x / z) q', whose factor is the condition */
     tell("7.1E.fixed", fabs(sin(horizontal - 1e-6) / cos(horizontal - 1e-6)));
-    if (!accelerate(NULL, horizontal, 0.5, a))
+    if (!accelerate_pendulum(NULL, horizontal, 0.5, a))
         return false;
-    tell("7.2E", error_of(a, horizontal, 0.5));
+    tell("7.2E", acceleration_error_of(a, horizontal, 0.5));
     return true;
 }
 
@@ -74,7 +74,7 @@ static void fixed_rate(const double *y, double *rate) {
  * The pendulum's angle is the reference. With the fixed choice, the figures are the final distance from the reference
  * and the largest |x / z| on the way. With pivots that are chosen anew, and with QR, the figure is the distance from
  * the reference. */
-static bool crossing(void) {
+static bool cross_horizontal(void) {
     const double h = 1e-3;
     double y[3] = {sin(1.0), -cos(1.0), 4.0 * cos(1.0)}, worst = 0.0, angle = 1.0, turn = 4.0;
     for (int i = 0; i < 500; i++) {
@@ -146,7 +146,7 @@ static bool projections(void) {
 }
 
 /* The power of 1 / h in the condition of Newton's matrix, which is the index [Petzold, Loetstedt 1986]. */
-static bool index_of(const char *exercise, kt_dae_type type) {
+static bool dae_index_of(const char *exercise, kt_dae_type type) {
     mechanism m;
     kt_error e = {0};
     double condition[2];
@@ -225,7 +225,7 @@ static bool formulation(const char *exercise, kt_constraint_formulation_type typ
     if (!pendulum(&m, 1.0, 0.5) || !works(kt_constraint_formulation_create(m.model, &options, &f, &e), &e) ||
         !works(kt_constraint_formulation_evaluate(f, m.data, 0.0, m.q, m.v, NULL, NULL, NULL, a, &e), &e))
         return false;
-    tell(exercise, error_of(a, 1.0, 0.5));
+    tell(exercise, acceleration_error_of(a, 1.0, 0.5));
     kt_constraint_formulation_free(f);
     close_mechanism(&m);
     return true;
@@ -276,9 +276,9 @@ static bool massless(void) {
 }
 
 bool coordinates(void) {
-    return minimal() && crossing() && projections() && masses("8.4", 1e-9, 100.0) && massless() &&
-           masses("8.5", 1.0, 1e13) && index_of("8.1", KT_DAE_INDEX1) && index_of("8.2", KT_DAE_INDEX2) &&
-           index_of("8.3", KT_DAE_INDEX3) && stabilised() && spectrum() &&
+    return minimal() && cross_horizontal() && projections() && masses("8.4", 1e-9, 100.0) && massless() &&
+           masses("8.5", 1.0, 1e13) && dae_index_of("8.1", KT_DAE_INDEX1) && dae_index_of("8.2", KT_DAE_INDEX2) &&
+           dae_index_of("8.3", KT_DAE_INDEX3) && stabilised() && spectrum() &&
            formulation("9.1", KT_CONSTRAINT_FORMULATION_AUGMENTED) &&
            formulation("9.2", KT_CONSTRAINT_FORMULATION_PROJECTION);
 }

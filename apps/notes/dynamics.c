@@ -8,7 +8,7 @@ static const char bar[] =
     "kinetree: 1\nbodies:\n"
     "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}}\n";
 
-static bool accelerate(mechanism *m, const char *text, double *a) {
+static bool accelerate_mechanism(mechanism *m, const char *text, double *a) {
     kt_error e = {0};
     return open_mechanism(m, text) &&
            works(kt_acceleration_evaluate(m->model, m->data, 0.0, m->q, m->v, NULL, NULL, a, &e), &e);
@@ -18,22 +18,24 @@ static bool bars(void) {
     mechanism m;
     double a[8];
     /* 3.1: a force of 6 N along the bar at its end: x'' = f / m */
-    if (!accelerate(&m,
-                    "kinetree: 1\nbodies:\n"
-                    "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}}\n"
-                    "effects:\n  - {type: force, at: bar, value: [6, 0, 0], frame: body}\n",
-                    a))
+    if (!accelerate_mechanism(
+            &m,
+            "kinetree: 1\nbodies:\n"
+            "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}}\n"
+            "effects:\n  - {type: force, at: bar, value: [6, 0, 0], frame: body}\n",
+            a))
         return false;
     tell("3.1", a[0]);
     close_mechanism(&m);
     /* 3.3: a force f = 6 N up at one end, and down at the other. The result is w' = 12 f / (m l). */
-    if (!accelerate(&m,
-                    "kinetree: 1\nbodies:\n"
-                    "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}, "
-                    "markers: {end: [2, 0, 0]}}\n"
-                    "effects:\n  - {type: force, at: bar.end, value: [0, 6, 0], frame: body}\n"
-                    "  - {type: force, at: bar, value: [0, -6, 0], frame: body}\n",
-                    a))
+    if (!accelerate_mechanism(
+            &m,
+            "kinetree: 1\nbodies:\n"
+            "  - {name: bar, joint: {type: planar, axis: z}, mass: 3, shape: {type: rod, to: [2, 0, 0]}, "
+            "markers: {end: [2, 0, 0]}}\n"
+            "effects:\n  - {type: force, at: bar.end, value: [0, 6, 0], frame: body}\n"
+            "  - {type: force, at: bar, value: [0, -6, 0], frame: body}\n",
+            a))
         return false;
     tell("3.3", a[2]);
     close_mechanism(&m);
@@ -92,7 +94,7 @@ static bool cut(const char *exercise, const char *effects, int component) {
 /* Compares T of a tumbling bar by the engine with T of (3.35) about its end:
  *
  *     T = m v v / 2 + w . s x v + w J w / 2 */
-static bool energy(void) {
+static bool check_kinetic_energy(void) {
     mechanism m;
     kt_error e = {0};
     if (!open_mechanism(&m, bar))
@@ -151,5 +153,5 @@ bool dynamics(void) {
                "  - {type: force, at: first, value: [0, -6, 0], frame: body}\n"
                "  - {type: force, at: second.end, value: [0, 6, 0], frame: body}\n",
                1) &&
-           energy() && gauss();
+           check_kinetic_energy() && gauss();
 }

@@ -28,7 +28,7 @@ static int decay(double t, const double *y, double *rate, void *user) {
 }
 
 /* The error at 1 s of y' = -y + sin t, y(0) = 1: y = 3/2 exp(-t) + (sin t - cos t) / 2. */
-static double error_of(const char *name, double step) {
+static double decay_error_of(const char *name, double step) {
     static double memory[65536 / sizeof(double)] __attribute__((aligned(64)));
     const kt_method *method = kt_method_find(name);
     kt_integrator_options options = kt_integrator_options_default();
@@ -46,8 +46,8 @@ static double error_of(const char *name, double step) {
     return fabs(kt_integrator_state(it)[0] - (1.5 * exp(-1.0) + 0.5 * (sin(1.0) - cos(1.0))));
 }
 
-static void order(const char *exercise, const char *name, double step) {
-    tell(exercise, log2(error_of(name, step) / error_of(name, 0.5 * step)));
+static void check_method_order(const char *exercise, const char *name, double step) {
+    tell(exercise, log2(decay_error_of(name, step) / decay_error_of(name, 0.5 * step)));
 }
 
 /* The error of the midpoint rule by the table of example 5.2, which is solved for the slope k:
@@ -63,16 +63,16 @@ static double midpoint_error(int steps) {
 
 bool integration(void) {
     kt_stability s;
-    order("5.1E", "bdf2", 0.01);
+    check_method_order("5.1E", "bdf2", 0.01);
     if (!gains("crank-nicolson", "5.2E", "5.2E.infinity") || !stability("euler", &s))
         return false;
     tell("5.1", kt_stability_real_limit(&s));
     if (!gains("implicit-euler", "5.2", "5.2.infinity") || !gains("bdf2", "5.3", "5.3.infinity") ||
         !gains("crank-nicolson", "5.4", NULL) || !gains("radau5", "5.5", "5.5.infinity"))
         return false;
-    order("5.1X", "crank-nicolson", 0.01);
+    check_method_order("5.1X", "crank-nicolson", 0.01);
     tell("5.2X", log2(midpoint_error(100) / midpoint_error(200)));
-    order("5.3X", "heun", 0.01);
+    check_method_order("5.3X", "heun", 0.01);
     if (!stability("heun", &s))
         return false;
     tell("5.3X.limit", kt_stability_real_limit(&s));
