@@ -31,7 +31,7 @@ static const double tick = 1e-3, frequency = 25.0;                    /* s; rad/
 static const double limit[JOINTS] = {300, 300, 150, 150, 60, 40, 20}; /* N m */
 
 /* Compiles the arm with masses and inertias changed by the factors 1 +- error, with joint friction if `friction`. */
-static kt_status make_arm(double error, bool friction, kt_model **model, kt_error *fault) {
+static kt_status make_inexact_arm(double error, bool friction, kt_model **model, kt_error *fault) {
     static const double sign[ARM_BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
     double scale[ARM_BODIES];
     kt_effect effects[JOINTS];
@@ -50,7 +50,7 @@ static kt_status make_arm(double error, bool friction, kt_model **model, kt_erro
 
 /* The path at t with its derivatives: each joint oscillates about its middle. The time of the oscillation starts with
  * rate zero, so that the arm starts at rest. */
-static void path(double t, double *q, double *v, double *a) {
+static void oscillating_path(double t, double *q, double *v, double *a) {
     static const double middle[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
     static const double width[JOINTS] = {0.6, 0.4, 0.5, 0.5, 0.8, 0.6, 1.0}, pace[JOINTS] = {2, 3, 2.5, 3.5, 3, 4, 5};
     const double slow = exp(-t / 0.3), clock = t - 0.3 * (1.0 - slow); /* s; its rate is 1 - slow */
@@ -70,9 +70,9 @@ typedef struct controller {
     bool computed;          /* true: computed torque; false: PD */
 } controller;
 
-static kt_status start(controller *c, kt_error *error) {
+static kt_status start_controller(controller *c, kt_error *error) {
     double q[JOINTS], v[JOINTS], a[JOINTS], mass[JOINTS * JOINTS];
-    path(0.0, q, v, a);
+    oscillating_path(0.0, q, v, a);
     const kt_status status = kt_dynamics_mass(c->model, c->data, q, mass, error);
     for (int i = 0; i < JOINTS && status == KT_OK; i++)
         c->inertia[i] = mass[i * JOINTS + i];
@@ -82,7 +82,7 @@ static kt_status start(controller *c, kt_error *error) {
 /* One control step: computes torques from joint positions and velocities. */
 static kt_status control(controller *c, double t, const double *q, const double *v, double *tau, kt_error *error) {
     double q_d[JOINTS], v_d[JOINTS], a_d[JOINTS], u[JOINTS];
-    path(t, q_d, v_d, a_d);
+    oscillating_path(t, q_d, v_d, a_d);
     for (int i = 0; i < JOINTS; i++)
         u[i] = frequency * frequency * (q_d[i] - q[i]) + 2.0 * frequency * (v_d[i] - v[i]);
     kt_status status;
@@ -105,7 +105,7 @@ typedef struct result {
     double error[TICKS / 10]; /* rad, norm over the joints, every 10 ms */
 } result;
 
-static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error *error) {
+static kt_status follow_path_by_torque(controller *c, const kt_model *arm, result *r, kt_error *error) {
     kt_simulation *simulation = NULL;
     kt_run run = kt_run_default();
     double q[JOINTS], v[JOINTS], a[JOINTS], tau[JOINTS], sum = 0.0;
@@ -113,14 +113,14 @@ static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error 
     run.step = tick;
     run.duration = TICKS * tick;
     kt_status status = kt_simulation_create(arm, &run, NULL, &simulation, error);
-    path(0.0, q, v, a);
+    oscillating_path(0.0, q, v, a);
     if (status == KT_OK)
         status = kt_simulation_set_state(simulation, 0.0, q, v, error);
     *r = (result){0};
     for (int n = 0; n < TICKS && status == KT_OK; n++) {
         const double *at = kt_simulation_positions(simulation);
         double square = 0.0;
-        path(n * tick, q, v, a);
+        oscillating_path(n * tick, q, v, a);
         for (int i = 0; i < JOINTS; i++)
             square += (q[i] - at[i]) * (q[i] - at[i]);
         if (n % 10 == 0)
@@ -142,20 +142,20 @@ static kt_status follow(controller *c, const kt_model *arm, result *r, kt_error 
     return status;
 }
 
-static kt_status compare(double percent, result results[2], kt_error *error) {
+static kt_status compare_models(double percent, result results[2], kt_error *error) {
     kt_model *known = NULL, *arm = NULL;
     controller c = {.data = NULL};
-    kt_status status = make_arm(0.0, false, &known, error);
+    kt_status status = make_inexact_arm(0.0, false, &known, error);
     if (status == KT_OK)
-        status = make_arm(0.01 * percent, percent > 0.0, &arm, error);
+        status = make_inexact_arm(0.01 * percent, percent > 0.0, &arm, error);
     if (status == KT_OK)
         status = kt_data_create(known, &c.data, error);
     c.model = known;
     if (status == KT_OK)
-        status = start(&c, error);
+        status = start_controller(&c, error);
     for (int k = 0; k < 2 && status == KT_OK; k++) {
         c.computed = k == 1;
-        status = follow(&c, arm, &results[k], error);
+        status = follow_path_by_torque(&c, arm, &results[k], error);
     }
     kt_data_free(c.data);
     kt_model_free(arm);
@@ -176,7 +176,7 @@ int main(int argc, char **argv) {
     }
     if (argc % 2 == 0 || !(percent >= 0.0 && percent < 50.0))
         return fprintf(stderr, "usage: computed_torque [--error PERCENT] [--csv FILE]\n"), 1;
-    if (compare(percent, results, &error) != KT_OK)
+    if (compare_models(percent, results, &error) != KT_OK)
         return fprintf(stderr, "computed_torque: %s: %s\n", error.where, error.message), 1;
     printf("seven-axis arm, 1 kHz, %g s, masses off by %g %%%s\n", TICKS * tick, percent,
            percent > 0.0 ? ", friction in the joints" : "");

@@ -53,12 +53,12 @@ typedef struct plant {
     uint32_t commands, lost, silence, zeroed; /* numbers; ticks since the last command, ticks at zero force */
 } plant;
 
-static void put(unsigned char *to, uint64_t bits, int bytes) {
+static void put_bits(unsigned char *to, uint64_t bits, int bytes) {
     for (int i = 0; i < bytes; i++)
         to[i] = (unsigned char)(bits >> (8 * i));
 }
 
-static uint64_t get(const unsigned char *from, int bytes) {
+static uint64_t get_bits(const unsigned char *from, int bytes) {
     uint64_t bits = 0;
     for (int i = 0; i < bytes; i++)
         bits |= (uint64_t)from[i] << (8 * i);
@@ -69,24 +69,24 @@ static void send_state(const plant *p) {
     unsigned char message[STATE_SIZE] = "KTS1";
     const double *q = kt_simulation_positions(p->simulation), *v = kt_simulation_velocities(p->simulation);
     const double numbers[5] = {kt_simulation_time(p->simulation), q[0], q[1], v[0], v[1]};
-    put(message + 4, p->n, 4);
+    put_bits(message + 4, p->n, 4);
     for (int i = 0; i < 5; i++) {
         uint64_t bits;
         memcpy(&bits, &numbers[i], sizeof bits);
-        put(message + 8 + 8 * i, bits, 8);
+        put_bits(message + 8 + 8 * i, bits, 8);
     }
     /* A message that cannot be sent counts as lost, which UDP permits anyway. */
     (void)sendto(p->socket, message, sizeof message, 0, (const struct sockaddr *)&p->peer, sizeof p->peer);
 }
 
-static bool is_lost(plant *p) {
+static bool plant_is_lost(plant *p) {
     p->seed = p->seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(p->seed >> 11) * 0x1p-53 < p->lose;
 }
 
 /* Waits up to `wait` ms for a message. Returns 1 for a new command and 0 for any other message. Returns -1 if none
  * arrives. */
-static int receive(plant *p, int wait, bool first) {
+static int receive_command(plant *p, int wait, bool first) {
     struct pollfd ready = {.fd = p->socket, .events = POLLIN};
     struct sockaddr_in from;
     socklen_t length = sizeof from;
@@ -96,8 +96,8 @@ static int receive(plant *p, int wait, bool first) {
     const ssize_t size = recvfrom(p->socket, message, sizeof message, 0, (struct sockaddr *)&from, &length);
     if (size != COMMAND_SIZE || memcmp(message, "KTC1", 4) != 0)
         return 0;
-    const uint32_t answered = (uint32_t)get(message + 4, 4);
-    const uint64_t bits = get(message + 8, 8);
+    const uint32_t answered = (uint32_t)get_bits(message + 4, 4);
+    const uint64_t bits = get_bits(message + 8, 8);
     double force;
     memcpy(&force, &bits, sizeof force);
     if (!isfinite(force) || (!first && (answered > p->n || answered <= p->last)))
@@ -106,7 +106,7 @@ static int receive(plant *p, int wait, bool first) {
     if (first)
         return 1;
     p->last = answered;
-    if (is_lost(p)) {
+    if (plant_is_lost(p)) {
         p->lost++;
         return 1;
     }
@@ -119,20 +119,20 @@ static int receive(plant *p, int wait, bool first) {
 
 /* Sends the state and receives commands. In lock-step it waits for the answer. Otherwise it takes the commands that
  * have arrived. */
-static void exchange(plant *p) {
+static void exchange_with_client(plant *p) {
     p->silence++;
     send_state(p);
     if (p->lockstep && !p->gone) {
         int tries = 0;
         while (p->last < p->n && tries < RESENDS) {
-            if (receive(p, RESEND_MS, false) < 0) {
+            if (receive_command(p, RESEND_MS, false) < 0) {
                 tries++;
                 send_state(p);
             }
         }
         p->gone = p->last < p->n;
     }
-    for (int i = 0; i < 8 && receive(p, 0, false) >= 0; i++) {
+    for (int i = 0; i < 8 && receive_command(p, 0, false) >= 0; i++) {
     }
     if (p->silence > PATIENCE) {
         p->force = 0.0;
@@ -161,12 +161,12 @@ static kt_status make_cart(kt_model **model, kt_error *error) {
     return kt_model_compile(&description, NULL, model, error);
 }
 
-static kt_status run(plant *p, uint32_t ticks, FILE *csv, kt_error *error) {
+static kt_status run_plant(plant *p, uint32_t ticks, FILE *csv, kt_error *error) {
     struct timespec due;
     double most = 0.0; /* rad, largest angle in the last quarter */
     clock_gettime(CLOCK_MONOTONIC, &due);
     for (p->n = 1; p->n <= ticks; p->n++) {
-        exchange(p);
+        exchange_with_client(p);
         const double *q = kt_simulation_positions(p->simulation), torque[2] = {p->force, 0.0};
         if (csv && p->n % 10 == 1)
             fprintf(csv, "%.3f,%.9g,%.9g,%.9g\n", (p->n - 1) * tick, q[0], q[1], p->force);
@@ -235,13 +235,13 @@ int main(int argc, char **argv) {
         status = kt_simulation_create(model, &plan, NULL, &p.simulation, &error);
     int hello = 0;
     while (status == KT_OK && hello == 0)
-        hello = receive(&p, HELLO_MS, true);
+        hello = receive_command(&p, HELLO_MS, true);
     if (status == KT_OK && hello < 0)
         status = kt_error_set(&error, KT_ERROR_STEP, "hil", "no command came within ten seconds");
     if (csv)
         fprintf(csv, "time,position.cart,position.pole,force\n");
     if (status == KT_OK)
-        status = run(&p, (uint32_t)lround(duration / tick), csv, &error);
+        status = run_plant(&p, (uint32_t)lround(duration / tick), csv, &error);
     if (status != KT_OK)
         fprintf(stderr, "hil: %s: %s\n", error.where, error.message);
     if (csv)

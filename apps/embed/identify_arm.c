@@ -36,7 +36,7 @@ typedef struct arm {
     double pi[COLUMNS], y[JOINTS * COLUMNS];
 } arm;
 
-static kt_status make(const double *scale, arm *x, kt_error *error) {
+static kt_status make_scaled_arm(const double *scale, arm *x, kt_error *error) {
     const kt_status status = arm_compile(scale, NULL, 0, &x->model, error);
     return status == KT_OK ? kt_data_create(x->model, &x->data, error) : status;
 }
@@ -44,7 +44,7 @@ static kt_status make(const double *scale, arm *x, kt_error *error) {
 /* ---- the record -------------------------------------------------------------------------------------------------- */
 
 /* Three sines a joint; `path` chooses their phases. */
-static void move(double t, int path, double *q, double *v, double *a) {
+static void move_on_path(double t, int path, double *q, double *v, double *a) {
     static const double middle[JOINTS] = {0.0, 0.5, 0.0, 1.2, 0.0, 0.6, 0.0};
     for (int i = 0; i < JOINTS; i++) {
         q[i] = middle[i];
@@ -59,7 +59,7 @@ static void move(double t, int path, double *q, double *v, double *a) {
 }
 
 /* Draws a number of mean 0 and deviation 1: the sum of twelve uniform numbers. */
-static double draw(void) {
+static double draw_normal(void) {
     static uint64_t state = 1;
     double sum = -6.0;
     for (int k = 0; k < 12; k++) {
@@ -92,7 +92,7 @@ typedef struct fit {
     long rows;
 } fit;
 
-static void add_row(fit *f, double *row) {
+static void add_fit_row(fit *f, double *row) {
     for (int i = 0; i < f->rank; i++) {
         const double length = hypot(f->triangle[i][i], row[i]);
         if (row[i] == 0.0)
@@ -109,7 +109,7 @@ static void add_row(fit *f, double *row) {
 }
 
 /* Values by back substitution; deviations from the rows of R^-1. */
-static void solve(fit *f) {
+static void solve_fit(fit *f) {
     for (int i = f->rank - 1; i >= 0; i--) {
         f->value[i] = f->triangle[i][f->rank];
         for (int k = i + 1; k < f->rank; k++)
@@ -150,32 +150,33 @@ static kt_status find_base(arm *x, fit *f, kt_error *error) {
     return status;
 }
 
-static kt_status identify(arm *drawn, arm *real, double seconds, fit *f, kt_error *error) {
+static kt_status identify_torques(arm *drawn, arm *real, double seconds, fit *f, kt_error *error) {
     double q[JOINTS], v[JOINTS], a[JOINTS], tau[JOINTS];
     kt_status status = find_base(drawn, f, error);
     for (int n = 0; n < (int)(seconds * RATE) && status == KT_OK; n++) {
-        move((double)n / RATE, 0, q, v, a);
+        move_on_path((double)n / RATE, 0, q, v, a);
         status = torques(real, real->pi, q, v, a, tau, error);
         for (int i = 0; i < JOINTS && status == KT_OK; i++) {
             double row[COLUMNS + 1];
             for (int k = 0; k < f->rank; k++)
                 row[k] = real->y[f->column[k] * JOINTS + i] / noise[i]; /* Y depends on the motion alone */
-            row[f->rank] = tau[i] / noise[i] + draw();
-            add_row(f, row);
+            row[f->rank] = tau[i] / noise[i] + draw_normal();
+            add_fit_row(f, row);
         }
     }
     if (status == KT_OK)
-        solve(f);
+        solve_fit(f);
     return status;
 }
 
 /* Root mean square of the torques that are predicted on another path minus the true ones, over the sensors'
  * deviation. */
-static kt_status predict(arm *drawn, arm *real, const fit *f, double *by_drawing, double *by_fit, kt_error *error) {
+static kt_status predict_torques(arm *drawn, arm *real, const fit *f, double *by_drawing, double *by_fit,
+                                 kt_error *error) {
     double q[JOINTS], v[JOINTS], a[JOINTS], tau[JOINTS], guess[JOINTS];
     kt_status status = KT_OK;
     for (int n = 0; n < 10 * RATE && status == KT_OK; n++) {
-        move((double)n / RATE, 1, q, v, a);
+        move_on_path((double)n / RATE, 1, q, v, a);
         status = torques(real, real->pi, q, v, a, tau, error);
         if (status == KT_OK)
             status = torques(drawn, drawn->pi, q, v, a, guess, error);
@@ -195,7 +196,7 @@ static kt_status predict(arm *drawn, arm *real, const fit *f, double *by_drawing
 /* Whether the record determines a sum: its deviation is below a third of its value. */
 static bool is_told(const fit *f, int i) { return f->deviation[i] < fabs(f->value[i]) / 3.0; }
 
-static void report(const arm *drawn, const arm *real, const fit *f, FILE *csv) {
+static void report_fit(const arm *drawn, const arm *real, const fit *f, FILE *csv) {
     int told = 0, silent = 0;
     char name[1024];
     for (int i = 0; i < f->rank; i++) {
@@ -221,14 +222,14 @@ static void report(const arm *drawn, const arm *real, const fit *f, FILE *csv) {
            sqrt(f->rest / (double)(f->rows - f->rank)));
 }
 
-static int run(double seconds, FILE *csv, arm *drawn, arm *real, fit *f, kt_error *error) {
+static int run_identification(double seconds, FILE *csv, arm *drawn, arm *real, fit *f, kt_error *error) {
     static const double sign[ARM_BODIES] = {1, -1, 1, 1, -1, 1, -1, 1};
     double scale[ARM_BODIES], one[ARM_BODIES], by_drawing = 0.0, by_fit = 0.0;
     for (int i = 0; i < ARM_BODIES; i++) {
         one[i] = 1.0;
         scale[i] = 1.0 + 0.08 * sign[i];
     }
-    if (make(one, drawn, error) != KT_OK || make(scale, real, error) != KT_OK)
+    if (make_scaled_arm(one, drawn, error) != KT_OK || make_scaled_arm(scale, real, error) != KT_OK)
         return -1;
     kt_regressor_parameters(drawn->model, drawn->pi);
     kt_regressor_parameters(real->model, real->pi);
@@ -236,10 +237,10 @@ static int run(double seconds, FILE *csv, arm *drawn, arm *real, fit *f, kt_erro
         real->pi[10 * ARM_BODIES + JOINTS + i] = viscous[i];
         real->pi[10 * ARM_BODIES + 2 * JOINTS + i] = coulomb[i];
     }
-    if (identify(drawn, real, seconds, f, error) != KT_OK ||
-        predict(drawn, real, f, &by_drawing, &by_fit, error) != KT_OK)
+    if (identify_torques(drawn, real, seconds, f, error) != KT_OK ||
+        predict_torques(drawn, real, f, &by_drawing, &by_fit, error) != KT_OK)
         return -1;
-    report(drawn, real, f, csv);
+    report_fit(drawn, real, f, csv);
     printf("torques of another path, rms error over the sensors' deviation: drawing %.2f, identified %.3f\n",
            by_drawing, by_fit);
     return 0;
@@ -263,7 +264,7 @@ int main(int argc, char **argv) {
     }
     if (csv != NULL)
         fprintf(csv, "sum,drawing,identified,deviation,true\n");
-    const int failed = run(seconds, csv, &drawn, &real, &f, &error);
+    const int failed = run_identification(seconds, csv, &drawn, &real, &f, &error);
     if (failed != 0)
         fprintf(stderr, "identify_arm: %s: %s\n", error.where, error.message);
     if (csv != NULL)

@@ -73,7 +73,7 @@ static kt_status make_clock(const kt_model *model, double step, kt_simulation **
 }
 
 /* Propagates x by one sample under torques w. */
-static kt_status predict(kt_simulation *engine, double *x, const double *w, kt_error *error) {
+static kt_status predict_state(kt_simulation *engine, double *x, const double *w, kt_error *error) {
     kt_status status = kt_simulation_set_state(engine, 0.0, x, x + J, error);
     if (status == KT_OK)
         status = kt_simulation_set_torque(engine, w, error);
@@ -121,7 +121,7 @@ static kt_status pass_sample(filter *f, kt_error *error) {
             x[i][k] = f->x[k] + (column < N ? sign * l[k][column] : 0.0);
         if (column >= N)
             w[column - N] = sign * knock;
-        const kt_status status = predict(f->engine, x[i], w, error);
+        const kt_status status = predict_state(f->engine, x[i], w, error);
         if (status != KT_OK)
             return status;
     }
@@ -164,7 +164,7 @@ typedef struct tally {
     int samples, inside[N];                                 /* estimates within three standard deviations */
 } tally;
 
-static void count(tally *s, const filter *f, const double *truth, const double y[][J], int n) {
+static void count_errors(tally *s, const filter *f, const double *truth, const double y[][J], int n) {
     for (int i = 0; i < N; i++) {
         const double error = f->x[i] - truth[i];
         s->filter[i] += error * error;
@@ -198,7 +198,7 @@ static kt_status observe(kt_simulation *plant, filter *f, uint64_t seed, FILE *c
             update(f, j, y[n][j]);
         }
         if (n >= SETTLED)
-            count(s, f, truth, (const double(*)[J])y, n);
+            count_errors(s, f, truth, (const double(*)[J])y, n);
         if (csv && n >= WINDOW && n % 5 == 0)
             fprintf(csv, "%.3f,%.9g,%.9g,%.9g,%.9g,%.9g\n", (n + 1) * tick, truth[3], f->x[3],
                     (y[n][1] - y[n - WINDOW][1]) / (WINDOW * tick) - truth[3], f->x[3] - truth[3],
@@ -211,7 +211,7 @@ static void print_line(const char *what, const double *sum, int n, const char *u
     printf("%-26s %8.5f  %8.5f %s\n", what, sqrt(sum[0] / n), sqrt(sum[1] / n), unit);
 }
 
-static void print(const tally *s) {
+static void print_tally(const tally *s) {
     const int n = s->samples;
     printf("%-26s %8s  %8s\n", "rms errors", "upper", "lower");
     print_line("angle, encoder", s->encoder, n, "rad");
@@ -250,7 +250,7 @@ int main(int argc, char **argv) {
     if (status == KT_OK)
         status = observe(plant, &f, seed, csv, &s, &error);
     if (status == KT_OK)
-        print(&s);
+        print_tally(&s);
     else
         fprintf(stderr, "observer: %s: %s\n", error.where, error.message);
     if (csv)

@@ -59,14 +59,14 @@ typedef struct controller {
     long rollouts;
 } controller;
 
-static double limited(const robot *r, double input) { return fmax(-r->limit, fmin(r->limit, input)); }
+static double limited_input(const robot *r, double input) { return fmax(-r->limit, fmin(r->limit, input)); }
 
 /* The input u of rollout k in sample i, and the joint forces that it makes. */
 static void force(const controller *c, int k, int i, double *u, double *torque) {
     const robot *r = c->robot;
     memset(torque, 0, COORDINATES_MOST * sizeof *torque);
     for (int j = 0; j < r->inputs; j++) {
-        u[j] = limited(r, c->plan[i][j] + c->noise[k][i][j]);
+        u[j] = limited_input(r, c->plan[i][j] + c->noise[k][i][j]);
         torque[r->first_driven + j] = r->gain * u[j];
     }
 }
@@ -140,7 +140,7 @@ static void improve_plan(controller *c) {
     }
     for (int i = 0; i < r->horizon; i++)
         for (int j = 0; j < r->inputs; j++)
-            c->plan[i][j] = limited(r, c->plan[i][j] + change[i][j] / weights);
+            c->plan[i][j] = limited_input(r, c->plan[i][j] + change[i][j] / weights);
 }
 
 /* Computes the joint forces of the next sample from the state q, v at t. */
@@ -227,7 +227,7 @@ static kt_status roll_out_alone(const controller *c, const kt_model *model, kt_d
 
 /* All rollouts from the plant's state once more, as a batch and one by one: they must cost the same. Prints rollouts a
  * second. */
-static kt_status compare(controller *c, const kt_model *model, const kt_simulation *plant, kt_error *error) {
+static kt_status compare_rollouts(controller *c, const kt_model *model, const kt_simulation *plant, kt_error *error) {
     const robot *r = c->robot;
     const double *q = kt_simulation_positions(plant), *v = kt_simulation_velocities(plant);
     const double t = kt_simulation_time(plant);
@@ -248,7 +248,7 @@ static kt_status compare(controller *c, const kt_model *model, const kt_simulati
 
 /* ---- the program ------------------------------------------------------------------------------------------------- */
 
-static kt_status run(controller *c, FILE *csv, kt_error *error) {
+static kt_status run_controller(controller *c, FILE *csv, kt_error *error) {
     const robot *r = c->robot;
     double worst[2] = {0.0, 0.0};
     kt_model *model = NULL;
@@ -273,7 +273,7 @@ static kt_status run(controller *c, FILE *csv, kt_error *error) {
         printf("%ld rollouts of %d samples, %.0f rollouts a second of processor time; %d fit into a sample\n",
                c->rollouts, r->horizon, (double)c->rollouts / c->seconds,
                (int)((double)c->rollouts / c->seconds * r->sample));
-        status = compare(c, model, plant, error);
+        status = compare_rollouts(c, model, plant, error);
     }
     if (status == KT_OK)
         printf("%d rollouts take %zu bytes, %zu at once\n", r->rollouts, kt_batch_size(model, &coarse),
@@ -312,7 +312,7 @@ int main(int argc, char **argv) {
     if (seconds > 0.0)
         chosen.duration = seconds;
     kt_error error;
-    kt_status status = run(&c, csv, &error);
+    kt_status status = run_controller(&c, csv, &error);
     if (csv != NULL && fclose(csv) != 0 && status == KT_OK)
         status = kt_error_set(&error, KT_ERROR_FILE, name, "cannot be written");
     if (status != KT_OK)

@@ -50,7 +50,7 @@ typedef struct solution {
 } solution;
 
 /* Gaussian elimination with row pivots; a is n x n by rows. Returns false at a pivot of zero. */
-static bool eliminate(int n, double *a, double *b) {
+static bool eliminate_gauss(int n, double *a, double *b) {
     for (int k = 0; k < n; k++) {
         int p = k;
         for (int i = k + 1; i < n; i++)
@@ -97,7 +97,7 @@ static bool solve_kkt(const program *p, const solution *s, const double *right, 
             a[i * n + p->n + j] = a[(p->n + j) * n + i] = column[i];
         b[p->n + j] = below ? below[j] : 0.0;
     }
-    if (!eliminate(n, a, b))
+    if (!eliminate_gauss(n, a, b))
         return false;
     memcpy(z, b, (size_t)p->n * sizeof *z);
     memcpy(r, b + p->n, (size_t)k * sizeof *r);
@@ -126,7 +126,7 @@ static int most_violated(const program *p, const double *x) {
 
 /* Adds one inequality. Active inequalities whose multipliers reach zero on the way are removed. Returns false if there
  * is no solution. */
-static bool add(const program *p, solution *s, int side) {
+static bool add_inequality(const program *p, solution *s, int side) {
     double z[MOST], r[TRUNK + SIDES];
     const double *n = p->c_matrix + side * p->n;
     for (;;) {
@@ -158,14 +158,14 @@ static bool add(const program *p, solution *s, int side) {
     }
 }
 
-static bool minimise(const program *p, solution *s) {
+static bool minimise_program(const program *p, solution *s) {
     double right[MOST], r[TRUNK + SIDES];
     memset(s, 0, sizeof *s);
     for (int i = 0; i < p->n; i++)
         right[i] = -p->g[i];
     bool fine = solve_kkt(p, s, right, p->e, s->x, r);
     for (int side = fine ? most_violated(p, s->x) : -1; side >= 0 && fine; side = most_violated(p, s->x))
-        fine = add(p, s, side);
+        fine = add_inequality(p, s, side);
     return fine;
 }
 
@@ -201,7 +201,7 @@ typedef struct robot {
     double q[NQ], v[NV];
 } robot;
 
-static void describe(robot *r) {
+static void describe_robot(robot *r) {
     r->description = kt_description_default();
     r->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     for (int i = 0; i < 1 + 3 * LEGS; i++) {
@@ -231,10 +231,10 @@ static void describe(robot *r) {
 }
 
 /* Builds the robot. Each foot is a switched loop that holds the foot at its initial position. */
-static kt_status build(robot *r, kt_error *error) {
+static kt_status build_robot(robot *r, kt_error *error) {
     kt_model *tree = NULL;
     kt_data *data = NULL;
-    describe(r);
+    describe_robot(r);
     kt_status status = kt_model_compile(&r->description, NULL, &tree, error);
     if (status == KT_OK)
         status = kt_data_create(tree, &data, error);
@@ -267,7 +267,7 @@ static kt_status build(robot *r, kt_error *error) {
 }
 
 /* Computes accelerations with the feet in place: those nearest to the requested (x, y, z) m/s^2 of the trunk. */
-static kt_status accelerate(robot *r, kt_vec3 asked, double *a, kt_error *error) {
+static kt_status accelerate_trunk(robot *r, kt_vec3 asked, double *a, kt_error *error) {
     double jacobian[MOST * NV], basis[NV * NV], wanted[NV] = {asked.x, asked.y, asked.z};
     int columns = 0;
     kt_status status = kt_loop_equations(r->model, r->data, 0.0, r->q, r->v, jacobian, NULL, NULL, NULL, error);
@@ -284,7 +284,7 @@ static kt_status accelerate(robot *r, kt_vec3 asked, double *a, kt_error *error)
                 m[i * columns + j] += weight * basis[i * NV + k] * basis[j * NV + k];
         }
     }
-    if (status == KT_OK && !eliminate(columns, m, b))
+    if (status == KT_OK && !eliminate_gauss(columns, m, b))
         return KT_ERROR_SINGULAR;
     for (int i = 0; i < columns && status == KT_OK; i++)
         for (int k = 0; k < NV; k++)
@@ -322,12 +322,12 @@ static void pose_program(const double *right, const double *jacobian, int rows, 
 }
 
 /* Computes one command and prints the quality of its solution. Returns whether there is one. */
-static bool command(robot *r, const char *what, kt_vec3 asked) {
+static bool command_trunk(robot *r, const char *what, kt_vec3 asked) {
     static program p;
     static solution s;
     kt_error error = {0};
     double a[NV], right[NV], jacobian[MOST * NV], tau[NV] = {0.0}, reached[NV], found[MOST];
-    kt_status status = accelerate(r, asked, a, &error);
+    kt_status status = accelerate_trunk(r, asked, a, &error);
     if (status == KT_OK)
         status = kt_dynamics_inverse(r->model, r->data, r->q, r->v, a, NULL, right, &error);
     if (status == KT_OK)
@@ -338,7 +338,7 @@ static bool command(robot *r, const char *what, kt_vec3 asked) {
     }
     const int rows = kt_model_mobility(r->model).equations;
     pose_program(right, jacobian, rows, &p);
-    if (!minimise(&p, &s)) {
+    if (!minimise_program(&p, &s)) {
         printf("%-28s no forces within friction can do it\n", what);
         return false;
     }
@@ -378,18 +378,18 @@ static bool lift(robot *r, int leg, bool down) {
 int main(void) {
     static robot r;
     kt_error error = {0};
-    if (build(&r, &error) != KT_OK) {
+    if (build_robot(&r, &error) != KT_OK) {
         fprintf(stderr, "%s: %s\n", error.where, error.message);
         return 1;
     }
-    bool fine = command(&r, "four feet, still", kt_vec3_make(0.0, 0.0, 0.0));
-    fine &= command(&r, "four feet, forward 2 m/s^2", kt_vec3_make(2.0, 0.0, 0.0));
-    fine &= command(&r, "four feet, forward 4 m/s^2", kt_vec3_make(4.0, 0.0, 0.0));
-    fine &= command(&r, "four feet, forward 4.7 m/s^2", kt_vec3_make(4.7, 0.0, 0.0));
-    fine &= command(&r, "four feet, aside 2 m/s^2", kt_vec3_make(0.0, 2.0, 0.0));
-    fine &= !command(&r, "four feet, forward 9 m/s^2", kt_vec3_make(9.0, 0.0, 0.0));
-    fine &= lift(&r, 0, false) && command(&r, "three feet, 1.2 m/s^2", kt_vec3_make(1.0, 0.6, 0.0));
-    fine &= lift(&r, 0, true) && command(&r, "four feet again, still", kt_vec3_make(0.0, 0.0, 0.0));
+    bool fine = command_trunk(&r, "four feet, still", kt_vec3_make(0.0, 0.0, 0.0));
+    fine &= command_trunk(&r, "four feet, forward 2 m/s^2", kt_vec3_make(2.0, 0.0, 0.0));
+    fine &= command_trunk(&r, "four feet, forward 4 m/s^2", kt_vec3_make(4.0, 0.0, 0.0));
+    fine &= command_trunk(&r, "four feet, forward 4.7 m/s^2", kt_vec3_make(4.7, 0.0, 0.0));
+    fine &= command_trunk(&r, "four feet, aside 2 m/s^2", kt_vec3_make(0.0, 2.0, 0.0));
+    fine &= !command_trunk(&r, "four feet, forward 9 m/s^2", kt_vec3_make(9.0, 0.0, 0.0));
+    fine &= lift(&r, 0, false) && command_trunk(&r, "three feet, 1.2 m/s^2", kt_vec3_make(1.0, 0.6, 0.0));
+    fine &= lift(&r, 0, true) && command_trunk(&r, "four feet again, still", kt_vec3_make(0.0, 0.0, 0.0));
     kt_data_free(r.data);
     kt_model_free(r.compiled);
     return fine ? 0 : 1;

@@ -20,7 +20,7 @@ static _Alignas(KT_ALIGNMENT) unsigned char pool[POOL];
 static size_t used;
 
 /* Returns the next bytes of the pool, aligned; NULL if too few are left. */
-static void *take(size_t size) {
+static void *take_from_pool(size_t size) {
     const size_t rounded = (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     if (rounded > POOL - used)
         return NULL;
@@ -28,7 +28,7 @@ static void *take(size_t size) {
     return pool + used - rounded;
 }
 
-static kt_body rod(const char *name, const char *parent, double at, double angle) {
+static kt_body make_rod(const char *name, const char *parent, double at, double angle) {
     kt_body body = kt_body_default();
     body.name = name;
     body.parent = parent;
@@ -42,8 +42,8 @@ static kt_body rod(const char *name, const char *parent, double at, double angle
     return body;
 }
 
-static kt_status compile(kt_model **model, kt_error *error) {
-    kt_body bodies[3] = {kt_body_default(), rod("upper", "cart", 0.0, 0.5), rod("lower", "upper", -0.5, 0.0)};
+static kt_status compile_in_pool(kt_model **model, kt_error *error) {
+    kt_body bodies[3] = {kt_body_default(), make_rod("upper", "cart", 0.0, 0.5), make_rod("lower", "upper", -0.5, 0.0)};
     kt_description description = kt_description_default();
     bodies[0].name = "cart";
     bodies[0].joint.type = KT_JOINT_PRISMATIC;
@@ -56,7 +56,7 @@ static kt_status compile(kt_model **model, kt_error *error) {
     return kt_model_compile(&description, NULL, model, error);
 }
 
-static int report(const kt_error *error) {
+static int report_error(const kt_error *error) {
     fprintf(stderr, "static_memory: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->message);
     return 1;
 }
@@ -71,7 +71,7 @@ static kt_status tick(kt_simulation *simulation, int step, kt_error *error) {
 
 /* Runs control steps first .. last - 1 from the present state; writes a row of the CSV file, if there is one, every 10
  * ms. */
-static kt_status run(kt_simulation *simulation, int first, int last, FILE *csv, kt_error *error) {
+static kt_status run_control_steps(kt_simulation *simulation, int first, int last, FILE *csv, kt_error *error) {
     for (int step = first; step < last; step++) {
         const double *q = kt_simulation_positions(simulation);
         if (csv && step % 10 == 0)
@@ -96,13 +96,13 @@ static bool rejects(const kt_model *model, void *memory, size_t size) {
 }
 
 /* Compiles the model, copies it into the pool and releases the original on the heap. */
-static kt_status settle(kt_model **model, kt_error *error) {
+static kt_status settle_in_pool(kt_model **model, kt_error *error) {
     kt_model *compiled = NULL;
-    kt_status status = compile(&compiled, error);
+    kt_status status = compile_in_pool(&compiled, error);
     if (status != KT_OK)
         return status;
     const size_t size = kt_model_size(compiled);
-    void *memory = take(size);
+    void *memory = take_from_pool(size);
     if (!memory || !rejects(compiled, memory, size))
         status = kt_error_set(error, KT_ERROR_MEMORY, "settle", "the pool is too small, or too much was accepted");
     else
@@ -122,7 +122,7 @@ static kt_status run_on_heap(const kt_model *model, const kt_run *plan, double e
     kt_simulation *simulation = NULL;
     kt_status status = kt_simulation_create(model, plan, NULL, &simulation, error);
     if (status == KT_OK)
-        status = run(simulation, 0, STEPS, NULL, error);
+        status = run_control_steps(simulation, 0, STEPS, NULL, error);
     if (status == KT_OK)
         copy_state(simulation, end);
     kt_simulation_free(simulation);
@@ -134,17 +134,17 @@ static int demonstrate(FILE *csv) {
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
     kt_run plan = kt_run_default();
-    if (settle(&model, &error) != KT_OK)
-        return report(&error);
+    if (settle_in_pool(&model, &error) != KT_OK)
+        return report_error(&error);
 
     plan.integrator = "rk4";
     plan.step = 1e-3;
     plan.duration = 1e-3 * STEPS;
     const size_t size = kt_simulation_size(model, &plan, NULL);
-    if (kt_simulation_init(model, &plan, NULL, take(size), size, &simulation, &error) != KT_OK)
-        return report(&error);
+    if (kt_simulation_init(model, &plan, NULL, take_from_pool(size), size, &simulation, &error) != KT_OK)
+        return report_error(&error);
     const size_t state_size = kt_simulation_state_size(simulation);
-    void *checkpoint = take(state_size);
+    void *checkpoint = take_from_pool(state_size);
     if (!checkpoint)
         return fprintf(stderr, "static_memory: the pool is too small\n"), 1;
     printf("one static buffer: model %zu, simulation %zu, checkpoint %zu: %zu of %d bytes\n", kt_model_size(model),
@@ -153,17 +153,19 @@ static int demonstrate(FILE *csv) {
     double end[2 * NV], again[2 * NV], heap[2 * NV];
     if (csv)
         fprintf(csv, "time,position.cart,position.upper,position.lower\n");
-    if (run(simulation, 0, STEPS / 2, csv, &error) != KT_OK) /* a checkpoint is saved after the first half */
-        return report(&error);
+    if (run_control_steps(simulation, 0, STEPS / 2, csv, &error) !=
+        KT_OK) /* a checkpoint is saved after the first half */
+        return report_error(&error);
     kt_simulation_save(simulation, checkpoint);
-    if (run(simulation, STEPS / 2, STEPS, csv, &error) != KT_OK)
-        return report(&error);
+    if (run_control_steps(simulation, STEPS / 2, STEPS, csv, &error) != KT_OK)
+        return report_error(&error);
     copy_state(simulation, end);
 
     /* The second half, repeated from the checkpoint, and the whole run on the heap must give identical bits. */
     if (kt_simulation_restore(simulation, checkpoint, &error) != KT_OK ||
-        run(simulation, STEPS / 2, STEPS, NULL, &error) != KT_OK || run_on_heap(model, &plan, heap, &error) != KT_OK)
-        return report(&error);
+        run_control_steps(simulation, STEPS / 2, STEPS, NULL, &error) != KT_OK ||
+        run_on_heap(model, &plan, heap, &error) != KT_OK)
+        return report_error(&error);
     copy_state(simulation, again);
     printf("after %d steps: cart %.9f m, rods %.9f and %.9f rad\n", STEPS, end[0], end[1], end[2]);
     printf("the second half again from the checkpoint: %s\n",

@@ -48,7 +48,7 @@ static kt_body rod(const char *name, const char *parent, kt_vec3 at, kt_vec3 to,
     return body;
 }
 
-static kt_model *compile(const kt_body *bodies, int count, const kt_loop *loop) {
+static kt_model *compile_bodies(const kt_body *bodies, int count, const kt_loop *loop) {
     static const char *const held[] = {"thigh", "crank"}; /* the loop is closed by the other joints */
     kt_model *model = NULL;
     kt_description d = kt_description_default();
@@ -65,7 +65,7 @@ static kt_model *make_cart_pole(void) {
     kt_body bodies[2] = {rod("cart", NULL, pin, along, 1.0, 0.0), rod("pole", "cart", pin, down, 0.5, 0.0)};
     bodies[0].joint.type = KT_JOINT_PRISMATIC;
     bodies[0].joint.axis = along;
-    return compile(bodies, 2, NULL);
+    return compile_bodies(bodies, 2, NULL);
 }
 
 /* Thigh and crank are driven at the hip; the crank bends the knee through a rod that is pinned to the shank. */
@@ -77,7 +77,7 @@ static kt_model *make_leg(void) {
     pin.name = "pin", pin.type = KT_LOOP_REVOLUTE;
     pin.between[0].body = "rod", pin.between[0].at = down;
     pin.between[1].body = "shank", pin.between[1].at = kt_vec3_make(-0.031, -0.039, 0.0);
-    return compile(bodies, 4, &pin);
+    return compile_bodies(bodies, 4, &pin);
 }
 
 static int cost_at(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user) {
@@ -95,13 +95,13 @@ static int cost_at(const kt_cost_point *at, double *value, double *by_state, dou
     return 0;
 }
 
-static kt_step step_at(const task *t, int k) {
+static kt_step task_step_at(const task *t, int k) {
     return (kt_step){.method = kt_method_find("rk4"), .t = k * t->h, .h = t->h, .tau = t->tau + k * t->n};
 }
 
 /* Runs the motion under the inputs of `from`, changed by length * feed + gain dx (a negative length: not changed).
  * Returns false where it fails, as it may if the inputs are huge. */
-static bool move(task *t, const task *from, double length) {
+static bool move_under_inputs(task *t, const task *from, double length) {
     t->cost = 0.0;
     for (int k = 0; k <= STEPS; k++) {
         double *tau = k < STEPS ? t->tau + k * t->n : NULL;
@@ -114,7 +114,7 @@ static bool move(task *t, const task *from, double length) {
                     gain[k][a][i] * (t->q[k][i] - from->q[k][i]) + gain[k][a][t->n + i] * (t->v[k][i] - from->v[k][i]);
         }
         (void)cost_at(&at, &t->cost, NULL, NULL, t);
-        const kt_step step = step_at(t, k);
+        const kt_step step = task_step_at(t, k);
         if (tau && kt_step_evaluate(t->model, t->data, work, sizeof work, &step, t->q[k], t->v[k], t->q[k + 1],
                                     t->v[k + 1], &error) != KT_OK)
             return false;
@@ -122,7 +122,7 @@ static bool move(task *t, const task *from, double length) {
     return true;
 }
 
-static double dot(const double *a, const double *b, int n) {
+static double dot_of(const double *a, const double *b, int n) {
     double sum = 0.0;
     for (int i = 0; i < n; i++)
         sum += a[i] * b[i];
@@ -144,10 +144,10 @@ static bool backward(const task *t, double mu) {
             D[j] = j < X ? A[k] + X * j : B[k] + X * t->input[j - X];
         for (int j = 0; j < X + m; j++) {
             for (int i = 0; i < X; i++)
-                PD[i] = dot(P[i], D[j], X);
+                PD[i] = dot_of(P[i], D[j], X);
             for (int i = 0; i < X + m; i++)
-                H[i][j < X ? j : j + 1] = dot(D[i], PD, X);
-            H[j][X] = dot(D[j], P[X], X) + (j < X ? 0.0 : t->effort * t->tau[k * t->n + t->input[j - X]]);
+                H[i][j < X ? j : j + 1] = dot_of(D[i], PD, X);
+            H[j][X] = dot_of(D[j], P[X], X) + (j < X ? 0.0 : t->effort * t->tau[k * t->n + t->input[j - X]]);
         }
         for (int a = 0; a < m * m; a++)
             Quu[a / m][a % m] = H[X + a / m][X + 1 + a % m] + (a / m == a % m ? t->effort + mu : 0.0);
@@ -176,7 +176,7 @@ static int optimize(task *t) {
     for (; iterations < ITERATIONS_MAX && mu < 1e6 && fallen > 1e-13; iterations++) {
         bool better = false;
         for (int k = 0; k < STEPS; k++) {
-            const kt_step step = step_at(t, k);
+            const kt_step step = task_step_at(t, k);
             must(kt_step_derivatives(t->model, t->data, work, sizeof work, &step, t->q[k], t->v[k], NULL, NULL, A[k],
                                      B[k], &error));
         }
@@ -184,7 +184,7 @@ static int optimize(task *t) {
             mu *= 10.0;
         for (int halved = 0; !better && halved < 20; halved++) {
             next = *t;
-            better = move(&next, t, ldexp(1.0, -halved)) && next.cost < t->cost;
+            better = move_under_inputs(&next, t, ldexp(1.0, -halved)) && next.cost < t->cost;
         }
         mu = better ? fmax(1e-9, 0.3 * mu) : 10.0 * mu;
         fallen = better ? 1.0 - next.cost / t->cost : 1.0;
@@ -207,7 +207,7 @@ static double gradient_of(task *t) {
 }
 
 /* The distance from the goal that dop853 reaches at a tolerance of 1e-10: rad or m, and their rates. */
-static double simulate(const task *t) {
+static double simulate_exactly(const task *t) {
     kt_run run = kt_run_default();
     kt_simulation *simulation = NULL;
     double distance = 0.0;
@@ -225,17 +225,17 @@ static double simulate(const task *t) {
     return distance;
 }
 
-static void run(task *t, kt_model *model) {
+static void run_task(task *t, kt_model *model) {
     t->model = model;
     t->n = kt_model_nv(model);
     must(kt_data_create(t->model, &t->data, &error));
     kt_model_initial(t->model, t->q[0], t->v[0]);
     must(kt_state_assemble(t->model, t->data, 0.0, t->q[0], t->v[0], &error));
-    must(move(t, t, -1.0) ? KT_OK : error.code);
+    must(move_under_inputs(t, t, -1.0) ? KT_OK : error.code);
     const double before = t->cost;
     const int iterations = optimize(t);
     printf("%s: cost %.6g -> %.6g in %d iterations, gradient %.1e, distance from the goal %.1e\n", t->name, before,
-           t->cost, iterations, gradient_of(t), simulate(t));
+           t->cost, iterations, gradient_of(t), simulate_exactly(t));
     kt_data_free(t->data);
     kt_model_free(model);
 }
@@ -245,7 +245,7 @@ int main(void) {
     static task leg = {.name = "leg", .h = 0.01, .m = 2, .w = {1e4, 1e4}, .s = {1e3, 1e3}, .effort = 1e-3};
     cart.goal[1] = leg.goal[0] = 3.14159265358979323846; /* pole and leg hang at first */
     leg.goal[1] = 0.2, leg.input[1] = 1;
-    run(&cart, make_cart_pole());
-    run(&leg, make_leg());
+    run_task(&cart, make_cart_pole());
+    run_task(&leg, make_leg());
     return 0;
 }

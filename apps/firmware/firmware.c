@@ -28,7 +28,7 @@ static const double tick = 1e-3, frequency = 25.0; /* s; rad/s, of the decoupled
 /* The path at t, in half a second from rest to rest:
  *
  *     q = from + s (to - from),  s = 10 x^3 - 15 x^4 + 6 x^5,  x = t / 0.5 s */
-static void path(double t, double *q, double *v, double *a) {
+static void path_at_rest(double t, double *q, double *v, double *a) {
     static const double from[JOINTS] = {0.3, 0.6, -0.5, 1.4, 0.3, 0.9, 0.0};
     static const double to[JOINTS] = {0.9, 0.2, 0.1, 0.9, -0.5, 1.5, 1.0};
     const double time = STEPS * tick, x = t / time;
@@ -45,7 +45,7 @@ static void path(double t, double *q, double *v, double *a) {
 static kt_status control(const kt_model *model, kt_data *data, double t, const double *q, const double *v, double *tau,
                          kt_error *error) {
     double q_d[JOINTS], v_d[JOINTS], u[JOINTS];
-    path(t, q_d, v_d, u);
+    path_at_rest(t, q_d, v_d, u);
     for (int i = 0; i < JOINTS; i++)
         u[i] += frequency * frequency * (q_d[i] - q[i]) + 2.0 * frequency * (v_d[i] - v[i]);
     return kt_dynamics_inverse(model, data, q, v, u, NULL, tau, error); /* M u + h */
@@ -58,29 +58,29 @@ static uint64_t bits_of(double x) {
 }
 
 /* FNV-1a hash, applied to whole doubles instead of bytes. */
-static uint64_t hash(uint64_t so_far, const double *x, int count) {
+static uint64_t hash_doubles(uint64_t so_far, const double *x, int count) {
     for (int i = 0; i < count; i++)
         so_far = (so_far ^ bits_of(x[i])) * UINT64_C(1099511628211);
     return so_far;
 }
 
 /* Writes a text without a stream: those of newlib take 5 kB. */
-static void put(const char *text) {
+static void put_line_text(const char *text) {
     size_t left = strlen(text);
     for (ssize_t n = 1; left > 0 && n > 0; left -= n > 0 ? (size_t)n : 0, text += n > 0 ? n : 0)
         n = write(STDOUT_FILENO, text, left);
 }
 
-static void print(const char *name, uint64_t bits) {
+static void print_bits(const char *name, uint64_t bits) {
     char line[64];
     snprintf(line, sizeof line, "%.40s %08" PRIx32 "%08" PRIx32 "\n", name, (uint32_t)(bits >> 32), (uint32_t)bits);
-    put(line);
+    put_line_text(line);
 }
 
-static kt_status follow(const kt_model *known, kt_data *data, kt_simulation *plant, kt_error *error) {
+static kt_status follow_plant(const kt_model *known, kt_data *data, kt_simulation *plant, kt_error *error) {
     double q[JOINTS], v[JOINTS], tau[JOINTS];
     uint64_t seen = UINT64_C(14695981039346656037);
-    path(0.0, q, v, tau);
+    path_at_rest(0.0, q, v, tau);
     kt_status status = kt_simulation_set_state(plant, 0.0, q, v, error);
     for (int n = 0; n < STEPS && status == KT_OK; n++) {
         status =
@@ -89,19 +89,19 @@ static kt_status follow(const kt_model *known, kt_data *data, kt_simulation *pla
             status = kt_simulation_set_torque(plant, tau, error);
         if (status == KT_OK)
             status = kt_simulation_advance(plant, (n + 1) * tick, error);
-        seen = hash(seen, tau, JOINTS);
-        seen = hash(seen, kt_simulation_positions(plant), JOINTS);
-        seen = hash(seen, kt_simulation_velocities(plant), JOINTS);
+        seen = hash_doubles(seen, tau, JOINTS);
+        seen = hash_doubles(seen, kt_simulation_positions(plant), JOINTS);
+        seen = hash_doubles(seen, kt_simulation_velocities(plant), JOINTS);
     }
     for (int i = 0; i < JOINTS && status == KT_OK; i++)
-        print(arm_parts[i].name, bits_of(kt_simulation_positions(plant)[i]));
+        print_bits(arm_parts[i].name, bits_of(kt_simulation_positions(plant)[i]));
     if (status == KT_OK)
-        print("all", seen);
+        print_bits("all", seen);
     return status;
 }
 
 /* Compiles the arm with all masses and inertias times `scale`. */
-static kt_status make_arm(double scale, kt_model **model, kt_error *error) {
+static kt_status make_scaled_plant(double scale, kt_model **model, kt_error *error) {
     double scales[ARM_BODIES];
     for (int i = 0; i < ARM_BODIES; i++)
         scales[i] = scale;
@@ -141,7 +141,7 @@ static kt_status swing(kt_error *error) {
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, period, error);
     if (status == KT_OK)
-        print("swing", bits_of(kt_simulation_velocities(simulation)[0]));
+        print_bits("swing", bits_of(kt_simulation_velocities(simulation)[0]));
     kt_simulation_free(simulation);
     kt_model_free(model);
     return status;
@@ -156,22 +156,22 @@ int main(void) {
     run.integrator = "rk4";
     run.step = tick;
     run.duration = STEPS * tick;
-    kt_status status = make_arm(1.0, &known, &error);
+    kt_status status = make_scaled_plant(1.0, &known, &error);
     if (status == KT_OK)
-        status = make_arm(1.1, &arm, &error);
+        status = make_scaled_plant(1.1, &arm, &error);
     if (status == KT_OK)
         status = kt_data_create(known, &data, &error);
     if (status == KT_OK)
         status = kt_simulation_create(arm, &run, NULL, &plant, &error);
     if (status == KT_OK)
-        status = follow(known, data, plant, &error);
+        status = follow_plant(known, data, plant, &error);
     if (status == KT_OK)
         status = swing(&error);
     if (status != KT_OK) {
-        put(error.where);
-        put(": ");
-        put(error.message);
-        put("\n");
+        put_line_text(error.where);
+        put_line_text(": ");
+        put_line_text(error.message);
+        put_line_text("\n");
     }
     kt_simulation_free(plant);
     kt_data_free(data);

@@ -22,13 +22,13 @@ typedef struct scene {
 static const double rows[] = {0.0, 0.0, 1.0, 1.0, 2.0, 0.0};
 static const double corners[] = {0.0, 0.0, 1.0, 0.0, 0.0, 1.0};
 
-static int place(const kt_instant *at, double *value, kt_error *error, void *user) {
+static int stone_place(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
     *value = at->q[0];
     return 0;
 }
 
-static void begin(scene *s) {
+static void begin_scene(scene *s) {
     *s = (scene){.body = kt_body_default(),
                  .effects = {kt_effect_default(), kt_effect_default()},
                  .state = {.name = "x", .rate = "-x"},
@@ -59,7 +59,7 @@ static void add_slopes(scene *s) {
     s->effects[1].torque.has_slopes = true;
 }
 
-static void add_state(scene *s) {
+static void add_scene_state(scene *s) {
     s->description.states = &s->state;
     s->description.state_count = 1;
 }
@@ -73,7 +73,7 @@ static void add_polygon(scene *s) {
     s->body.inertia_of_shape = s->body.com_of_shape = true;
 }
 
-static void add_switch(scene *s) { s->effects[1].switching = KT_SWITCHED_OFF; }
+static void add_scene_switch(scene *s) { s->effects[1].switching = KT_SWITCHED_OFF; }
 
 static void add_hard_stop(scene *s) {
     s->effects[1].type = KT_EFFECT_JOINT_LIMIT;
@@ -90,8 +90,8 @@ static void add_sticking(scene *s) {
 static void add_variable_mass(scene *s) { s->body.variable_mass = &s->variable; }
 static void add_implicit_method(scene *s) { s->run.integrator = "radau5"; }
 
-static kt_status advance(scene *s, int events, kt_error *error) {
-    static const kt_event event = {.name = "middle", .function = place};
+static kt_status advance_scene(scene *s, int events, kt_error *error) {
+    static const kt_event event = {.name = "middle", .function = stone_place};
     kt_simulation_options options = kt_simulation_options_default();
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
@@ -117,9 +117,9 @@ int main(void) {
                  {"bump", add_bump, 0},
                  {"formula", add_formula, 0},
                  {"slopes of a table", add_slopes, 0},
-                 {"auxiliary state", add_state, 0},
+                 {"auxiliary state", add_scene_state, 0},
                  {"polygon", add_polygon, 0},
-                 {"switch", add_switch, 0},
+                 {"switch", add_scene_switch, 0},
                  {"hard stop", add_hard_stop, 0},
                  {"friction that sticks", add_sticking, 0},
                  {"variable mass", add_variable_mass, 0},
@@ -128,9 +128,9 @@ int main(void) {
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         scene s;
         kt_error error = {0};
-        begin(&s);
+        begin_scene(&s);
         parts[i].add(&s);
-        const kt_status status = advance(&s, parts[i].events, &error);
+        const kt_status status = advance_scene(&s, parts[i].events, &error);
         printf("%s: %s%s\n", parts[i].name, status == KT_OK ? "accepted" : "rejected: ", error.message);
     }
     return 0;
