@@ -20,14 +20,6 @@ static double change_entry(const kt_method *method, size_t i, size_t j) {
     return method->a[i * (size_t)method->stages + j];
 }
 
-/* to += factor x */
-static void add_factor_times(double *restrict to, double factor, const double *restrict x, size_t n) {
-    if (factor == 0.0)
-        return;
-    for (size_t l = 0; l < n; l++)
-        to[l] += factor * x[l];
-}
-
 /* The arrays of one column: changes at the start, of the slopes of stage j, and of V_i. */
 typedef struct column {
     const double *start_q, *start_v;
@@ -56,8 +48,8 @@ static void gather_stage_changes(kt_step_work *w, kt_coupled c, size_t i, const 
     memcpy(dv, k->start_v, e * sizeof *dv);
     for (size_t j = 0; j < c.first; j++) {
         const double a = h * change_entry(w->step->method, i, j);
-        add_factor_times(dq, a, k->rate_q + j * k->next_q, nq);
-        add_factor_times(dv, a, k->rate_v + j * k->next_v, e);
+        kt_add_times(dq, a, k->rate_q + j * k->next_q, nq);
+        kt_add_times(dv, a, k->rate_v + j * k->next_v, e);
     }
 }
 
@@ -74,16 +66,16 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
     } else {
         memcpy(xi, dq, n * sizeof *xi);
         for (size_t j = c.first; j < c.end; j++)
-            add_factor_times(xi, w->step->h * change_entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
+            kt_add_times(xi, w->step->h * change_entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
     }
     memset(right + rates, 0, e * sizeof *right);
     for (size_t l = 0; l < e; l++) { /* most columns begin as unit vectors */
         if (l < n)
-            add_factor_times(right + rates, xi[l], by_q + l * e, e);
-        add_factor_times(right + rates, dv[l], by_v + l * e, e);
+            kt_add_times(right + rates, xi[l], by_q + l * e, e);
+        kt_add_times(right + rates, dv[l], by_v + l * e, e);
     }
     if (held)
-        add_factor_times(right + rates, 1.0, held + at * n * w->held_most, n);
+        kt_add_times(right + rates, 1.0, held + at * n * w->held_most, n);
 }
 
 /* Whether only the start changes the stages from outside: by a unit vector of positions or of velocities. */
@@ -134,8 +126,8 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
     }
     for (size_t i = c.first; i < c.end && !rates; i++)
         for (size_t j = c.first; j < c.end; j++)
-            add_factor_times(k->change_v + i * k->next_v, w->step->h * change_entry(w->step->method, i, j),
-                             k->rate_v + j * k->next_v, e);
+            kt_add_times(k->change_v + i * k->next_v, w->step->h * change_entry(w->step->method, i, j),
+                         k->rate_v + j * k->next_v, e);
 }
 
 /* Solves for dK of the columns first .. end - 1, at most KT_LANES. */
@@ -188,9 +180,9 @@ static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double
     const size_t N = w->model->n.q + w->model->n.v;
     const double h = w->step->h;
     memset(s, 0, N * sizeof *s);
-    add_factor_times(s, h * change_entry(method, w->stages - 1, i), w->by_end, N);
+    kt_add_times(s, h * change_entry(method, w->stages - 1, i), w->by_end, N);
     for (size_t j = c.end; j < w->stages; j++)
-        add_factor_times(s, h * change_entry(method, j, i), w->by_stage + j * N, N);
+        kt_add_times(s, h * change_entry(method, j, i), w->by_stage + j * N, N);
 }
 
 /* y += A' x */
@@ -209,7 +201,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *right = x + (i - c.first) * n;
         memcpy(right, s + (i - c.first) * N + n, n * sizeof *right);
         for (size_t j = c.first; j < c.end; j++)
-            add_factor_times(right, h * change_entry(method, j, i), s + (j - c.first) * N, n);
+            kt_add_times(right, h * change_entry(method, j, i), s + (j - c.first) * N, n);
     }
     kt_coupled_solve_transposed(w, c, x);
     for (size_t i = c.first; i < c.end; i++)
@@ -218,7 +210,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *by_v = w->by_stage + i * N + n;
         memcpy(by_v, s + (i - c.first) * N, n * sizeof *by_v);
         for (size_t j = c.first; j < c.end; j++)
-            add_factor_times(by_v, h * change_entry(method, j, i), w->by_stage + j * N, n);
+            kt_add_times(by_v, h * change_entry(method, j, i), w->by_stage + j * N, n);
         add_transposed(w->by_v + (i - c.first) * n * n, n, x + (i - c.first) * n, by_v);
     }
 }

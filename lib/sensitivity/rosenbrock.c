@@ -42,12 +42,6 @@ static double g_of(const kt_step_work *w) { return w->step->h * w->step->method-
 
 static size_t rosenbrock_numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
 
-/* y += factor x */
-static void add_multiple(double *y, double factor, const double *x, size_t n) {
-    for (size_t l = 0; l < n && factor != 0.0; l++)
-        y[l] += factor * x[l];
-}
-
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
 static void form_whole(kt_step_work *w) {
@@ -89,7 +83,7 @@ static void solve_stage_matrix(const kt_step_work *w, double *r) {
     for (size_t l = 0; l < N; l++)
         r[l] *= g;
     for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
-        add_multiple(r + n, g * r[l], w->by_q + l * e, e);
+        kt_add_times(r + n, g * r[l], w->by_q + l * e, e);
     kt_lu_solve(w->matrix, w->unknowns, w->pivot, r + N - w->unknowns);
     for (size_t l = 0; l < n && kt_is_plain(w->model); l++)
         r[l] += g * r[n + l];
@@ -134,7 +128,7 @@ static void combine_stage_solutions(const kt_step_work *w, const double *weights
     const size_t N = rosenbrock_numbers_of(w);
     memcpy(out, w->y, N * sizeof *out);
     for (size_t j = 0; j < count; j++)
-        add_multiple(out, weights[j], w->increment + j * N, N);
+        kt_add_times(out, weights[j], w->increment + j * N, N);
 }
 
 static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
@@ -148,8 +142,8 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
         return status;
     memcpy(u, f, N * sizeof *u);
     for (size_t j = 0; j < i; j++)
-        add_multiple(u, table->coupling[i][j] / w->step->h, w->increment + j * N, N);
-    add_multiple(u, table->gamma_sum[i], w->time_derivative, N);
+        kt_add_times(u, table->coupling[i][j] / w->step->h, w->increment + j * N, N);
+    kt_add_times(u, table->gamma_sum[i], w->time_derivative, N);
     solve_stage_matrix(w, u);
     return KT_OK;
 }
@@ -204,10 +198,10 @@ static void add_changes(kt_step_work *w, double factor, size_t block, const doub
         start_change_of(w, k, start);
         kt_slope_change(w, block, y, dy ? dy + k * N : start, xi, change);
         if (k >= w->states)
-            add_multiple(change + nq, 1.0, by_held + (k - w->states) * n, n);
+            kt_add_times(change + nq, 1.0, by_held + (k - w->states) * n, n);
         if (less)
-            add_multiple(change, -1.0, less + k * N, N);
-        add_multiple(to + k * N, factor, change, N);
+            kt_add_times(change, -1.0, less + k * N, N);
+        kt_add_times(to + k * N, factor, change, N);
     }
 }
 
@@ -221,7 +215,7 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
         const double t = w->step->t + k * e * ahead * w->step->h;
         double *y = w->neighbour, *slope = w->neighbour_slope;
         memcpy(y, w->y, N * sizeof *y);
-        add_multiple(y, k * e, w->increment + i * N, N);
+        kt_add_times(y, k * e, w->increment + i * N, N);
         status = kt_step_slope(w, t, y, slope, error);
         if (status == KT_OK)
             status = differentiate_at_state(w, 1, t, y, slope + nq, held, error);
@@ -238,7 +232,7 @@ static void combine_changes(kt_step_work *w, const double *weights, size_t count
         double *dy = w->changed + k * N;
         start_change_of(w, k, dy);
         for (size_t j = 0; j < count; j++)
-            add_multiple(dy, weights[j], w->moved + (j * columns + k) * N, N);
+            kt_add_times(dy, weights[j], w->moved + (j * columns + k) * N, N);
     }
 }
 
@@ -247,7 +241,7 @@ static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *err
     const size_t nq = w->model->n.q, N = rosenbrock_numbers_of(w), columns = w->states + held;
     const double *y = w->stage + i * N;
     if (i == 0) {
-        add_multiple(w->right, 1.0, w->first, columns * N);
+        kt_add_times(w->right, 1.0, w->first, columns * N);
         return KT_OK;
     }
     const kt_status status =
@@ -269,7 +263,7 @@ static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *
         double *u = w->moved + (i * columns + k) * N;
         memcpy(u, w->right + k * N, N * sizeof *u);
         for (size_t j = 0; j < i; j++)
-            add_multiple(u, differentiated_table_of(w)->coupling[i][j] / w->step->h, w->moved + (j * columns + k) * N,
+            kt_add_times(u, differentiated_table_of(w)->coupling[i][j] / w->step->h, w->moved + (j * columns + k) * N,
                          N);
         solve_stage_matrix(w, u);
     }

@@ -505,6 +505,12 @@ typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *
 KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
                                     kt_error *error);
 
+/* to += factor x, of n numbers; a factor of 0 reads none. */
+static inline void kt_add_times(double *restrict to, double factor, const double *restrict x, size_t n) {
+    for (size_t l = 0; l < n && factor != 0.0; l++)
+        to[l] += factor * x[l];
+}
+
 /* The checkpoints of a rollout. */
 int kt_checkpoints_of(const kt_rollout *rollout);
 

@@ -83,12 +83,6 @@ kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, c
     return status;
 }
 
-/* y += factor x */
-static void add_vector_times(double *y, double factor, const double *x, size_t n) {
-    for (size_t l = 0; l < n && factor != 0.0; l++)
-        y[l] += factor * x[l];
-}
-
 void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const double *dy, double *xi, double *out) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model);
@@ -98,8 +92,8 @@ void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const
     memset(out + nq, 0, e * sizeof *out);
     for (size_t l = 0; l < e; l++) { /* most changes are unit vectors */
         if (l < n)
-            add_vector_times(out + nq, xi[l], by_q + l * e, e);
-        add_vector_times(out + nq, dy[nq + l], by_v + l * e, e);
+            kt_add_times(out + nq, xi[l], by_q + l * e, e);
+        kt_add_times(out + nq, dy[nq + l], by_v + l * e, e);
     }
 }
 
