@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 /* The sum of no bytes. */
 #define KT_SUM_START UINT64_C(0xcbf29ce484222325)
@@ -14,6 +15,11 @@ static inline uint64_t kt_sum_add(uint64_t sum, const void *bytes, size_t size) 
     for (size_t i = 0; i < size; i++)
         sum = (sum ^ byte[i]) * UINT64_C(0x100000001b3);
     return sum;
+}
+
+/* The same for a text and the zero behind it; a text that is missing (NULL) adds nothing. */
+static inline uint64_t kt_sum_add_text(uint64_t sum, const char *text) {
+    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }
 
 #endif

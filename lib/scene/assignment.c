@@ -22,10 +22,6 @@ bool kt_scene_sets(const kt_scene *scene) {
 
 /* ---- checksums --------------------------------------------------------------------------------------------------- */
 
-static uint64_t assignment_text_sum(uint64_t sum, const char *text) {
-    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
-}
-
 static uint64_t sum_of_formula(uint64_t sum, const kt_expression *expression) {
     for (size_t i = 0; i < expression->count; i++) {
         const kt_expression_term *term = &expression->term[i];
@@ -41,14 +37,14 @@ static uint64_t sum_of_place(uint64_t sum, const kt_assigned_number *number) {
     const kt_parameter *of = &number->target.parameter;
     const int place[] = {is_target, (int)of->kind, is_target ? of->item : number->parameter, number->target.component};
     sum = kt_sum_add(sum, place, sizeof place);
-    return is_target && of->key != NULL ? assignment_text_sum(sum, of->key->name) : sum;
+    return is_target && of->key != NULL ? kt_sum_add_text(sum, of->key->name) : sum;
 }
 
 /* A checksum of the numbers that follow from the parameters that events set: their formulas and places. */
 static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
     const kt_assigned_number *number;
     for (int k = 0; k < scene->parameter_count; k++) /* formulas refer to them with their index */
-        sum = assignment_text_sum(sum, scene->parameters[k].name);
+        sum = kt_sum_add_text(sum, scene->parameters[k].name);
     for (size_t k = 0; (number = kt_assignments_next(scene, &k)) != NULL;)
         if (number->expression != NULL)
             sum = sum_of_place(sum_of_formula(sum, number->expression), number);
@@ -56,14 +52,13 @@ static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
 }
 
 static uint64_t sum_of_fmu(uint64_t sum, const kt_scene_fmu *fmu) {
-    sum = kt_sum_add(assignment_text_sum(sum, fmu->file), &fmu->step, sizeof fmu->step);
+    sum = kt_sum_add(kt_sum_add_text(sum, fmu->file), &fmu->step, sizeof fmu->step);
     for (int i = 0; i < fmu->input_count; i++)
-        sum = assignment_text_sum(assignment_text_sum(sum, fmu->inputs[i].variable), fmu->inputs[i].text);
+        sum = kt_sum_add_text(kt_sum_add_text(sum, fmu->inputs[i].variable), fmu->inputs[i].text);
     for (int i = 0; i < fmu->output_count; i++)
-        sum = assignment_text_sum(sum, fmu->outputs[i].variable);
+        sum = kt_sum_add_text(sum, fmu->outputs[i].variable);
     for (int i = 0; i < fmu->parameter_count; i++)
-        sum = kt_sum_add(assignment_text_sum(sum, fmu->parameters[i].variable), &fmu->parameters[i].value,
-                         sizeof(double));
+        sum = kt_sum_add(kt_sum_add_text(sum, fmu->parameters[i].variable), &fmu->parameters[i].value, sizeof(double));
     return sum;
 }
 
@@ -71,16 +66,16 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
     if (!scene || !event)
         return 0;
     const int numbers[] = {(int)event->direction, event->record, event->stop, event->limit, event->switch_count};
-    uint64_t sum = assignment_text_sum(assignment_text_sum(KT_SUM_START, event->name), event->when);
+    uint64_t sum = kt_sum_add_text(kt_sum_add_text(KT_SUM_START, event->name), event->when);
     sum = kt_sum_add(sum, numbers, sizeof numbers);
     for (int i = 0; i < event->switch_count; i++) {
         const int on = event->switches[i].on;
-        sum = kt_sum_add(assignment_text_sum(sum, event->switches[i].name), &on, sizeof on);
+        sum = kt_sum_add(kt_sum_add_text(sum, event->switches[i].name), &on, sizeof on);
     }
     for (int i = 0; i < event->set_count; i++)
-        sum = assignment_text_sum(assignment_text_sum(sum, event->sets[i].name), event->sets[i].value);
+        sum = kt_sum_add_text(kt_sum_add_text(sum, event->sets[i].name), event->sets[i].value);
     for (int i = 0; i < event->call_count; i++)
-        sum = assignment_text_sum(sum, event->call[i]);
+        sum = kt_sum_add_text(sum, event->call[i]);
     if (event->fmu != NULL)
         sum = sum_of_fmu(sum, event->fmu);
     return event->set_count > 0 ? sum_of_numbers(sum, scene) : sum;

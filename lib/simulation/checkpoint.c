@@ -63,10 +63,6 @@ typedef struct kt_checkpoint_head {
 
 static const char checkpoint_kind[16] = "kinetree state";
 
-static uint64_t checkpoint_text_sum(uint64_t sum, const char *text) {
-    return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
-}
-
 /* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. Their numbers are
  * values of parameters and are left out. */
 static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_effect_record *effect) {
@@ -104,22 +100,22 @@ static uint64_t sum_of_path(uint64_t sum, const kt_model *model, const kt_effect
  * the layout depends. With variants, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
     model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
-    uint64_t sum = checkpoint_text_sum(KT_SUM_START, kt_version());
+    uint64_t sum = kt_sum_add_text(KT_SUM_START, kt_version());
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const int numbers[] = {kt_body_parent(model, body), at.q, at.nq, at.v, at.nv};
-        sum = kt_sum_add(checkpoint_text_sum(sum, kt_body_name(model, body)), numbers, sizeof numbers);
+        sum = kt_sum_add(kt_sum_add_text(sum, kt_body_name(model, body)), numbers, sizeof numbers);
     }
     for (int loop = 0; loop < kt_loop_count(model); loop++) {
         const int type = (int)kt_loop_type_of(model, loop);
-        sum = kt_sum_add(checkpoint_text_sum(sum, kt_loop_name(model, loop)), &type, sizeof type);
+        sum = kt_sum_add(kt_sum_add_text(sum, kt_loop_name(model, loop)), &type, sizeof type);
     }
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.effect; i++)
         sum = sum_of_path(sum_of_formulas(sum, model, &model->effect[i]), model, &model->effect[i]);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
-        sum = sum_of_formulas(checkpoint_text_sum(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
+        sum = sum_of_formulas(kt_sum_add_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
     return sum;
 }
 
