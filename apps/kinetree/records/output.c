@@ -20,8 +20,7 @@ enum { LOCK_TRIES = 100 /* a second */, OPEN_TRIES = 3 };
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
 
-/* Returns the folder part of a path. The caller frees it. */
-static char *folder_of(const char *path) {
+char *kt_folder_of(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
 }
@@ -40,7 +39,7 @@ static char *find_canonical_name(const char *path) {
     char *whole = realpath(path, NULL);
     if (whole != NULL || errno != ENOENT)
         return whole;
-    char *folder = folder_of(path);
+    char *folder = kt_folder_of(path);
     if (folder == NULL)
         return NULL;
     char *real = realpath(folder, NULL);
@@ -140,7 +139,7 @@ int kt_output_open(kt_output *output, int flags) {
 }
 
 void kt_sync_folder(const char *path) {
-    char *folder = folder_of(path);
+    char *folder = kt_folder_of(path);
     const int file = folder != NULL ? open(folder, O_RDONLY | O_CLOEXEC) : -1;
     if (file >= 0) {
         (void)fsync(file);
@@ -279,7 +278,7 @@ int kt_check_files(const char *command, const kt_file_use *uses, int count) {
 /* Prints why a file cannot be written, by errno. */
 static void say_unwritable(const char *path) {
     const int reason = errno;
-    char *folder = folder_of(path);
+    char *folder = kt_folder_of(path);
     struct stat status;
     if (reason == ENOENT && *path != '\0' && folder != NULL && stat(folder, &status) != 0 && errno == ENOENT)
         kt_say("%s cannot be written: %s; create the folder %s first", path, strerror(reason), folder);
@@ -299,7 +298,7 @@ int kt_check_writable(const char *path) {
     else if (exists && access(path, W_OK) == 0 && !S_ISREG(status.st_mode))
         return -1;
     else if ((exists && access(path, W_OK) == 0) || (!exists && errno == ENOENT && *path != '\0')) {
-        char *real = exists ? realpath(path, NULL) : NULL, *folder = folder_of(real != NULL ? real : path);
+        char *real = exists ? realpath(path, NULL) : NULL, *folder = kt_folder_of(real != NULL ? real : path);
         const int rejected = folder == NULL ? 0 : access(folder, W_OK | X_OK);
         const int reason = errno;
         free(folder);

@@ -27,6 +27,9 @@ int kt_output_open(kt_output *output, int flags);
  * with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 
+/* Returns the folder of a file: "." if the path names none. The caller frees it. NULL: not enough memory. */
+char *kt_folder_of(const char *path);
+
 /* Flushes a file's name to the disk, if the file system can. The file then survives a crash of the system. */
 void kt_sync_folder(const char *path);
 

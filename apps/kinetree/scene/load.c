@@ -3,15 +3,10 @@
 #include "scene/from.h"
 
 #include "fmu/couple.h"
+#include "records/output.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* Returns the folder of a file, which the caller frees; NULL: memory is insufficient. */
-static char *scene_folder_of(const char *path) {
-    const char *slash = strrchr(path, '/');
-    return slash != NULL ? strndup(path, (size_t)(slash - path)) : strdup(".");
-}
 
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
     int code = kt_read_scene_as_written(path, settings, scene);
@@ -21,7 +16,7 @@ int kt_read_scene_from(const char *path, const kt_settings *settings, const char
     }
     if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
         return code;
-    char *folder = from == NULL ? scene_folder_of(path) : NULL;
+    char *folder = from == NULL ? kt_folder_of(path) : NULL;
     code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
     free(folder);
     if (code != KT_EXIT_DONE)

@@ -78,17 +78,9 @@ static void say_lost_by_format(void *user, const char *what, int count) {
     fprintf(stderr, "%s: note: left out or changed: %s (%d)\n", (const char *)user, what, count);
 }
 
-/* Returns the folder of a file; NULL: the file is standard output, or memory is insufficient. */
-static char *out_folder_of(const char *out) {
-    const char *slash = strrchr(out, '/');
-    if (strcmp(out, "-") == 0)
-        return NULL;
-    return slash == NULL ? strdup(".") : slash == out ? strdup("/") : strndup(out, (size_t)(slash - out));
-}
-
 static kt_status write_robot_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path,
                                     const char *out, kt_error *error) {
-    char *folder = out_folder_of(out);
+    char *folder = strcmp(out, "-") != 0 ? kt_folder_of(out) : NULL;
     const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost_by_format, path, error);
     free(folder);
     return status;
