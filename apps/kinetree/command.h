@@ -142,6 +142,9 @@ void kt_say_fmus_left_out(const kt_scene *scene);
 /* Rejects a scene with FMUs, and prints the reason. Returns an exit code, or -1 if the scene has none. */
 int kt_reject_fmus(const char *command, const kt_scene *scene);
 
+/* Returns "s" unless the count is 1. */
+static inline const char *kt_plural(long long count) { return count == 1 ? "" : "s"; }
+
 /* Returns the file's name without folders and extension: "scenes/four-bar.yaml" gives "four-bar"; "-" gives "scene".
  * The caller frees it. NULL: not enough memory. */
 char *kt_base_name(const char *path);

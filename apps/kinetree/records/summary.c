@@ -312,8 +312,6 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
 
 /* ---- report on the terminal -------------------------------------------------------------------------------------- */
 
-static const char *plural(long long count) { return count == 1 ? "" : "s"; }
-
 /* Prints "3 bodies, 1 loop, 1 degree of freedom". The loops are those of the scene: a hard contact is a loop of the
  * model. */
 static void say_mechanism_size(const kt_outcome *outcome) {
@@ -322,10 +320,10 @@ static void say_mechanism_size(const kt_outcome *outcome) {
     kt_mobility dof = kt_model_mobility(outcome->model);
     fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
     if (loops > 0)
-        fprintf(stderr, ", %d loop%s", loops, plural(loops));
+        fprintf(stderr, ", %d loop%s", loops, kt_plural(loops));
     if (contacts > 0)
-        fprintf(stderr, ", %llu hard contact%s", contacts, plural((long long)contacts));
-    fprintf(stderr, ", %d degree%s of freedom", dof.minimal, plural(dof.minimal));
+        fprintf(stderr, ", %llu hard contact%s", contacts, kt_plural((long long)contacts));
+    fprintf(stderr, ", %d degree%s of freedom", dof.minimal, kt_plural(dof.minimal));
 }
 
 kt_method_words kt_describe_method(const kt_run *run) {
@@ -357,7 +355,7 @@ static void say_method(const kt_outcome *outcome) {
 
 static void say_cost(const kt_outcome *outcome, double time) {
     kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
-    fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, plural((long long)counts.steps));
+    fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, kt_plural((long long)counts.steps));
     if (counts.rejected > 0)
         fprintf(stderr, " (%llu rejected)", (unsigned long long)counts.rejected);
     if (counts.switches > 0)
@@ -392,10 +390,10 @@ static void say_contacts(const kt_outcome *outcome) {
         fprintf(stderr,
                 "  contacts: %llu impact%s (%g J dissipated), %llu closing%s, %llu opening%s; friction: %llu stick%s, "
                 "%llu slip%s\n",
-                (unsigned long long)seen.impacts, plural((long long)seen.impacts), seen.dissipated,
-                (unsigned long long)seen.closings, plural((long long)seen.closings), (unsigned long long)seen.openings,
-                plural((long long)seen.openings), (unsigned long long)seen.sticks, plural((long long)seen.sticks),
-                (unsigned long long)seen.slips, plural((long long)seen.slips));
+                (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), seen.dissipated,
+                (unsigned long long)seen.closings, kt_plural((long long)seen.closings),
+                (unsigned long long)seen.openings, kt_plural((long long)seen.openings), (unsigned long long)seen.sticks,
+                kt_plural((long long)seen.sticks), (unsigned long long)seen.slips, kt_plural((long long)seen.slips));
     const unsigned long long steps = kt_simulation_counts_get(outcome->simulation).steps;
     if (outcome->scene->contact == KT_CONTACT_STEPS && steps > 0)
         fprintf(stderr, "  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
@@ -447,7 +445,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     say_missed(outcome);
     kt_compressions_say(&outcome->compressions, outcome->scene);
     if (names->out != NULL)
-        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, plural(outcome->records),
+        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, kt_plural(outcome->records),
                 strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
     say_result_file("summary", names->summary);
     say_result_file("picture", names->plot);

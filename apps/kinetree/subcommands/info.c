@@ -154,8 +154,6 @@ const kt_usage kt_usage_info = {
     .option_count = sizeof options / sizeof options[0],
 };
 
-static const char *plural_of(int count) { return count == 1 ? "" : "s"; }
-
 static const char *name_isa(kt_isa isa) {
     switch (isa) {
     case KT_ISA_V3:
@@ -178,7 +176,7 @@ static void show_sizes(const kt_model *model) {
     if (dof.equations > 0)
         printf(": %d of the tree, less %d by loops (%d equations)", dof.tree, dof.rank, dof.equations);
     if (nq != nv)
-        printf(" (%d positions: %d quaternion%s)", nq, nq - nv, plural_of(nq - nv));
+        printf(" (%d positions: %d quaternion%s)", nq, nq - nv, kt_plural(nq - nv));
     printf("\nplan       %s, %s kernels%s; --plan lists its steps\n", kt_model_plan(model),
            name_isa(kt_model_isa(model)), kt_batch_is_fused() ? " (fused in lanes)" : "");
 }
@@ -194,8 +192,8 @@ static void show_group(const kt_model *model, int index) {
                kt_loop_type_name(kt_loop_type_of(model, group.loops[i])));
     if (group.loop_count > LISTED_MAX)
         printf(" and %d more", group.loop_count - LISTED_MAX);
-    printf(": %d equation%s in %d coordinate%s, ", group.equations, plural_of(group.equations), group.coordinates,
-           plural_of(group.coordinates));
+    printf(": %d equation%s in %d coordinate%s, ", group.equations, kt_plural(group.equations), group.coordinates,
+           kt_plural(group.coordinates));
     if (redundant > 0)
         printf("%d independent; %d only repeat%s the others and carr%s no load\n", group.rank, redundant,
                redundant == 1 ? "s" : "", redundant == 1 ? "ies" : "y");
