@@ -4,6 +4,8 @@
 
 #include "kinetree/study.h"
 
+#include <math.h>
+
 enum {
     KT_ACCURACY_POINTS_MAX = 40, /* points of a curve */
 };
@@ -122,6 +124,9 @@ double kt_accuracy_amplitude(const kt_accuracy *study);
 /* Whether a tighter tolerance takes hardly more steps than a looser one: stability then determines the step. */
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
                          const kt_accuracy_point *tight);
+
+/* The larger one of two numbers, NaN if one of them is. */
+static inline double kt_worse(double a, double b) { return b > a || isnan(b) ? b : a; }
 
 /* Fills a curve's slope, floor and fitted. */
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve);

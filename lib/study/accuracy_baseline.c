@@ -34,8 +34,6 @@ static size_t place_baseline(void *memory, const kt_accuracy *study, const kt_mo
                    (size_t)kt_model_mobility(model).equations);
 }
 
-static double larger(double a, double b) { return b > a || isnan(b) ? b : a; }
-
 /* The reference's state at a record, in the coordinates that are integrated. */
 static kt_status spread_reference(const kt_accuracy *study, kt_baseline_work *w, int record, kt_error *error) {
     const double *q = study->reference.q + (size_t)record * study->nq;
@@ -71,15 +69,15 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     const kt_accuracy_norm norm =
         kt_accuracy_distance(study->model, study->results.length, study->reference.q + (size_t)record * study->nq,
                              study->reference.v + (size_t)record * study->nv, q, v, study->difference);
-    b->error.position = larger(b->error.position, norm.position);
-    b->error.velocity = larger(b->error.velocity, norm.velocity);
+    b->error.position = kt_worse(b->error.position, norm.position);
+    b->error.velocity = kt_worse(b->error.velocity, norm.velocity);
     b->error.end_position = norm.position;
     b->error.end_velocity = norm.velocity;
-    b->error.constraint.position = larger(b->error.constraint.position, open.position);
-    b->error.constraint.velocity = larger(b->error.constraint.velocity, open.velocity);
+    b->error.constraint.position = kt_worse(b->error.constraint.position, open.position);
+    b->error.constraint.velocity = kt_worse(b->error.constraint.velocity, open.velocity);
     for (int r = 0; r < kt_model_mobility(w->model).equations; r++) {
-        b->multiplier = larger(b->multiplier, fabs(kt_dae_multipliers(w->dae)[r] - w->multiplier[r]));
-        w->largest = larger(w->largest, fabs(w->multiplier[r]));
+        b->multiplier = kt_worse(b->multiplier, fabs(kt_dae_multipliers(w->dae)[r] - w->multiplier[r]));
+        w->largest = kt_worse(w->largest, fabs(w->multiplier[r]));
     }
     return KT_OK;
 }

@@ -13,8 +13,6 @@
 
 static const double turn = 6.28318530717958647692;
 
-static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }
-
 static bool kind_is_length(kt_coordinate_kind kind) {
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
@@ -32,7 +30,7 @@ static double measure_joint(kt_joint_type type, int count, double length, bool o
             k++;
         } while (is_vector && k < count && kt_joint_coordinate_kind(type, k) == kind);
         const double size = sqrt(square);
-        largest = larger(kind_is_length(kind) ? size / length : size, largest);
+        largest = kt_worse(largest, kind_is_length(kind) ? size / length : size);
     }
     return largest;
 }
@@ -41,7 +39,7 @@ static double measure_accuracy_norm(const kt_model *model, double length, bool o
     double largest = 0.0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
-        largest = larger(measure_joint(at.type, at.nv, length, of_rates, d + at.v), largest);
+        largest = kt_worse(largest, measure_joint(at.type, at.nv, length, of_rates, d + at.v));
     }
     return largest;
 }

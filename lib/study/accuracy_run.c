@@ -81,8 +81,6 @@ typedef struct kt_watcher {
     kt_accuracy_error *error;
 } kt_watcher;
 
-static double larger(double a, double b) { return b > a || isnan(b) ? b : a; }
-
 static int watch_errors(const kt_record *record, void *user) {
     const kt_watcher *watcher = user;
     kt_accuracy *study = watcher->study;
@@ -91,13 +89,13 @@ static int watch_errors(const kt_record *record, void *user) {
     const kt_accuracy_norm norm =
         kt_accuracy_distance(study->model, study->results.length, study->reference.q + row * study->nq,
                              study->reference.v + row * study->nv, record->q, record->v, study->difference);
-    error->position = larger(error->position, norm.position);
-    error->velocity = larger(error->velocity, norm.velocity);
+    error->position = kt_worse(error->position, norm.position);
+    error->velocity = kt_worse(error->velocity, norm.velocity);
     error->end_position = norm.position;
     error->end_velocity = norm.velocity;
-    error->energy = larger(error->energy, fabs(record->kinetic + record->potential - study->reference.energy[row]));
-    error->constraint.position = larger(error->constraint.position, record->constraint.position);
-    error->constraint.velocity = larger(error->constraint.velocity, record->constraint.velocity);
+    error->energy = kt_worse(error->energy, fabs(record->kinetic + record->potential - study->reference.energy[row]));
+    error->constraint.position = kt_worse(error->constraint.position, record->constraint.position);
+    error->constraint.velocity = kt_worse(error->constraint.velocity, record->constraint.velocity);
     return 0;
 }
 
