@@ -1,10 +1,9 @@
 /* Auxiliary states: their rates, their use in a simulation, and the functions that reject them. The scenes that have
  * some are held against other equations in auxiliary_state_scenes.c. */
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/mechanism.h"
-#include "kinetree/scene.h"
 #include "kinetree/study.h"
 
 #include <float.h>
@@ -25,32 +24,12 @@
     "effects:\n"                                                                                                       \
     "  - {type: expression, joint: arm, force: \"-3*lag - 0.1*velocity.arm\"}\n"
 
-typedef struct mechanism {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-} mechanism;
-
-static bool make(mechanism *m, const char *text) {
-    kt_error error = {0};
-    memset(m, 0, sizeof *m);
-    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
-           kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
-           kt_fine("data", kt_data_create(m->model, &m->data, &error), &error);
-}
-
-static void end(mechanism *m) {
-    kt_data_free(m->data);
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
-}
-
 KT_TEST(rates_and_forces_read_the_states_in_the_data) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     const double q = 0.7, v = -1.3, t = 2.0;
     double a, rates[2] = {-1.0, -1.0};
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     double *x = kt_own_states(m.model, m.data);
     kt_check_equal_int("states", kt_own_state_count(m.model), 2);
@@ -71,7 +50,7 @@ KT_TEST(rates_and_forces_read_the_states_in_the_data) {
                        KT_ERROR_NOT_FINITE);
     kt_check_contains("it is named", error.where, "state 'lag'");
     kt_check_near("untouched", rates[0], 7.0, 0.0);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
@@ -112,9 +91,9 @@ static const struct {
 
 KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
     static records whole, first, rest;
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         const kt_run run = run_by(methods[k].name, methods[k].step);
@@ -138,15 +117,15 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
         kt_simulation_free(a);
         kt_simulation_free(b);
     }
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* Between steps, too. */
 KT_TEST(records_have_the_states_of_the_motion) {
     static records fine, coarse;
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     kt_run run = run_by("dop853", 0.0);
     run.relative = 1e-13;
@@ -175,15 +154,15 @@ KT_TEST(records_have_the_states_of_the_motion) {
         kt_check_worst(&worst);
         kt_simulation_free(s);
     }
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* The balance is computed by other equations besides, which must not move a bit. */
 KT_TEST(balance_moves_no_bit_and_closes) {
     static records without, with;
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     kt_run run = run_by("dopri5", 0.0);
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
@@ -200,13 +179,13 @@ KT_TEST(balance_moves_no_bit_and_closes) {
     kt_check_near("energy", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
                   start.kinetic + start.potential, 1e-7);
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 KT_TEST(states_are_set_and_start_anew) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     const kt_run run = run_by("dopri5", 0.0);
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
@@ -225,7 +204,7 @@ KT_TEST(states_are_set_and_start_anew) {
     kt_check_near("initial", x[0], 0.5, 0.0);
     kt_check_near("initial", x[1], 0.0, 0.0);
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* x' = 1 from -0.3. The state passes zero at 0.3 s, to the rounding of the time. */
@@ -233,9 +212,9 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     static const char text[] = "kinetree: 1\nbodies:\n  - {name: block, mass: 1}\n"
                                "states: {clock: {initial: -0.3, rate: \"1\"}, decay: {initial: 2, rate: \"-decay\"}}\n"
                                "simulate: {duration: 1, until: \"clock > 0\"}\n";
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return;
     kt_run run = run_by("dopri5", 0.0);
     run.relative = 1e-12;
@@ -249,14 +228,14 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
     kt_simulation_free(s);
     kt_scene_watch_free(watch);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     static const char text[] = ARM "states: {x: {initial: 1, rate: \"-1/x\"}}\n"; /* sqrt(1 - 2 t) */
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return;
     const kt_run run = run_by("rk4", 0.5);
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
@@ -266,7 +245,7 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     kt_check_contains("where", error.where, "state 'x'");
     kt_check_contains("time", error.where, "t = 0 s");
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
@@ -281,10 +260,10 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         "  - {type: expression, joint: block, force: \"10*step(t - 3)*(1 - step(t - 3.001)) - 0*velocity.block\"}\n"
         "  - {type: expression, joint: block, force: \"2*velocity.block*exp(-((t - 5)/0.01)^2)\"}\n";
     const double v = 10.0 * 0.001 / 2.0 * exp(0.01 * sqrt(acos(-1.0))), x = (1.0 - exp(-1e-4)) / 0.1 * exp(-0.5699);
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     kt_worst velocity = kt_worst_make("velocity"), level = kt_worst_make("level");
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return;
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         if (methods[k].step > 0.0)
@@ -301,7 +280,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
     }
     kt_check_worst(&velocity);
     kt_check_worst(&level);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 static void rejects(const char *what, kt_status status, const kt_error *error) {
@@ -310,17 +289,17 @@ static void rejects(const char *what, kt_status status, const kt_error *error) {
 }
 
 KT_TEST(what_does_not_know_auxiliary_states_says_so) {
-    mechanism m;
+    kt_parsed m;
     kt_error error = {0};
     kt_mode_watch *watch = NULL;
     kt_absolute *absolute = NULL;
     kt_constraint_formulation *formulation = NULL;
-    if (!make(&m, ARM STATES))
+    if (!kt_parsed_make(&m, ARM STATES))
         return;
     rejects("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
     rejects("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     rejects("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
-    end(&m);
+    kt_parsed_free(&m);
 }

@@ -44,36 +44,19 @@ static kt_run balanced(const char *integrator, double step, double duration) {
     return run;
 }
 
-/* The largest drift over all records, and the last record's works. */
-typedef struct ledger {
-    double start, drift;
-    kt_work last;
-    int count;
-} ledger;
-
-static int enter(const kt_record *r, void *user) {
-    ledger *l = user;
-    const double balance = r->kinetic + r->potential + r->work.dissipated - r->work.supplied;
-    if (l->count++ == 0)
-        l->start = balance;
-    l->drift = fmax(l->drift, fabs(balance - l->start));
-    l->last = r->work;
-    return isnan(balance) ? -1 : 0;
-}
-
 /* Runs with records every `run->interval`. */
-static bool keep_ledger_of(const kt_model *model, const kt_absolute *absolute, const kt_run *run, ledger *l) {
+static bool keep_ledger_of(const kt_model *model, const kt_absolute *absolute, const kt_run *run, kt_ledger *l) {
     const kt_simulation_options options = kt_formulated(absolute);
     kt_error error;
-    *l = (ledger){.count = 0};
+    *l = (kt_ledger){.count = 0};
     kt_simulation *simulation = kt_scene_simulate(model, run, &options);
     const bool fine =
-        simulation && kt_fine("run", kt_simulation_run(simulation, enter, l, &error), &error) && l->count > 1;
+        simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error) && l->count > 1;
     kt_simulation_free(simulation);
     return kt_check_true("there are records", fine);
 }
 
-static bool keep_ledger(const kt_model *model, const kt_run *run, ledger *l) {
+static bool keep_ledger(const kt_model *model, const kt_run *run, kt_ledger *l) {
     return keep_ledger_of(model, NULL, run, l);
 }
 
@@ -178,7 +161,7 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
 KT_TEST(force_on_a_free_body_supplies_its_gain_of_energy) {
     kt_lone lone;
     kt_error error;
-    ledger l = {.count = 0};
+    kt_ledger l = {.count = 0};
     const kt_wrench wrenches[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.3, -0.2, 0.45}, {2.0, -1.0, 3.0}}};
     kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
     lone.body.com = kt_vec3_make(0.1, -0.2, 0.05);
@@ -187,7 +170,7 @@ KT_TEST(force_on_a_free_body_supplies_its_gain_of_energy) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
     (void)kt_fine("wrench", kt_simulation_set_wrenches(simulation, wrenches, &error), &error);
-    (void)kt_fine("run", kt_simulation_run(simulation, enter, &l, &error), &error);
+    (void)kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, &l, &error), &error);
     kt_check_above("supplied", l.last.supplied, 1.0);
     kt_check_below("drift", l.drift, 1e-10);
     kt_simulation_free(simulation);
@@ -206,7 +189,7 @@ KT_TEST(balance_closes_with_the_order_of_the_method) {
     oscillator_make(&o, 11.0);
     kt_model *model = kt_scene_compile(&o.lone.description);
     for (size_t i = 0; i < sizeof methods / sizeof *methods && model; i++) {
-        ledger coarse, fine;
+        kt_ledger coarse, fine;
         kt_run run = balanced(methods[i].name, methods[i].step, 4.0);
         run.interval = methods[i].step; /* at the steps' ends */
         if (!keep_ledger(model, &run, &coarse))
@@ -230,7 +213,7 @@ KT_TEST(balance_closes_to_the_tolerance) {
     for (int i = 0; i < 3 && model; i++)
         /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
         for (double tolerance = 1e-5; tolerance > 1e-11; tolerance *= 1e-2) {
-            ledger l;
+            kt_ledger l;
             kt_run run = balanced(methods[i], 0.0, 4.0);
             run.relative = run.absolute = tolerance;
             if (!keep_ledger(model, &run, &l))
@@ -332,7 +315,7 @@ KT_TEST(absolute_formulation_keeps_the_same_works) {
     oscillator o;
     oscillator_make(&o, 11.0);
     kt_model *model = NULL;
-    ledger tree, other;
+    kt_ledger tree, other;
     kt_run run = balanced("dop853", 0.0, 4.0);
     run.relative = run.absolute = 1e-11;
     if (!kt_fine("model", kt_model_compile(&o.lone.description, NULL, &model, &error), &error))

@@ -65,33 +65,18 @@ static kt_loop *add_loop(stage *s, const char *name, kt_loop_type type) {
     return loop;
 }
 
-typedef struct ledger {
-    double start, drift;
-    kt_work last;
-    int count;
-} ledger;
-
-static int enter(const kt_record *r, void *user) {
-    ledger *l = user;
-    const double balance = r->kinetic + r->potential + r->work.dissipated - r->work.supplied;
-    if (l->count++ == 0)
-        l->start = balance;
-    l->drift = fmax(l->drift, fabs(balance - l->start));
-    l->last = r->work;
-    return isnan(balance) ? -1 : 0;
-}
-
-static bool keep_ledger(stage *s, const char *integrator, double step, double tolerance, double duration, ledger *l) {
+static bool keep_ledger(stage *s, const char *integrator, double step, double tolerance, double duration,
+                        kt_ledger *l) {
     kt_error error;
     kt_run run = kt_run_fixed(integrator, step, duration);
     run.record = KT_RECORD_BALANCE;
     run.relative = run.absolute = tolerance;
     run.interval = step; /* fixed steps: at their ends */
-    *l = (ledger){.count = 0};
+    *l = (kt_ledger){.count = 0};
     if (!s->model)
         s->model = kt_scene_compile(&s->description);
     kt_simulation *simulation = kt_scene_simulate(s->model, &run, NULL);
-    const bool fine = simulation && kt_fine("run", kt_simulation_run(simulation, enter, l, &error), &error);
+    const bool fine = simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error);
     kt_simulation_free(simulation);
     kt_note("%s, step %g, tolerance %g: %g J heat, %g J supplied, drift %g J", integrator, step, tolerance,
             l->last.dissipated, l->last.supplied, l->drift);
@@ -114,7 +99,7 @@ KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_toleran
     stop->upper = 1.9;
     stop->stiffness = 2e3;
     for (int i = 6; i <= 12; i++) {
-        ledger l;
+        kt_ledger l;
         const double tolerance = pow(10.0, -i);
         if (keep_ledger(&s, "dop853", 0.0, tolerance, 2.0, &l))
             kt_worst_below(&drift, l.drift / 14.0, 1e3 * tolerance, "tolerance %g", tolerance);
@@ -127,7 +112,7 @@ KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_toleran
 
 KT_TEST(balance_of_a_motor_driven_four_bar_closes_with_the_order) {
     stage s;
-    ledger coarse, fine, tight;
+    kt_ledger coarse, fine, tight;
     if (!stage_open(&s, "four-bar"))
         return;
     add_damper(&s, "rocker", 0.4);
@@ -146,7 +131,7 @@ KT_TEST(balance_of_a_motor_driven_four_bar_closes_with_the_order) {
 /* Springs of 8e5 N/m, dampers of 4e4 N s/m. */
 KT_TEST(balance_of_the_flyball_governor_closes_to_the_tolerance) {
     stage s;
-    ledger loose, tight;
+    kt_ledger loose, tight;
     if (!stage_open(&s, "flyball-governor"))
         return;
     add_motor(&s, "shaft", kt_function_constant(20.0));
@@ -161,7 +146,7 @@ KT_TEST(balance_of_the_flyball_governor_closes_to_the_tolerance) {
 
 KT_TEST(rolling_does_no_work) {
     stage s;
-    ledger l;
+    kt_ledger l;
     if (!stage_open(&s, "rolling-disc"))
         return;
     if (keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &l)) {
@@ -196,7 +181,7 @@ typedef void add_drive(stage *s);
 
 static void follow_driven(add_drive *add) {
     stage s;
-    ledger coarse, fine, tight;
+    kt_ledger coarse, fine, tight;
     if (!stage_open(&s, "four-bar"))
         return;
     s.description.hold_count = 0;

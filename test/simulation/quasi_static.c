@@ -1,12 +1,11 @@
 /* Joints that move no mass (quasi-statics, [MSD 8.1]): against closed forms, against small masses by an implicit
  * method, and who rejects them. */
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/batch.h"
 #include "kinetree/control.h"
 #include "kinetree/mechanism.h"
-#include "kinetree/scene.h"
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 
@@ -15,26 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-typedef struct mechanism {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-} mechanism;
-
-static bool make(mechanism *m, const char *text) {
-    kt_error error = {0};
-    memset(m, 0, sizeof *m);
-    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
-           kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
-           kt_fine("data", kt_data_create(m->model, &m->data, &error), &error);
-}
-
-static void end(mechanism *m) {
-    kt_data_free(m->data);
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
-}
 
 static kt_run run_by(const char *method, double step) {
     kt_run run = kt_run_default();
@@ -83,9 +62,9 @@ static int compare(const kt_record *record, void *user) {
 }
 
 static void follows(const char *text, motion_call *motion) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return;
     for (int k = 0; k < METHODS; k++) {
         const kt_run run = run_by(methods[k].name, methods[k].step);
@@ -98,7 +77,7 @@ static void follows(const char *text, motion_call *motion) {
         kt_check_worst(&c.velocity);
         kt_simulation_free(s);
     }
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* [MSD example 8.1] with m1 = 0. The springs k1 = 100 N/m and k2 = 300 N/m in a row act as one spring of 75 N/m. The
@@ -236,11 +215,11 @@ static int keep(const kt_record *record, void *user) {
 static bool trace(const char *method, double tolerance, const char *small_flap, const char *small_cage,
                   const char *hinge, path *p) {
     char text[3000];
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     (void)snprintf(text, sizeof text, FLAP, small_flap, small_cage, hinge);
     *p = (path){.count = 0};
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return false;
     kt_run run = run_by(method, 0.0);
     run.relative = run.absolute = tolerance;
@@ -248,7 +227,7 @@ static bool trace(const char *method, double tolerance, const char *small_flap, 
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
     const bool done = kt_fine(method, kt_simulation_run(s, keep, p, &error), &error);
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
     return done;
 }
 
@@ -280,10 +259,10 @@ KT_TEST(small_masses_come_to_the_balance_as_they_vanish) {
 KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     static path all, implicit;
     char text[3000];
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     (void)snprintf(text, sizeof text, FLAP, "", "", springs);
-    if (!make(&m, text) || !trace("dop853", 1e-11, "", "", springs, &all) ||
+    if (!kt_parsed_make(&m, text) || !trace("dop853", 1e-11, "", "", springs, &all) ||
         !trace("radau5", 1e-10, "", "", springs, &implicit))
         return;
     kt_check_equal_int("coordinates", kt_massless_count(m.model), 7);
@@ -303,7 +282,7 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     }
     kt_check_worst(&energy);
     kt_check_worst(&force);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
@@ -311,10 +290,10 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
 KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
     static path whole, first, rest;
     char text[3000];
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     (void)snprintf(text, sizeof text, FLAP, "", "", damped);
-    if (!make(&m, text))
+    if (!kt_parsed_make(&m, text))
         return;
     for (int k = 0; k < METHODS; k += 3) {
         kt_run run = run_by(methods[k].name, methods[k].step);
@@ -339,14 +318,14 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
         kt_simulation_free(a);
         kt_simulation_free(b);
     }
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     kt_record start, last;
-    if (!make(&m, MAXWELL))
+    if (!kt_parsed_make(&m, MAXWELL))
         return;
     kt_run run = run_by("dopri5", 0.0);
     run.record |= KT_RECORD_BALANCE | KT_RECORD_ENERGY;
@@ -359,15 +338,15 @@ KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
                   1e-8);
     kt_check_above("dissipated", last.work.dissipated, 3.0);
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* A caller's torque on a node is balanced at once, and auxiliary states are integrated with it. */
 KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     const double push[2] = {0.0, 20.0};
-    if (!make(&m, SPRINGS "states: {path: {rate: \"velocity.one\"}}\n"))
+    if (!kt_parsed_make(&m, SPRINGS "states: {path: {rate: \"velocity.one\"}}\n"))
         return;
     double q[2] = {1.0, 0.3}, v[2] = {0.5, -3.0};
     (void)kt_fine("balance", kt_massless_balance(m.model, m.data, 0.0, q, v, push, NULL, &error), &error);
@@ -384,15 +363,15 @@ KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     kt_check_near("path, without the jump", kt_simulation_own_states(s)[0],
                   kt_simulation_positions(s)[1] - 20.0 / 400.0 - from, 1e-10);
     kt_simulation_free(s);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 KT_TEST(mass_matrix_and_inverse_dynamics_know_no_armature) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     double matrix[4], tau[2], a[2];
     const double q[2] = {1.0, 0.075}, v[2] = {0.3, 0.225}, given[2] = {2.0, 5.0};
-    if (!make(&m, SPRINGS))
+    if (!kt_parsed_make(&m, SPRINGS))
         return;
     const double expected[4] = {8.0, 0.0, 0.0, 0.0};
     (void)kt_fine("mass", kt_dynamics_mass(m.model, m.data, q, matrix, &error), &error);
@@ -407,7 +386,7 @@ KT_TEST(mass_matrix_and_inverse_dynamics_know_no_armature) {
     kt_check_near("balanced", a[1], 0.0, 1e-14);
     kt_check_true("moves", kt_massless_moves(m.model, 1) && !kt_massless_moves(m.model, 0));
     kt_check_equal_int("coordinate", kt_massless_coordinate(m.model, 0), 1);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
@@ -419,9 +398,9 @@ static void rejects(const char *what, kt_status status, const kt_error *error) {
 }
 
 KT_TEST(what_does_not_balance_forces_says_so) {
-    mechanism m;
+    kt_parsed m;
     kt_error error = {0};
-    if (!make(&m, SPRINGS))
+    if (!kt_parsed_make(&m, SPRINGS))
         return;
     kt_mode_watch *watch = NULL;
     kt_floquet *floquet = NULL;
@@ -463,7 +442,7 @@ KT_TEST(what_does_not_balance_forces_says_so) {
     kt_check_equal_int("a mass by a parameter", kt_parameter_set(copy, &parameter, &one, &error), KT_ERROR_MODEL);
     kt_check_contains("says why", error.message, "compile the description with the mass that it is to have");
     free(memory);
-    end(&m);
+    kt_parsed_free(&m);
 }
 
 static void is_rejected(const char *text, const char *why) {
@@ -511,11 +490,11 @@ KT_TEST(carrier_of_a_mass_that_rounds_all_away_is_rejected) {
 }
 
 KT_TEST(balance_that_is_not_found_is_told_and_changes_nothing) {
-    mechanism m;
+    kt_parsed m;
     kt_error error;
     const double pull = 1.0, push = -1.0;
     double q = 0.15, v = 0.0;
-    if (!make(&m, NODE "  - {type: expression, joint: one, force: \"-10*max(0, position.one - 0.1)\"}\n"))
+    if (!kt_parsed_make(&m, NODE "  - {type: expression, joint: one, force: \"-10*max(0, position.one - 0.1)\"}\n"))
         return;
     (void)kt_fine("pull", kt_massless_balance(m.model, m.data, 0.0, &q, &v, &pull, NULL, &error), &error);
     kt_check_near("position", q, 0.2, 1e-16);
@@ -524,5 +503,5 @@ KT_TEST(balance_that_is_not_found_is_told_and_changes_nothing) {
     kt_check_contains("where", error.where, "joint 'one', t = 0.25 s");
     kt_check_contains("why", error.message, "springs and dampers must hold it in every position");
     kt_check_near("untouched", q, 0.2, 1e-16);
-    end(&m);
+    kt_parsed_free(&m);
 }

@@ -79,6 +79,16 @@ kt_simulation *kt_scene_start(const kt_model *model, const char *method, double 
     return kt_scene_start_within(model, method, step, kt_scene_tolerance_of(method), record);
 }
 
+int kt_ledger_enter(const kt_record *record, void *user) {
+    kt_ledger *ledger = user;
+    const double balance = record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
+    if (ledger->count++ == 0)
+        ledger->start = balance;
+    ledger->drift = fmax(ledger->drift, fabs(balance - ledger->start));
+    ledger->last = record->work;
+    return isnan(balance) ? -1 : 0;
+}
+
 double kt_scene_balance(kt_simulation *simulation) {
     kt_record record = {0};
     kt_error error = {0};

@@ -32,6 +32,16 @@ double kt_scene_tolerance_of(const char *method);
 /* Checks that a description does not compile, and the words of its fault. */
 void kt_scene_check_rejected(const char *what, const kt_description *description, const char *words);
 
+/* The largest drift of the energy balance over all records, and the last record's works. */
+typedef struct kt_ledger {
+    double start, drift;
+    kt_work last;
+    int count;
+} kt_ledger;
+
+/* A recorder whose user is a kt_ledger. */
+int kt_ledger_enter(const kt_record *record, void *user);
+
 /* The energy plus dissipated minus supplied work; NaN after a failed check. */
 double kt_scene_balance(kt_simulation *simulation);
 
