@@ -1,5 +1,7 @@
 #include "differences.h"
 
+#include "../constraint/linkage.h"
+
 #include "kinetree/joint.h"
 #include "kinetree/model.h"
 
@@ -108,4 +110,45 @@ bool compare_step(const step_case *c, kt_worst *worst, const char *name) {
     free(w.memory);
     free(numbers);
     return taken;
+}
+
+/* ---- loops ------------------------------------------------------------------------------------------------------- */
+
+typedef struct linkage_steps {
+    const kt_method *(*method)(int n);
+    kt_worst worst;
+    int taken;
+} linkage_steps;
+
+static void compare_linkage(linkage *l, const char *name, double h, kt_structure structure, linkage_steps *all) {
+    for (int metric = 0; metric < 2; metric++) {
+        l->options = kt_model_options_default();
+        l->options.structure = structure;
+        l->options.metric = metric ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        if (!linkage_build(l, 0.0))
+            continue;
+        for (int m = 0; all->method(m) != NULL; m++) {
+            const step_case c = {l->model, l->data, l->q, l->v, {.method = all->method(m), .h = h}, 0.004};
+            all->taken += compare_step(&c, &all->worst, name);
+        }
+        linkage_free(l);
+    }
+}
+
+void compare_linkages(const kt_method *(*method)(int n), int windows) {
+    static linkage l;
+    linkage_steps all = {method, kt_worst_make("A and B"), 0};
+    four_bar f = four_bar_default();
+    f.rate = 3.0;
+    linkage_four_bar(&l, &f);
+    compare_linkage(&l, "four-bar", 0.05, KT_STRUCTURE_AUTO, &all);
+    linkage_windows(&l, 3, 0.4, 2.0, KT_LOOP_REVOLUTE);
+    compare_linkage(&l, "windows", 0.05, KT_STRUCTURE_AUTO, &all);
+    linkage_windows(&l, windows, 0.4, 2.0,
+                    KT_LOOP_REVOLUTE); /* by fronts, and the projection's changes along the tree */
+    compare_linkage(&l, "many windows", 0.02, KT_STRUCTURE_FRONTS, &all);
+    linkage_bricard(&l);
+    compare_linkage(&l, "Bricard", 0.02, KT_STRUCTURE_AUTO, &all);
+    kt_check_worst(&all.worst);
+    kt_check_above("steps", all.taken, 36.0);
 }

@@ -28,4 +28,8 @@ typedef struct step_case {
  * 1e-8 at most. Returns false if the step cannot be taken or has no derivatives there (a singular position). */
 bool compare_step(const step_case *c, kt_worst *worst, const char *name);
 
+/* Compares coarse steps of linkages by method(0), method(1), ... up to NULL: a four-bar, three windows, a row of
+ * `windows` by fronts, and Bricard's mechanism, in both metrics of the projection. */
+void compare_linkages(const kt_method *(*method)(int n), int windows);
+
 #endif
