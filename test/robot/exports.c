@@ -17,6 +17,7 @@
 #include "answer.h"
 #include "check.h"
 #include "match.h"
+#include "numbers.h"
 #include "random.h"
 
 #include "kinetree/export.h"
@@ -132,18 +133,9 @@ static bool load(pair *p) {
         return false;
     }
     const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model), nw = (size_t)p->theirs.nv;
-    p->q = calloc(nq + 3 * nv + 3 * nv * nv + nw * nv + nv * nv + 2 * nv + 1, sizeof *p->q);
-    if (p->q == NULL)
-        return kt_check_true("there is memory", false);
-    p->v = p->q + nq;
-    p->zero = p->v + nv;
-    p->tau = p->zero + nv;
-    p->matrix = p->tau + nv;
-    p->a = p->matrix + nv * nv;
-    p->b = p->a + nv * nv;
-    p->left = p->b + nw * nv;
-    p->right = p->left + nv * nv;
-    return true;
+    const size_t square = nv * nv;
+    return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->zero, nv}, {&p->tau, nv}, {&p->matrix, square}, {&p->a, square},
+                        {&p->b, nw * nv}, {&p->left, square}, {&p->right, square});
 }
 
 static void release(pair *p) {

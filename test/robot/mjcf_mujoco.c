@@ -7,6 +7,7 @@
 #include "check.h"
 #include "equality.h"
 #include "match.h"
+#include "numbers.h"
 
 #include "algebra/principal.h"
 
@@ -74,15 +75,10 @@ static bool take_memory(pair *p) {
     p->at = calloc(nv, sizeof *p->at);
     p->bodies = calloc(bodies, sizeof *p->bodies);
     p->carrier = calloc((size_t)p->m->njnt + 1, sizeof *p->carrier);
-    p->q = calloc(nq + 3 * nv + 2 * nv * nv, sizeof *p->q);
-    if (p->at == NULL || p->bodies == NULL || p->carrier == NULL || p->q == NULL)
+    if (p->at == NULL || p->bodies == NULL || p->carrier == NULL)
         return kt_check_true("there is memory", false);
-    p->v = p->q + nq;
-    p->a = p->v + nv;
-    p->tau = p->a + nv;
-    p->matrix = p->tau + nv;
-    p->theirs = p->matrix + nv * nv;
-    return true;
+    return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->a, nv}, {&p->tau, nv}, {&p->matrix, nv * nv},
+                        {&p->theirs, nv * nv});
 }
 
 static bool load(pair *p, const char *path, const kt_robot_options *options) {

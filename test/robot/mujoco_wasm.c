@@ -13,6 +13,7 @@
 #include "draw.h"
 #include "equality.h"
 #include "match.h"
+#include "numbers.h"
 
 #include "kinetree/export.h"
 #include "kinetree/import.h"
@@ -101,18 +102,9 @@ static bool load(pair *p, const char *path, const kt_robot_options *options) {
     }
     const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model);
     const size_t theirs = (size_t)p->theirs.nv;
-    p->of = calloc(nv * theirs + 1, sizeof *p->of);
-    p->q = calloc(nq + 3 * nv + nv * nv + (nv + theirs + 1) * theirs + 1, sizeof *p->q);
-    if (p->of == NULL || p->q == NULL)
-        return kt_check_true("there is memory", false);
-    p->v = p->q + nq;
-    p->a = p->v + nv;
-    p->tau = p->a + nv;
-    p->matrix = p->tau + nv;
-    p->product = p->matrix + nv * nv;
-    p->reduced = p->product + nv * theirs;
-    p->along = p->reduced + theirs * theirs;
-    return true;
+    return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->a, nv}, {&p->tau, nv}, {&p->matrix, nv * nv},
+                        {&p->of, nv * theirs}, {&p->product, nv * theirs}, {&p->reduced, theirs * theirs},
+                        {&p->along, theirs});
 }
 
 static void release(pair *p) {
@@ -120,7 +112,6 @@ static void release(pair *p) {
     kt_model_free(p->model);
     kt_scene_free(&p->scene);
     release_answer(&p->theirs);
-    free(p->of);
     free(p->q);
 }
 
