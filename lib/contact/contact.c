@@ -40,7 +40,7 @@ static size_t room_for(const kt_contact_sizes *s, size_t dry) {
     return is_smooth ? s->items : least_of(s->items, needed > CONTACT_ROOM ? needed : CONTACT_ROOM);
 }
 
-static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
+static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
     size_t sides = 0, rubs = 0;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -70,10 +70,10 @@ static kt_contact_sizes sizes_of(const kt_model *model, size_t n) {
     return s;
 }
 
-size_t kt_contacts_room(const kt_model *model) { return sizes_of(model, kt_contacts_of(model)).most; }
+size_t kt_contacts_room(const kt_model *model) { return contact_sizes_of(model, kt_contacts_of(model)).most; }
 
 size_t kt_contacts_size(const kt_model *model, size_t n) {
-    const kt_contact_sizes s = n > 0 ? sizes_of(model, n) : (kt_contact_sizes){.n = 0};
+    const kt_contact_sizes s = n > 0 ? contact_sizes_of(model, n) : (kt_contact_sizes){.n = 0};
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
@@ -141,7 +141,7 @@ static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
 kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
     const size_t n = kt_contacts_of(model);
-    const kt_contact_sizes s = sizes_of(model, n);
+    const kt_contact_sizes s = contact_sizes_of(model, n);
     struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
     (void)lay_out(c, &s);
     c->n = (int)n;

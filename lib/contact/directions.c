@@ -72,13 +72,13 @@ int kt_contacts_find_wedged(const kt_simulation *simulation) {
 }
 
 /* Whether contact k slips in a model. */
-static bool is_slipping(const kt_simulation *simulation, int k) {
+static bool contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++)
-        if (is_slipping(simulation, k))
+        if (contact_is_slipping(simulation, k))
             memcpy(simulation->data->slip + 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]),
                    simulation->contact_state[k].slip, sizeof simulation->contact_state[k].slip);
 }
@@ -98,7 +98,7 @@ static void take_directions(kt_simulation *simulation) {
     const double unresolved = unresolved_speed(simulation);
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
-        if (!is_slipping(simulation, k)) {
+        if (!contact_is_slipping(simulation, k)) {
             memory->turns = memory->reversals = 0;
             continue;
         }
@@ -137,7 +137,7 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
 }
 
 /* Counts an end of stick. Returns whether it is held from now on. step: the length of a fixed step, or 0. */
-static bool count_end(kt_contact_memory *memory, double t, double step) {
+static bool count_stick_end(kt_contact_memory *memory, double t, double step) {
     memory->ends = t - memory->ended_at <= briefly ? memory->ends + 1 : 0;
     memory->ended_at = t;
     if (memory->ends < TURNS)
@@ -156,7 +156,7 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
-    simulation->memory.contacts.rested += due && count_end(memory, t, simulation->step);
+    simulation->memory.contacts.rested += due && count_stick_end(memory, t, simulation->step);
     return due || memory->left > 1;
 }
 

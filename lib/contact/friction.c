@@ -24,7 +24,7 @@ static const double small = 1e-9;
 static double entry_of_W(const void *user, int line, int column) { return kt_contacts_product(user, line, column); }
 
 /* Begins a problem of rows of the list. */
-static kt_coulomb *begin(struct kt_contacts *c, const double *W) {
+static kt_coulomb *begin_coulomb(struct kt_contacts *c, const double *W) {
     kt_coulomb *p = c->problem;
     p->n = p->rows = 0;
     p->W = kt_contacts_are_stored(c) ? W : NULL;
@@ -69,7 +69,7 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
 bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
     struct kt_contacts *c = simulation->contacts;
     double size;
-    kt_coulomb *p = begin(c, W);
+    kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->meeting; i++)
         add_item(p, simulation, i)->least = phase->least[i];
     for (int j = 0; j < p->rows; j++) {
@@ -98,7 +98,7 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
 static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
                             double excess) {
     struct kt_contacts *c = simulation->contacts;
-    kt_coulomb *p = begin(c, W);
+    kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->meeting; i++)
         if (u[i] <= kt_contact_rest(simulation, W, i))
             add_item(p, simulation, i)->friction *= i == wedged ? 1.0 + excess : 1.0;
@@ -129,7 +129,7 @@ static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) 
 }
 
 /* Whether the contact of row i slips. */
-static bool is_slipping(const struct kt_contacts *c, int i, const double *u) {
+static bool row_is_slipping(const struct kt_contacts *c, int i, const double *u) {
     const int line = friction_line(c, i);
     return line >= 0 && kt_hypot(u[line], u[line + 1]) > kt_contact_resting;
 }
@@ -157,7 +157,7 @@ static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const do
         return p;
     for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
         for (int i = 0; i < c->meeting; i++) {
-            if ((c->jams && c->list[i] != c->wedged) || !is_slipping(c, i, u) ||
+            if ((c->jams && c->list[i] != c->wedged) || !row_is_slipping(c, i, u) ||
                 u[i] > kt_contact_rest(simulation, W, i))
                 continue;
             p = pose_jam(simulation, W, u, i, excess[k]);
@@ -170,7 +170,7 @@ static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const do
 bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u) {
     bool slips = false;
     for (int i = 0; c->jams && i < c->meeting; i++)
-        slips = slips || (c->list[i] == c->wedged && is_slipping(c, i, u));
+        slips = slips || (c->list[i] == c->wedged && row_is_slipping(c, i, u));
     return slips;
 }
 
@@ -194,7 +194,8 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
 
 /* Adds a contact that does not part. If it slips, its direction is given. */
-static void add_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u, bool leaving) {
+static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
+                                bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
     kt_coulomb_item *item = add_item(p, simulation, line);
     if ((leaving && c->item[c->list[line]].leaves) || (c->releases && c->list[line] == c->wedged))
@@ -232,13 +233,13 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
                                bool strict) {
     struct kt_contacts *c = simulation->contacts;
     double size;
-    kt_coulomb *p = begin(c, W);
+    kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->resting; i++) {
         (void)kt_contact_rate(c, W, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
             add_dry(p, simulation, i, leaving);
         else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
-            add_contact(p, simulation, i, u, leaving);
+            add_coulomb_contact(p, simulation, i, u, leaving);
     }
     for (int j = 0; j < p->rows; j++) {
         const double free = kt_contact_acceleration(c, W, p->line[j], &size);

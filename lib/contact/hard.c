@@ -41,7 +41,7 @@ static bool is_taken(const hard_parts *p, const char *name) {
 }
 
 /* The next loop, with a name that is still free. */
-static kt_loop *add_loop(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
+static kt_loop *add_hard_loop(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
     char *name = p->name[p->made];
     (void)snprintf(name, NAME_SIZE, "%.150s%s", effect->name != NULL ? effect->name : of, suffix);
     for (int k = 2; is_taken(p, name); k++)
@@ -57,11 +57,11 @@ static kt_loop *add_loop(hard_parts *p, const kt_effect *effect, const char *of,
     return loop;
 }
 
-static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side side) {
+static void add_stop_loop(hard_parts *p, const kt_effect *effect, double at, kt_side side) {
     if (!isfinite(at))
         return;
     kt_term *term = &p->term[p->made];
-    kt_loop *loop = add_loop(p, effect, effect->joint, side == KT_SIDE_ABOVE ? ".lower" : ".upper");
+    kt_loop *loop = add_hard_loop(p, effect, effect->joint, side == KT_SIDE_ABOVE ? ".lower" : ".upper");
     *term = (kt_term){.joint = effect->joint, .coefficient = 1.0};
     loop->type = KT_LOOP_COUPLING;
     loop->terms = term;
@@ -74,7 +74,7 @@ static void add_stop(hard_parts *p, const kt_effect *effect, double at, kt_side 
  * (compile/variants.c). */
 static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     kt_term *term = &p->term[p->made];
-    kt_loop *loop = add_loop(p, effect, effect->joint, ".stick");
+    kt_loop *loop = add_hard_loop(p, effect, effect->joint, ".stick");
     *term = (kt_term){.joint = effect->joint, .coefficient = 1.0};
     loop->type = KT_LOOP_RATES;
     loop->terms = term;
@@ -96,7 +96,7 @@ static kt_vec3 point_of(const kt_description *d, const kt_end *end) {
 /* Adds a rolling loop of a contact, of a ball or of a disc. The loop's type recognises a ball by a surface; a disc has
  * none. */
 static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
-    kt_loop *loop = add_loop(p, effect, of, suffix);
+    kt_loop *loop = add_hard_loop(p, effect, of, suffix);
     loop->type = KT_LOOP_ROLLING;
     loop->between[0] = effect->between[0];
     loop->between[1] = effect->between[1];
@@ -127,7 +127,7 @@ static kt_status add_plane(hard_parts *p, const kt_description *d, const kt_effe
     const kt_end *plane = &effect->between[1];
     kt_mat3 axes;
     const kt_status status = kt_rotation_evaluate(&plane->rotation, &axes, error);
-    kt_loop *loop = *added = add_loop(p, effect, of, "");
+    kt_loop *loop = *added = add_hard_loop(p, effect, of, "");
     const double norm = kt_vec3_norm(effect->axis), up = norm > 0.0 ? effect->radius / norm : 0.0;
     loop->type = KT_LOOP_INPLANE;
     loop->between[0] = *plane;
@@ -139,15 +139,15 @@ static kt_status add_plane(hard_parts *p, const kt_description *d, const kt_effe
 }
 
 /* The distance of the centres of two spheres. */
-static void add_distance(hard_parts *p, const kt_effect *effect, const char *of, kt_loop **added) {
-    kt_loop *loop = *added = add_loop(p, effect, of, "");
+static void add_hard_distance(hard_parts *p, const kt_effect *effect, const char *of, kt_loop **added) {
+    kt_loop *loop = *added = add_hard_loop(p, effect, of, "");
     loop->type = KT_LOOP_DISTANCE;
     loop->between[0] = effect->between[1];
     loop->between[1] = effect->between[0];
     loop->function = kt_function_constant(effect->radius + effect->radius2);
 }
 
-static kt_status add_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
+static kt_status add_hard_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
     const kt_effect *effect = &d->effects[index];
     const kt_end *centre = &effect->between[0];
     char of[NAME_SIZE];
@@ -158,7 +158,7 @@ static kt_status add_contact(hard_parts *p, const kt_description *d, int index, 
     if (kt_effect_has_axle(effect))
         loop = add_rolling(p, effect, of, "");
     else if (effect->radius2 > 0.0)
-        add_distance(p, effect, of, &loop);
+        add_hard_distance(p, effect, of, &loop);
     else
         status = add_plane(p, d, effect, of, &loop, error);
     loop->side = KT_SIDE_ABOVE;
@@ -193,11 +193,11 @@ kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void *
         if (!kt_effect_is_hard(effect))
             continue;
         if (effect->type == KT_EFFECT_CONTACT)
-            status = add_contact(&p, d, (int)i, error);
+            status = add_hard_contact(&p, d, (int)i, error);
         else
-            add_stop(&p, effect, effect->lower, KT_SIDE_ABOVE);
+            add_stop_loop(&p, effect, effect->lower, KT_SIDE_ABOVE);
         if (effect->type == KT_EFFECT_JOINT_LIMIT)
-            add_stop(&p, effect, effect->upper, KT_SIDE_BELOW);
+            add_stop_loop(&p, effect, effect->upper, KT_SIDE_BELOW);
         effect->switching = KT_SWITCHED_OFF;
     }
     for (int i = 0; i < p.loops; i++)

@@ -82,7 +82,7 @@ static bool solve_frictionless(kt_simulation *simulation, const double *response
     return true;
 }
 
-static bool solve(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+static bool solve_impact(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
     const bool rough = kt_contacts_have_cones(simulation->contacts);
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
@@ -104,14 +104,14 @@ static bool may_be_unresolved(const kt_simulation *simulation) {
 
 /* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. The
  * first phase of Poisson's rule becomes *compression. It is empty if all contacts follow Newton's rule. */
-static bool begin(kt_simulation *simulation, const double *W, const double *u, bool limits,
-                  kt_impact_phase *compression, double *e) {
+static bool begin_impact(kt_simulation *simulation, const double *W, const double *u, bool limits,
+                         kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
     bool compresses = false;
     clear_phase(c, u, compression);
     for (int i = 0; i < c->meeting; i++)
         compresses = compresses || kt_contact_loop(simulation, i)->poisson;
-    if (compresses && !solve(simulation, W, compression))
+    if (compresses && !solve_impact(simulation, W, compression))
         return false;
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
@@ -165,11 +165,11 @@ kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, const do
         if (status != KT_OK)
             return status;
     }
-    bool found = begin(simulation, W, u, limits, compression, e);
+    bool found = begin_impact(simulation, W, u, limits, compression, e);
     phase->rows = 0;
     for (int halving = 0; found; halving++) {
         begin_expansion(simulation, u, e, compression, phase);
-        found = solve(simulation, W, phase);
+        found = solve_impact(simulation, W, phase);
         *lost = found ? loss_of(u, compression, phase, &size) : 0.0;
         if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;

@@ -17,12 +17,12 @@ static const kt_model *all_closed(const kt_simulation *simulation, uint64_t set)
                                                               : NULL;
 }
 
-static kt_mask *mask_of(const kt_simulation *simulation, int k) {
+static kt_mask *contact_mask_of(const kt_simulation *simulation, int k) {
     return (kt_mask *)(void *)(simulation->mask_memory + (size_t)k * simulation->size.mask);
 }
 
 static kt_mask *spare(const kt_simulation *simulation) {
-    return mask_of(simulation, simulation->model == &mask_of(simulation, 0)->model);
+    return contact_mask_of(simulation, simulation->model == &contact_mask_of(simulation, 0)->model);
 }
 
 /* Opens the loops of a mask as contacts are to be, or as a checkpoint has them. */
@@ -44,13 +44,13 @@ static bool is_present(const kt_simulation *simulation, uint64_t set) {
 }
 
 static bool is_masked(const kt_simulation *simulation) {
-    return simulation->size.mask > 0 &&
-           (simulation->model == &mask_of(simulation, 0)->model || simulation->model == &mask_of(simulation, 1)->model);
+    return simulation->size.mask > 0 && (simulation->model == &contact_mask_of(simulation, 0)->model ||
+                                         simulation->model == &contact_mask_of(simulation, 1)->model);
 }
 
 void kt_contacts_init_masks(kt_simulation *simulation) {
     for (int k = 0; k < KT_CONTACT_MASKS && simulation->size.mask > 0; k++)
-        (void)kt_mask_init(simulation->model, mask_of(simulation, k));
+        (void)kt_mask_init(simulation->model, contact_mask_of(simulation, k));
 }
 
 const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
@@ -58,7 +58,7 @@ const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
     const kt_model *model = is_present(simulation, set) ? simulation->model : compiled(simulation, set);
     if (model != NULL)
         return model;
-    kt_mask *mask = tried ? mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
+    kt_mask *mask = tried ? contact_mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     set_open(simulation, mask, NULL);
     kt_mask_make(mask, all_closed(simulation, set), set);
@@ -81,13 +81,14 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
 
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks) {
     if (is_masked(simulation))
-        kt_mask_take_ranks(mask_of(simulation, simulation->model != &mask_of(simulation, 0)->model), ranks);
+        kt_mask_take_ranks(contact_mask_of(simulation, simulation->model != &contact_mask_of(simulation, 0)->model),
+                           ranks);
 }
 
 void kt_contacts_renew_model(kt_simulation *simulation) {
     if (!is_masked(simulation))
         return;
-    kt_mask *mask = mask_of(simulation, simulation->model != &mask_of(simulation, 0)->model);
+    kt_mask *mask = contact_mask_of(simulation, simulation->model != &contact_mask_of(simulation, 0)->model);
     double *ranks = simulation->ranks;
     kt_mask_take_ranks(mask, ranks);
     kt_mask_make(mask, mask->all, mask->model.set);

@@ -100,7 +100,7 @@ typedef struct slip_end {
 } slip_end;
 
 /* The axes of a sphere are not computed: only those of planes and discs are read. */
-static inline slip_end end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
+static inline slip_end slip_end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
     const kt_link_kinematics *link = &links[effect->link[k]];
     if (effect->link[k] == 0) { /* the ground, at rest */
         const kt_vec3 at = effect->frame[k].position;
@@ -117,7 +117,7 @@ static inline slip_end end_of(const kt_link_kinematics *links, const kt_effect_r
 }
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
-static void direction_of(const double s[2], const double d[2], double e[2]) {
+static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
     const double side = copysign(fmax(fabs(across) - still, 0.0), along < 0.0 ? -across : across);
     const bool has_begun = d[0] != 0.0 || d[1] != 0.0;
@@ -130,7 +130,7 @@ static void direction_of(const double s[2], const double d[2], double e[2]) {
 /* Finds the slip velocity of a contact, and unless frame is NULL the axes and arms of its friction. */
 static void find_slip(const kt_link_kinematics *links, const kt_effect_record *effect, double s[2],
                       kt_slip_frame *frame) {
-    const slip_end centre = end_of(links, effect, 0), plane = end_of(links, effect, 1);
+    const slip_end centre = slip_end_of(links, effect, 0), plane = slip_end_of(links, effect, 1);
     const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
     const kt_vec3 on_sphere = kt_vec3_add(centre.velocity, kt_vec3_cross(centre.omega, down));
@@ -162,7 +162,7 @@ static double coefficient_of_slip(const kt_data *data, size_t k) {
     return kt_slip_problem_of(data)->contact[k].effect->friction;
 }
 
-static void add_friction(kt_data *data, size_t k, double normal) {
+static void add_slip_friction(kt_data *data, size_t k, double normal) {
     const double *e = data->slip_direction + 2 * k, force = -coefficient_of_slip(data, k) * normal;
     add_force(data, k, force * e[0], force * e[1]);
 }
@@ -223,7 +223,7 @@ static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t
 }
 
 /* Solves (1 - G) N = N0, in the columns of slip_matrix; N becomes slip_normal. */
-static kt_status solve(const kt_model *model, kt_data *data, double t, kt_error *error) {
+static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_error *error) {
     const size_t n = model->n.slip;
     double *A = data->slip_matrix, *N = data->slip_normal;
     for (size_t k = 0; k < n; k++)
@@ -265,12 +265,12 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
     scale = status == KT_OK && scale > 0.0 ? scale : 1.0;
     for (size_t k = 0; status == KT_OK && !p->responds && k < n; k++) {
         load(model, data, at->external);
-        add_friction(data, k, scale);
+        add_slip_friction(data, k, scale);
         status = evaluate(model, data, at, a, A + k * n, error);
         for (size_t i = 0; i < n; i++)
             A[k * n + i] = (i == k ? 1.0 : 0.0) - (A[k * n + i] - N0[i]) / scale;
     }
-    return status == KT_OK ? solve(model, data, at->t, error) : status;
+    return status == KT_OK ? solve_slip(model, data, at->t, error) : status;
 }
 
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
@@ -485,7 +485,7 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         }
         data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->unit;
     }
-    return solve(model, data, at->t, error);
+    return solve_slip(model, data, at->t, error);
 }
 
 /* ---- slip that turns --------------------------------------------------------------------------------------------- */
@@ -516,7 +516,7 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
     for (size_t k = 0; k < model->n.slip; k++) {
         find_slip(links, kt_slip_problem_of(data)->contact[k].effect, data->slip_velocity + 2 * k,
                   &data->slip_frame[k]);
-        direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
+        slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
         is_slow = kt_slip_prediction_time(data, k, &grows) > 0.0 || is_slow;
     }
     if (is_slow)
@@ -532,7 +532,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
         return status;
     load(model, data, at->external);
     for (size_t k = 0; k < model->n.slip; k++)
-        add_friction(data, k, data->slip_normal[k]);
+        add_slip_friction(data, k, data->slip_normal[k]);
     if (kt_slip_problem_of(data)->responds && kt_slip_add_to(model, data, at, a))
         return KT_OK;
     return evaluate(model, data, at, a, NULL, error);

@@ -18,7 +18,7 @@ static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t
 }
 
 /* The joint forces of units of force. */
-static void find_unit_forces(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+static void find_unit_joint_forces(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     memset(p->unit_force, 0, p->per * model->n.slip * model->n.v * sizeof *p->unit_force);
     for (size_t j = 0; j < p->per * model->n.slip; j++) {
         const size_t k = j / p->per;
@@ -62,7 +62,7 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     const size_t n = model->n.slip, count = p->per * n;
     double *column = p->column, *change = p->change;
-    find_unit_forces(model, data, p);
+    find_unit_joint_forces(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
     for (size_t g = 0; g < model->n.group; g++) {

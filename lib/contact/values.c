@@ -8,18 +8,18 @@
 /* Slip of a contact has reversed at this speed against its first direction, m/s; rounding is less. */
 static const double turned = 1e-12;
 
-static double direction_of(const kt_model *model, const kt_contact *contact) {
+static double contact_direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
 /* The slip of a joint along its direction. For a joint that is held (find_held), it counts from the rate of rest. */
 static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
     const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
-    return direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
+    return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
 /* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
-static double friction_of(const struct kt_contacts *c, const kt_instant *at, int k) {
+static double friction_value_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
     const kt_contact *friction = &c->item[k], *contact = &c->item[friction->of];
     const double opens_at = friction->simulation->contact_state[friction->of].opens_at;
@@ -66,6 +66,6 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         status = kt_contacts_find_reactions(c, at, error);
     for (int k = c->sides; status == KT_OK && k < c->n; k++)
         if (kt_contact_rubs(c, k))
-            c->value[k] = friction_of(c, at, k);
+            c->value[k] = friction_value_of(c, at, k);
     return status;
 }
