@@ -15,7 +15,7 @@ static bool is_vector_of_scenes(kt_vec3 v) {
 }
 
 /* A solid is seen if all of its dimensions are above zero, and numbers that a scene may have. */
-static bool has_size(const kt_shape *shape) {
+static bool shape_has_size(const kt_shape *shape) {
     const bool is_box = shape->type == KT_SHAPE_BOX, is_cylinder = shape->type == KT_SHAPE_CYLINDER;
     const bool is_above = is_box ? shape->size.x > 0.0 && shape->size.y > 0.0 && shape->size.z > 0.0
                                  : shape->radius > 0.0 && (!is_cylinder || shape->length > 0.0);
@@ -31,7 +31,7 @@ void kt_appearance_begin(kt_appearance *appearance, const char *body) {
 }
 
 bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape) {
-    if (!has_size(shape)) {
+    if (!shape_has_size(shape)) {
         kt_left_count(&appearance->sizeless, e);
         return false;
     }
@@ -84,7 +84,7 @@ bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_
 }
 
 /* Counts a missing mesh, with the name of the first. */
-static void miss(kt_appearance *appearance, const kt_element *e, const char *name) {
+static void count_missing_mesh(kt_appearance *appearance, const kt_element *e, const char *name) {
     if (appearance->missing.count == 0)
         appearance->missing.what =
             name == NULL ? "one without a name" : kt_pool_text(&appearance->r->keep, name, strlen(name));
@@ -97,7 +97,7 @@ bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, cons
                             kt_vec3 scale) {
     const char *file = name != NULL ? kt_mesh_path(appearance->r, appearance->source, name) : NULL;
     if (file == NULL) {
-        miss(appearance, e, name);
+        count_missing_mesh(appearance, e, name);
         return false;
     }
     kt_scene_mesh *mesh = kt_list_add(appearance->r, &appearance->r->keep, &appearance->meshes, sizeof *mesh);

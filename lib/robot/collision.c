@@ -85,7 +85,7 @@ static bool prepare_bodies(touching *t) {
 }
 
 /* The mass of all that the root of a body carries. */
-static double tree_mass(const touching *t, int body) {
+static double touching_tree_mass(const touching *t, int body) {
     double mass = 0.0;
     const int *parents = t->judge->parents;
     int root = body;
@@ -103,7 +103,7 @@ static double tree_mass(const touching *t, int body) {
 /* ---- contacts ---------------------------------------------------------------------------------------------------- */
 
 /* Reads the points of a mesh that touch planes; returns their number. */
-static int read_points(touching *t, const kt_collision *item, kt_vec3 points[KT_CONTACT_EXTREMES]) {
+static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 points[KT_CONTACT_EXTREMES]) {
     kt_triangles mesh = {.vertices = NULL};
     kt_error error = {0};
     char *text = NULL;
@@ -127,7 +127,7 @@ static int read_points(touching *t, const kt_collision *item, kt_vec3 points[KT_
 static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
     const kt_body *body = &t->judge->bodies[item->body];
     const char *name = kt_xml_attribute(item->element, "name");
-    const double mass = tree_mass(t, item->body);
+    const double mass = touching_tree_mass(t, item->body);
     kt_vec3 points[KT_CONTACT_EXTREMES];
     kt_contact_shape shape = {.element = item->element,
                               .name = name != NULL && *name != '\0' ? name : body->name,
@@ -138,7 +138,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
                               .pose = item->pose};
     memcpy(shape.size, item->size, sizeof shape.size);
     if (item->solid == KT_SOLID_NONE)
-        shape.point_count = read_points(t, item, points);
+        shape.point_count = read_touching_points(t, item, points);
     for (int i = floor != NULL ? -1 : 0; i < t->c->items.count && !t->d->r->out_of_memory; i++) {
         const kt_collision *plane = i < 0 ? floor : collision_at(t->c, i);
         if (!plane->is_plane || (plane->mask & item->mask) == 0 || (plane->body >= 0 && t->moves[plane->body]))

@@ -17,8 +17,8 @@
 
 enum { RIM = KT_CONTACT_POINTS_MOST / 2 };
 
-static void add_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
-                        double radius) {
+static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
+                              double radius) {
     kt_effect *effect = kt_draft_effect(d, shape->element, KT_EFFECT_CONTACT);
     if (effect == NULL)
         return;
@@ -74,7 +74,7 @@ static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_g
     const double *a = shape->size, least = fmin(a[0], fmin(a[1], a[2])), most = fmax(a[0], fmax(a[1], a[2]));
     const double r = least * least / most;
     if (most - least < 1e-9 * most) {
-        add_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), most);
+        add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), most);
         return;
     }
     for (int i = 0; i < KT_CONTACT_EXTREMES; i++) {
@@ -83,14 +83,14 @@ static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_g
         const double length = kt_vec3_norm(stretched);
         const kt_vec3 far =
             kt_vec3_make(a[0] * stretched.x / length, a[1] * stretched.y / length, a[2] * stretched.z / length);
-        add_contact(d, shape, ground, kt_vec3_sub(far, kt_vec3_scale(r, n)), r);
+        add_shape_contact(d, shape, ground, kt_vec3_sub(far, kt_vec3_scale(r, n)), r);
     }
 }
 
 static void add_rim(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, double height) {
     for (int i = 0; i < RIM; i++) {
         const double turn = 2.0 * 3.14159265358979323846 * (double)i / RIM, r = shape->size[0];
-        add_contact(d, shape, ground, kt_vec3_make(r * cos(turn), r * sin(turn), height), 0.0);
+        add_shape_contact(d, shape, ground, kt_vec3_make(r * cos(turn), r * sin(turn), height), 0.0);
     }
 }
 
@@ -98,11 +98,11 @@ bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
     const double *size = shape->size;
     switch (shape->solid) {
     case KT_SOLID_SPHERE:
-        add_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), size[0]);
+        add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), size[0]);
         return true;
     case KT_SOLID_CAPSULE:
         for (int i = -1; i < 2; i += 2)
-            add_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, i * size[1]), size[0]);
+            add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, i * size[1]), size[0]);
         return true;
     case KT_SOLID_CYLINDER:
         add_rim(d, shape, ground, -size[1]);
@@ -112,7 +112,7 @@ bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
         for (int i = 0; i < 8; i++) {
             const kt_vec3 corner = kt_vec3_make((i & 1) != 0 ? size[0] : -size[0], (i & 2) != 0 ? size[1] : -size[1],
                                                 (i & 4) != 0 ? size[2] : -size[2]);
-            add_contact(d, shape, ground, corner, 0.0);
+            add_shape_contact(d, shape, ground, corner, 0.0);
         }
         return true;
     case KT_SOLID_ELLIPSOID:
@@ -120,7 +120,7 @@ bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
         return true;
     case KT_SOLID_NONE:
         for (int i = 0; i < shape->point_count; i++)
-            add_contact(d, shape, ground, shape->points[i], 0.0);
+            add_shape_contact(d, shape, ground, shape->points[i], 0.0);
         return shape->point_count > 0;
     default:
         return false;

@@ -25,7 +25,7 @@ static bool find_solid(const kt_shape *shape, double density, kt_body *part, kt_
     return part->mass > 0.0 && kt_body_inertia(part, com, inertia, NULL) == KT_OK;
 }
 
-static double volume_of(const kt_body *body) {
+static double body_volume_of(const kt_body *body) {
     double volume = 0.0;
     for (int i = 0; i < shape_count(body); i++)
         volume += kt_shape_volume(shape_at(body, i));
@@ -56,7 +56,7 @@ bool kt_mass_by_shapes(kt_body *body, double density) {
 
 /* Replaces the mass of a body. The inertia grows with the mass; a body without mass takes the inertia of its shapes. */
 static void give_mass(kt_body *body, double mass) {
-    const double volume = volume_of(body);
+    const double volume = body_volume_of(body);
     if (body->mass > 0.0)
         body->inertia = kt_sym3_scaled(mass / body->mass, body->inertia);
     else if (volume > 0.0)

@@ -104,7 +104,7 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     kt_note_sunk(n, m->root, m->depth);
 }
 
-static void make_notes(const kt_mjcf *m, kt_scene *scene) {
+static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
@@ -188,5 +188,5 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
     scene->description.inertia_check = limits[source->options->inertia];
     kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
     if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(m.root, "model"), scene))
-        make_notes(&m, scene);
+        make_mjcf_notes(&m, scene);
 }

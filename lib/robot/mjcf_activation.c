@@ -36,7 +36,7 @@ int kt_mjcf_activations_of(const kt_mjcf_dynamics *d) {
 }
 
 /* "activation_NAME", with letters, digits and '_' alone. */
-static const char *make_name(kt_mjcf *m, const kt_element *e) {
+static const char *make_activation_name(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "name");
     kt_phrase wanted = {.length = 0};
     kt_phrase_add(&wanted, "activation_%.100s", name != NULL && *name != '\0' ? name : "of_actuator");
@@ -49,7 +49,7 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
                                    double initial) {
     kt_mjcf_formula rate = {.whole = true};
     kt_state *state = kt_list_add(m->r, &m->r->keep, &m->draft.states, sizeof *state);
-    const char *name = make_name(m, e);
+    const char *name = make_activation_name(m, e);
     if (d->type == KT_MJCF_FILTER) {
         kt_mjcf_put(&rate, "(");
         kt_mjcf_put_delayed(&rate, control, d->delay);

@@ -207,12 +207,12 @@ static bool is_one_sum(const kt_list *actions, const action *first) {
     return is_one;
 }
 
-static bool is_muscle(const action *d) { return d->has_active || d->has_passive; }
+static bool action_is_muscle(const action *d) { return d->has_active || d->has_passive; }
 
 static bool has_activation(const kt_list *actions, const action *first) {
     bool found = false;
     for (const action *d = first; d != NULL; d = next_sharer(actions, d))
-        found = found || d->activation != NULL || is_muscle(d);
+        found = found || d->activation != NULL || action_is_muscle(d);
     return found;
 }
 
@@ -263,7 +263,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
         if (sharers > 1 || count > 1)
             return true;
     }
-    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL || is_muscle(d);
+    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL || action_is_muscle(d);
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -455,7 +455,7 @@ static bool is_written_with_another(const kt_list *actions, int index) {
 
 /* Whether a muscle in a joint without bounds is an effect of its own. */
 static bool is_apart(const kt_mjcf_joint *j, const action *d) {
-    return is_muscle(d) && isinf(j->force[0]) && isinf(j->force[1]);
+    return action_is_muscle(d) && isinf(j->force[0]) && isinf(j->force[1]);
 }
 
 /* The sum of all actuators that act in a joint with formulas, or `only` one of them. */

@@ -28,7 +28,7 @@ static int add_document(kt_mjcf *m, kt_element *root, int parent, const char *pa
 }
 
 /* Whether a document, or one that attaches it, is a file. */
-static bool is_circle(const kt_mjcf *m, int document, const char *path) {
+static bool attaches_itself(const kt_mjcf *m, int document, const char *path) {
     for (; document >= 0; document = kt_mjcf_document_at(m, document)->parent) {
         const char *other = kt_mjcf_document_at(m, document)->path;
         if (other != NULL && strcmp(other, path) == 0)
@@ -47,7 +47,7 @@ static kt_element *read_model(kt_mjcf *m, const kt_element *model, int document,
     *path = kt_mjcf_find_file(m, document, model, file);
     if (*path == NULL)
         return NULL;
-    if (is_circle(m, document, *path)) {
+    if (attaches_itself(m, document, *path)) {
         (void)kt_mjcf_fault(m, model, "%s", no_document);
         return NULL;
     }
@@ -151,12 +151,12 @@ static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints) {
 
 /* ---- attaching --------------------------------------------------------------------------------------------------- */
 
-static kt_element *find_body(kt_element *within, const char *name) {
+static kt_element *find_attached_body(kt_element *within, const char *name) {
     kt_element *found = NULL;
     for (kt_element *e = within->first; e != NULL && found == NULL; e = e->next)
         found = strcmp(e->name, "body") == 0 && kt_mjcf_is_equal(kt_xml_attribute(e, "name"), name)
                     ? e
-                    : find_body(e, name);
+                    : find_attached_body(e, name);
     return found;
 }
 
@@ -168,7 +168,7 @@ static void unlink_element(kt_element *e) {
 }
 
 /* A <frame> in place of an <attach>, for the contents of an element of the attached model. */
-static kt_element *make_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
+static kt_element *make_attached_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
     kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
     if (frame == NULL) {
         (void)kt_reader_out_of_memory(m->r);
@@ -197,7 +197,7 @@ static kt_element *make_bare_frame(kt_mjcf *m, const kt_element *at, const kt_el
     attributes[1] = p->document == body->document ? kt_xml_attribute(p, "childclass") : NULL;
     attributes[0] = attributes[1] != NULL ? "childclass" : NULL;
     attributes[2] = NULL;
-    return make_frame(m, at, &(kt_element){.attributes = attributes, .document = body->document});
+    return make_attached_frame(m, at, &(kt_element){.attributes = attributes, .document = body->document});
 }
 
 /* Takes the body of a name out of a model, or all that is in its world, into frames below `to`. */
@@ -206,10 +206,10 @@ static void take_bodies(kt_mjcf *m, const kt_element *e, const kt_mjcf_document 
     kt_element *body = NULL;
     for (kt_element *w = kt_xml_child(d->root, "worldbody"); w != NULL && body == NULL;
          w = kt_xml_next(w, "worldbody")) {
-        body = name != NULL ? find_body(w, name) : NULL;
+        body = name != NULL ? find_attached_body(w, name) : NULL;
         if (name != NULL && body == NULL)
             continue;
-        kt_element *frame = body != NULL ? make_bare_frame(m, e, body) : make_frame(m, e, w);
+        kt_element *frame = body != NULL ? make_bare_frame(m, e, body) : make_attached_frame(m, e, w);
         if (frame == NULL)
             return;
         kt_mjcf_hang_below(to, frame);

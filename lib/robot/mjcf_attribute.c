@@ -10,7 +10,7 @@
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 /* "body 'thigh': joint 'knee': ": the nearest body around an element, and the element. */
-static void add_context(kt_phrase *phrase, const kt_element *e) {
+static void add_element_context(kt_phrase *phrase, const kt_element *e) {
     const kt_element *body = e->parent;
     while (body != NULL && strcmp(body->name, "body") != 0)
         body = body->parent;
@@ -27,7 +27,7 @@ static void add_context(kt_phrase *phrase, const kt_element *e) {
 bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) {
     kt_phrase where = {.length = 0};
     va_list arguments;
-    add_context(&where, e);
+    add_element_context(&where, e);
     va_start(arguments, format);
     const bool result = kt_xml_fault_in(m->r, e, where.text, format, arguments);
     va_end(arguments);

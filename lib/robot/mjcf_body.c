@@ -65,7 +65,7 @@ kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint) {
     return (kt_mjcf_motion)kt_mjcf_choice(m, joint, "joint", "type", words, KT_MJCF_HINGE);
 }
 
-static void add_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+static void add_mjcf_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     const bool is_freejoint = strcmp(e->name, "freejoint") == 0;
     const int index = m->joints.count;
     kt_mjcf_joint *j = kt_list_add(m->r, &m->r->scratch, &m->joints, sizeof *j);
@@ -115,21 +115,21 @@ static void add_site(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
         *site = (kt_mjcf_site){.element = e, .body = body, .pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "site"))};
 }
 
-static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
+static void add_mjcf_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame);
 
 /* Collects the joints and sites directly in a body, then the bodies in it. MuJoCo numbers joints in this order. */
 static void collect_body(kt_mjcf *m, int body) {
     const kt_element *e = kt_mjcf_body_at(m, body)->element;
     kt_mjcf_body_at(m, body)->first_joint = m->joints.count;
-    kt_mjcf_for_each(m, e, "joint", body, add_joint);
-    kt_mjcf_for_each(m, e, "freejoint", body, add_joint);
+    kt_mjcf_for_each(m, e, "joint", body, add_mjcf_joint);
+    kt_mjcf_for_each(m, e, "freejoint", body, add_mjcf_joint);
     check_joints(m, body);
     kt_mjcf_for_each(m, e, "site", body, add_site);
     kt_mjcf_for_each(m, e, "geom", body, kt_mjcf_add_wrap);
-    kt_mjcf_for_each(m, e, "body", body, add_body);
+    kt_mjcf_for_each(m, e, "body", body, add_mjcf_body);
 }
 
-static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame) {
+static void add_mjcf_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame) {
     const int index = m->bodies.count;
     kt_mjcf_body *b = kt_list_add(m->r, &m->r->scratch, &m->bodies, sizeof *b);
     if (b == NULL)
@@ -146,7 +146,7 @@ static void add_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame)
 }
 
 /* Names in the order of the file. Bodies with a given name come first, so that they keep it. */
-static void name_bodies(kt_mjcf *m) {
+static void name_mjcf_bodies(kt_mjcf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->bodies.count; i++) {
             kt_mjcf_body *b = kt_mjcf_body_at(m, i);
@@ -194,7 +194,7 @@ void kt_mjcf_collect(kt_mjcf *m) {
     collect_body(m, 0);
     if (m->r->out_of_memory)
         return;
-    name_bodies(m);
+    name_mjcf_bodies(m);
     kt_mjcf_read_meshes(m);
     for (int i = 0; i < m->bodies.count; i++)
         kt_mjcf_masses(m, i);
@@ -225,7 +225,8 @@ static void fill_free(const kt_mjcf *m, const kt_mjcf_joint *j, kt_joint *joint)
 }
 
 /* A joint frame in the parent, at the joint's point; `frame` becomes that of the body in it. */
-static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j, kt_pose *frame, kt_joint *joint) {
+static void fill_mjcf_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j, kt_pose *frame,
+                            kt_joint *joint) {
     static const kt_joint_type types[] = {KT_JOINT_FREE, KT_JOINT_SPHERICAL, KT_JOINT_PRISMATIC, KT_JOINT_REVOLUTE};
     const double armature = kt_mjcf_number(m, j->element, j->tag, "armature", 0.0);
     joint->type = types[j->type];
@@ -258,7 +259,7 @@ static void fill_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joint *j
         set_numbers(joint->velocity, kt_mjcf_nv(j->type), m->qvel + j->velocity);
 }
 
-static bool is_zero(kt_vec3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 0.0; }
+static bool is_zero_vec3(kt_vec3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 0.0; }
 
 /* The name of the body that carries a joint which is not the last, or whose point is not the body's origin. */
 static const char *carrier_name(kt_mjcf *m, const kt_mjcf_joint *j, const char *body) {
@@ -285,7 +286,7 @@ static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
     return j->type == KT_MJCF_FREE && kt_same_bits(&b->frame, &identity, sizeof identity);
 }
 
-static void make_body(kt_mjcf *m, int index) {
+static void make_mjcf_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;
     kt_pose frame = b->pose;
@@ -293,15 +294,15 @@ static void make_body(kt_mjcf *m, int index) {
     for (int i = 0; i < b->joint_count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + i);
         const bool is_last = i == b->joint_count - 1;
-        const bool is_own =
-            is_last && (stands_free(b, j) || j->type == KT_MJCF_SLIDE || (j->type != KT_MJCF_FREE && is_zero(j->at)));
+        const bool is_own = is_last && (stands_free(b, j) || j->type == KT_MJCF_SLIDE ||
+                                        (j->type != KT_MJCF_FREE && is_zero_vec3(j->at)));
         body = kt_draft_body(&m->draft, j->element);
         if (body == NULL)
             return;
         j->carrier_index = m->draft.bodies.count - 1;
         body->name = j->carrier = is_own ? b->name : carrier_name(m, j, b->name);
         body->parent = parent;
-        fill_joint(m, b, j, &frame, &body->joint);
+        fill_mjcf_joint(m, b, j, &frame, &body->joint);
         parent = body->name;
         if (!is_last)
             kt_left_count(&m->several, j->element);
@@ -347,7 +348,7 @@ static void make_markers(kt_mjcf *m) {
     }
 }
 
-static void name_joints(kt_mjcf *m) {
+static void name_mjcf_joints(kt_mjcf *m) {
     const int count = m->draft.bodies.count;
     kt_body *bodies = m->draft.bodies.items;
     const char **names = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *names);
@@ -368,7 +369,7 @@ static void name_joints(kt_mjcf *m) {
 }
 
 /* The body of the scene that has a body's mass: by its name there, or by that of the file. */
-static int find_body(const void *user, const char *name) {
+static int find_mjcf_body(const void *user, const char *name) {
     const kt_mjcf *m = user;
     const kt_body *bodies = m->draft.bodies.items;
     const int index = kt_names_find(&m->names, KT_MJCF_BODIES, name);
@@ -383,9 +384,9 @@ void kt_mjcf_make_bodies(kt_mjcf *m) {
     make_markers(m);
     kt_mjcf_place_media(m);
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
-        make_body(m, i);
+        make_mjcf_body(m, i);
     if (m->r->out_of_memory)
         return;
-    name_joints(m);
-    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_body, m);
+    name_mjcf_joints(m);
+    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_mjcf_body, m);
 }

@@ -97,7 +97,7 @@ static bool is_still(const kt_mjcf *m, int body) {
 }
 
 /* The mass of all that the root of a body carries. */
-static double tree_mass(const kt_mjcf *m, int body) {
+static double contact_tree_mass(const kt_mjcf *m, int body) {
     int root = body;
     double mass = 0.0;
     while (kt_mjcf_body_at(m, root)->parent > 0)
@@ -157,7 +157,7 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
 static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
     const char *name = kt_xml_attribute(s->element, "name");
-    const double mass = tree_mass(m, s->body);
+    const double mass = contact_tree_mass(m, s->body);
     kt_contact_law l;
     if (!find_law(m, plane, s, &l))
         return;

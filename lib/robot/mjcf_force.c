@@ -90,12 +90,12 @@ static void add_damping(kt_mjcf *m, const kt_mjcf_line *l, const double k[3]) {
     add_polynomial(m, l, k, v.text, true);
 }
 
-static double friction_of(kt_mjcf *m, const kt_element *e, const char *tag) {
+static double line_friction_of(kt_mjcf *m, const kt_element *e, const char *tag) {
     return m->off.friction ? 0.0 : kt_mjcf_number(m, e, tag, "frictionloss", 0.0);
 }
 
-static void add_friction(kt_mjcf *m, const kt_mjcf_line *l) {
-    const double friction = friction_of(m, l->element, l->tag);
+static void add_line_friction(kt_mjcf *m, const kt_mjcf_line *l) {
+    const double friction = line_friction_of(m, l->element, l->tag);
     kt_effect *rub = friction != 0.0 ? kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_FRICTION) : NULL;
     if (rub == NULL)
         return;
@@ -106,7 +106,7 @@ static void add_friction(kt_mjcf *m, const kt_mjcf_line *l) {
 /* Whether limits become stops. */
 static bool has_stops(const kt_mjcf *m) { return m->source->options->stop_stiffness != 0.0 && !m->off.limits; }
 
-static void add_stop(kt_mjcf *m, const kt_mjcf_line *l, double lower, double upper) {
+static void add_line_stop(kt_mjcf *m, const kt_mjcf_line *l, double lower, double upper) {
     const double a = lower / l->factor, b = upper / l->factor;
     if (has_stops(m))
         kt_draft_stop(&m->draft, l->element, m->source->options, l->joint, fmin(a, b), fmax(a, b));
@@ -130,7 +130,7 @@ static bool read_springs(kt_mjcf *m, const kt_mjcf_joint *j, double stiffness[3]
  * turns by -stiffness times the Euler vector. */
 static void spring_ball(kt_mjcf *m, const kt_mjcf_joint *j) {
     double stiffness[3], damping[3];
-    if (friction_of(m, j->element, j->tag) != 0.0)
+    if (line_friction_of(m, j->element, j->tag) != 0.0)
         kt_unknown_count(&m->forces, "frictionloss of a ball or free joint", j->element);
     if (!read_springs(m, j, stiffness, damping))
         return;
@@ -171,9 +171,9 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         if (!m->off.dampers && is_any(damping))
             add_damping(m, &l, damping);
     }
-    add_friction(m, &l);
+    add_line_friction(m, &l);
     if (j->is_limited)
-        add_stop(m, &l, j->lower, j->upper);
+        add_line_stop(m, &l, j->lower, j->upper);
 }
 
 /* Compensates a part of the weight with a force at the centre of mass. */
@@ -304,7 +304,7 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
         add_armature(m, t, armature);
     if (armature != 0.0 && !is_chain(m, t))
         kt_left_count(&m->branches, e);
-    if (!springs && !damps && friction_of(m, e, "tendon") == 0.0 && !(armature != 0.0 && t->count > 1) &&
+    if (!springs && !damps && line_friction_of(m, e, "tendon") == 0.0 && !(armature != 0.0 && t->count > 1) &&
         !(is_limited && has_stops(m)))
         return;
     if (!kt_mjcf_find_length(m, t))
@@ -318,9 +318,9 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
         add_spring(m, &l, stiffness, rest);
     if (damps)
         add_damping(m, &l, damping);
-    add_friction(m, &l);
+    add_line_friction(m, &l);
     if (is_limited)
-        add_stop(m, &l, range[0], range[1]);
+        add_line_stop(m, &l, range[0], range[1]);
 }
 
 /* A spatial tendon that is left out has no path. */

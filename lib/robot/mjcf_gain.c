@@ -44,7 +44,8 @@ static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) 
 }
 
 /* Numbers of a muscle below zero stand for those that it has already. */
-static void read_positive(kt_mjcf *m, const kt_element *e, const char *name, int least, int most, double *values) {
+static void read_muscle_numbers(kt_mjcf *m, const kt_element *e, const char *name, int least, int most,
+                                double *values) {
     double read[2] = {-1.0, -1.0};
     read_here(m, e, name, least, most, read);
     for (int i = 0; i < most; i++)
@@ -61,11 +62,11 @@ static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
         gain[i] = gain[i] == (i == 0 ? 1.0 : 0.0) ? own[i] : gain[i];
     times[0] = times[0] == 1.0 ? 0.01 : times[0];
     times[1] = times[1] == 0.0 ? 0.04 : times[1];
-    read_positive(m, e, "timeconst", 1, 2, times);
+    read_muscle_numbers(m, e, "timeconst", 1, 2, times);
     read_here(m, e, "tausmooth", 1, 1, times + 2);
-    read_positive(m, e, "range", 2, 2, gain);
+    read_muscle_numbers(m, e, "range", 2, 2, gain);
     for (int i = 2; i < KT_MJCF_MUSCLE_NUMBERS; i++)
-        read_positive(m, e, names[i - 2], 1, 1, gain + i);
+        read_muscle_numbers(m, e, names[i - 2], 1, 1, gain + i);
     memcpy(a->bias, gain, sizeof a->bias);
     a->gain_type = MUSCLE;
     a->bias_type = MUSCLE_BIAS;

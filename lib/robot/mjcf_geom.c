@@ -30,7 +30,7 @@ typedef struct geom {
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
 
 /* How many numbers of `size` a type has, without and with `fromto`. */
-static int sizes_of(geom_type type, bool has_ends) {
+static int geom_sizes_of(geom_type type, bool has_ends) {
     const bool is_round = type == SPHERE || ((type == CAPSULE || type == CYLINDER) && has_ends);
     const bool is_long = type == CAPSULE || type == CYLINDER;
     if (is_round || ((type == BOX || type == ELLIPSOID) && has_ends))
@@ -41,7 +41,7 @@ static int sizes_of(geom_type type, bool has_ends) {
 static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
     double ends[6];
     const bool has_ends = kt_mjcf_text(m, e, "geom", "fromto") != NULL;
-    const int need = sizes_of(g->type, has_ends);
+    const int need = geom_sizes_of(g->type, has_ends);
     const int count = kt_mjcf_numbers(m, e, "geom", "size", 1, 3, g->size);
     for (int i = 0; i < need; i++)
         if (i >= count || !(g->size[i] > 0.0)) {
@@ -58,7 +58,7 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
         g->size[1] = g->size[0];
 }
 
-static double volume_of(const geom *g) {
+static double geom_volume_of(const geom *g) {
     if (g->type == MESH)
         return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
     return g->is_shell ? kt_shell_area(solids[g->type], g->size) : kt_solid_volume(solids[g->type], g->size);
@@ -105,7 +105,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
     if (g->type == MESH && !is_fitted)
         g->mesh = kt_mjcf_find_mesh(m, e);
     g->is_shell = is_shell(m, e, g);
-    const double volume = volume_of(g);
+    const double volume = geom_volume_of(g);
     g->is_lost = g->type == MESH && !(volume > 0.0);
     if (!(volume > 0.0))
         return;
@@ -122,7 +122,7 @@ static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
     const bool is_fitted = g.type != MESH && kt_mjcf_text(m, e, "geom", "mesh") != NULL;
     if (is_fitted)
         g.type = MESH; /* a solid that MuJoCo fits to the mesh */
-    if (sizes_of(g.type, false) > 0)
+    if (geom_sizes_of(g.type, false) > 0)
         read_size(m, e, &g);
     set_mass(m, e, &g, is_fitted);
     return g;
@@ -195,7 +195,7 @@ static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
 
 /* ---- <inertial> -------------------------------------------------------------------------------------------------- */
 
-static void read_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
+static void read_mjcf_inertial(kt_mjcf *m, const kt_element *e, kt_mjcf_body *b) {
     const kt_pose pose = kt_mjcf_pose(m, e, NULL);
     double full[6] = {0.0};
     b->com = pose.position;
@@ -224,7 +224,7 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
     if (m->geoms_have_mass)
         centre_geoms(m, b);
     else if (inertial != NULL)
-        read_inertial(m, inertial, b);
+        read_mjcf_inertial(m, inertial, b);
 }
 
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */

@@ -42,7 +42,7 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 enum { INCLUDES_MOST = 64 /* files within one another */ };
 
 /* Whether a file is the one that has an element of a document, or one that includes this file. */
-static bool is_circle(kt_mjcf *m, int document, const kt_element *e, const char *path) {
+static bool includes_itself(kt_mjcf *m, int document, const kt_element *e, const char *path) {
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
     int depth = 0;
     for (; e->by != NULL && e->file != d->root->file; e = e->by)
@@ -62,7 +62,7 @@ const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, con
     return kt_include_path(m->r, m->source, e, is_near ? near : path);
 }
 
-static kt_element *include(kt_mjcf *m, const kt_element *e, int document) {
+static kt_element *include_file(kt_mjcf *m, const kt_element *e, int document) {
     const char *name = kt_xml_attribute(e, "file");
     if (name == NULL) {
         (void)kt_mjcf_fault(m, e, "the attribute 'file' is missing");
@@ -71,7 +71,7 @@ static kt_element *include(kt_mjcf *m, const kt_element *e, int document) {
     const char *path = kt_mjcf_find_file(m, document, e, name);
     if (path == NULL)
         return NULL;
-    if (is_circle(m, document, e, path)) {
+    if (includes_itself(m, document, e, path)) {
         (void)kt_mjcf_fault(m, e, "files include each other in a circle, or more than %d deep", (int)INCLUDES_MOST);
         return NULL;
     }
@@ -86,7 +86,7 @@ static void expand_includes(kt_mjcf *m, int document, kt_element *parent, int de
     kt_element *before = NULL;
     for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory;) {
         if (strcmp(e->name, "include") == 0) {
-            e = kt_mjcf_splice(parent, before, e, include(m, e, document));
+            e = kt_mjcf_splice(parent, before, e, include_file(m, e, document));
             continue;
         }
         if (depth == KT_XML_DEPTH_MAX) {
@@ -155,7 +155,7 @@ static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, co
 }
 
 /* A <frame> with the pose of a copy. */
-static kt_element *make_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
+static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
     const kt_quat q = kt_quat_from_matrix(pose.rotation);
     const kt_vec3 p = pose.position;
     const char *childclass = kt_xml_attribute(e, "childclass");
@@ -201,7 +201,7 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
         digits++;
     for (int k = 0; k < (int)count && !m->r->out_of_memory; k++) {
         char suffix[80];
-        kt_element *frame = make_frame(m, e, at);
+        kt_element *frame = make_copy_frame(m, e, at);
         (void)snprintf(suffix, sizeof suffix, "%.40s%0*d", separator != NULL ? separator : "", digits < 8 ? digits : 8,
                        k);
         if (frame == NULL)

@@ -32,7 +32,7 @@ static kt_pose world_of(const kt_mjcf *m, int body) {
 }
 
 /* `pose`: in the body's own frame. For a pose in MuJoCo's frame of the body, see end_in. */
-static kt_end end_of(const kt_mjcf *m, int body, kt_pose pose) {
+static kt_end equality_end_of(const kt_mjcf *m, int body, kt_pose pose) {
     kt_end end = kt_end_default();
     end.body = kt_mjcf_body_at(m, body)->name;
     end.at = pose.position;
@@ -41,7 +41,7 @@ static kt_end end_of(const kt_mjcf *m, int body, kt_pose pose) {
 }
 
 static kt_end end_in(const kt_mjcf *m, int body, kt_pose pose) {
-    return end_of(m, body, kt_pose_compose(kt_mjcf_body_at(m, body)->frame, pose));
+    return equality_end_of(m, body, kt_pose_compose(kt_mjcf_body_at(m, body)->frame, pose));
 }
 
 /* Ends at two sites; false if there are none, or they do not exist. */
@@ -49,8 +49,8 @@ static bool find_sites(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     const int a = kt_mjcf_find(m, e, "site1", KT_MJCF_SITES), b = kt_mjcf_find(m, e, "site2", KT_MJCF_SITES);
     if (a < 0 || b < 0)
         return false;
-    ends[0] = end_of(m, kt_mjcf_site_at(m, a)->body, kt_mjcf_site_at(m, a)->pose);
-    ends[1] = end_of(m, kt_mjcf_site_at(m, b)->body, kt_mjcf_site_at(m, b)->pose);
+    ends[0] = equality_end_of(m, kt_mjcf_site_at(m, a)->body, kt_mjcf_site_at(m, a)->pose);
+    ends[1] = equality_end_of(m, kt_mjcf_site_at(m, b)->body, kt_mjcf_site_at(m, b)->pose);
     return true;
 }
 
@@ -93,7 +93,7 @@ static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     return true;
 }
 
-static void join(kt_mjcf *m, const kt_element *e, bool is_weld) {
+static void join_bodies(kt_mjcf *m, const kt_element *e, bool is_weld) {
     kt_end ends[2];
     if (!(is_weld ? find_welded(m, e, ends) : find_connected(m, e, ends)))
         return;
@@ -180,7 +180,7 @@ static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x,
     return NULL;
 }
 
-static void couple(kt_mjcf *m, const kt_element *e, bool is_tendon) {
+static void couple_mjcf_joints(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     double a[5] = {0.0, 1.0, 0.0, 0.0, 0.0};
     side y, x = {.count = 0};
     bool (*find)(kt_mjcf *, const kt_element *, const char *, side *) = is_tendon ? find_tendon : find_joint;
@@ -232,9 +232,9 @@ void kt_mjcf_equalities(kt_mjcf *m) {
         else if (strcmp(e->name, KT_MJCF_EDGE) == 0)
             join_edge(m, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
-            join(m, e, strcmp(e->name, "weld") == 0);
+            join_bodies(m, e, strcmp(e->name, "weld") == 0);
         else if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "tendon") == 0)
-            couple(m, e, strcmp(e->name, "tendon") == 0);
+            couple_mjcf_joints(m, e, strcmp(e->name, "tendon") == 0);
         if (m->draft.loops.count > before)
             kt_left_count(&m->soft, e);
     }

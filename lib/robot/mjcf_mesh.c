@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* The file's name, without the folder where the compiler strips paths. */
-static const char *file_of(const kt_mjcf *m, const kt_element *e) {
+static const char *mesh_file_of(const kt_mjcf *m, const kt_element *e) {
     const char *file = kt_xml_attribute(e, "file");
     const char *slash = file != NULL && kt_mjcf_settings_of(m, e)->strip_path ? strrchr(file, '/') : NULL;
     return slash != NULL ? slash + 1 : file;
@@ -31,7 +31,7 @@ static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
 
 /* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. As in MuJoCo, the search
  * starts in the folder of the mesh's document. The folder of the file that names the mesh follows. */
-static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
+static const char *mesh_path_of(kt_mjcf *m, const kt_element *e, const char *file) {
     const char *path = path_in(m, kt_mjcf_settings_of(m, e)->mesh_folder, file);
     if (path == NULL || e->file == NULL || path[0] == '/')
         return path;
@@ -44,7 +44,7 @@ static const char *path_of(kt_mjcf *m, const kt_element *e, const char *file) {
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
-static void miss(kt_mjcf *m, const kt_element *e, const kt_error *error) {
+static void count_unread_mesh(kt_mjcf *m, const kt_element *e, const kt_error *error) {
     kt_phrase what = {.length = 0};
     if (error->code == KT_ERROR_MEMORY) {
         (void)kt_reader_out_of_memory(m->r);
@@ -63,7 +63,7 @@ static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt
     size_t size = 0;
     if (m->source->folder == NULL)
         return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
-    const char *path = path_of(m, e, file);
+    const char *path = mesh_path_of(m, e, file);
     path = path != NULL ? path_in(m, m->source->folder, path) : NULL;
     kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
@@ -141,8 +141,8 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
 }
 
 /* A mesh without a name has that of its file, without folder and ending. */
-static const char *name_of(kt_mjcf *m, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "name"), *file = file_of(m, e);
+static const char *mesh_name_of(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name"), *file = mesh_file_of(m, e);
     if (name != NULL || file == NULL)
         return name;
     const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
@@ -155,7 +155,7 @@ static const char *name_of(kt_mjcf *m, const kt_element *e) {
 }
 
 static void add_mesh(kt_mjcf *m, const kt_element *e) {
-    const char *name = name_of(m, e);
+    const char *name = mesh_name_of(m, e);
     if (name != NULL && kt_names_add(&m->names, KT_MJCF_MESHES, name, m->meshes.count) >= 0)
         (void)kt_mjcf_fault(m, e, "there is another mesh of this name; each needs one of its own");
     kt_mjcf_mesh *mesh = kt_list_add(m->r, &m->r->scratch, &m->meshes, sizeof *mesh);
@@ -173,7 +173,7 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
-    const char *file = file_of(m, e);
+    const char *file = mesh_file_of(m, e);
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
     kt_status status = file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
@@ -182,7 +182,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
-        miss(m, e, &error);
+        count_unread_mesh(m, e, &error);
     }
 }
 
@@ -222,8 +222,8 @@ const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *coun
  * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
-    const char *file = mesh != NULL ? file_of(m, mesh->element) : NULL,
-               *path = file != NULL ? path_of(m, mesh->element, file) : NULL;
+    const char *file = mesh != NULL ? mesh_file_of(m, mesh->element) : NULL,
+               *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL;
     if (path == NULL) {
         kt_left_count(&m->pictures, geom);
         return;

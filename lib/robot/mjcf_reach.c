@@ -63,7 +63,7 @@ kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, c
 
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
 
-static bool read_points(length *l) {
+static bool read_reach_points(length *l) {
     const kt_mjcf_tendon *t = tendon_of(l);
     l->points = kt_pool_take(&l->m->r->scratch, (size_t)t->path_count + 1, sizeof *l->points);
     if (l->points == NULL)
@@ -174,7 +174,7 @@ static bool is_between(const length *l, const kt_mjcf_joint *j) {
 }
 
 /* Whether the walks ended at limits and turning points. Else the length jumps at an end (effect/path.c). */
-static bool is_end(const length *l, double sense) {
+static bool ends_at_limits(const length *l, double sense) {
     const double size = fabs(evaluate_length(l));
     bool is_flat = true;
     for (int i = 0; i < l->m->joints.count; i++) {
@@ -207,7 +207,7 @@ static bool find_end_of_path(const length *l, double sense, double *found) {
     for (int n = 0; n < CYCLES; n++) {
         *found = evaluate_length(l);
         if (!(sense * *found > last + 1e-12 * fabs(*found)))
-            return isfinite(*found) && is_end(l, sense);
+            return isfinite(*found) && ends_at_limits(l, sense);
         last = sense * *found;
         for (int i = 0; i < l->m->joints.count; i++) {
             const kt_mjcf_joint *j = kt_mjcf_joint_at(l->m, i);
@@ -282,8 +282,8 @@ static bool may_bind(const length *l, int index) {
     if (t->is_judged || !read_tendon_limits(l->m, t, limits))
         return t->is_judged && t->may_bind;
     t->is_judged = true;
-    t->may_bind = (t->path_count > 0 && !read_points(&own)) || !find_joint_range(&own, range) || range[0] < limits[0] ||
-                  range[1] > limits[1];
+    t->may_bind = (t->path_count > 0 && !read_reach_points(&own)) || !find_joint_range(&own, range) ||
+                  range[0] < limits[0] || range[1] > limits[1];
     return t->may_bind;
 }
 
@@ -351,14 +351,14 @@ static double acceleration_of(const length *l, const double *factors) {
 
 /* ---- all muscles ------------------------------------------------------------------------------------------------- */
 
-static bool is_muscle(kt_mjcf *m, const kt_element *e) {
+static bool element_is_muscle(kt_mjcf *m, const kt_element *e) {
     const kt_mjcf_actuator a = kt_mjcf_actuator_of(m, e);
     return a.has_active || a.has_passive;
 }
 
 const kt_element *kt_mjcf_find_muscle(kt_mjcf *m, const kt_element *last) {
     const kt_element *e = kt_mjcf_section(m, "actuator", last);
-    while (e != NULL && !is_muscle(m, e))
+    while (e != NULL && !element_is_muscle(m, e))
         e = kt_mjcf_section(m, "actuator", e);
     return e;
 }
@@ -371,7 +371,7 @@ static void add_reach(kt_mjcf *m, const kt_element *e, const kt_contact_tree *tr
     const bool is_path = t != NULL && t->path_count > 0;
     if (t != NULL ? t->count == 0 && !is_path : l.on.joint < 0 || !kt_mjcf_is_scalar(kt_mjcf_joint_at(m, l.on.joint)))
         return;
-    if (is_path && !read_points(&l))
+    if (is_path && !read_reach_points(&l))
         return;
     kt_mjcf_reach *reach = kt_list_add(m->r, &m->r->scratch, &m->reaches, sizeof *reach);
     if (reach == NULL)
@@ -400,7 +400,7 @@ void kt_mjcf_add_path_armatures(kt_mjcf *m, const kt_contact_tree *tree, double 
         const double armature = kt_mjcf_path_armature(m, kt_mjcf_tendon_at(m, i));
         length l = {.m = m, .tree = tree, .on = {.joint = -1, .tendon = i, .gear = 1.0}, .jacobian = room};
         l.gradient = room + 6 * (size_t)kt_model_nv(tree->model);
-        if (armature != 0.0 && read_points(&l) && isfinite(evaluate_length(&l)))
+        if (armature != 0.0 && read_reach_points(&l) && isfinite(evaluate_length(&l)))
             add_length_square(&l, armature, mass);
     }
 }

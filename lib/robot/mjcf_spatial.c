@@ -162,7 +162,7 @@ static bool is_between_points(const kt_mjcf_tendon *t, int i) {
            !(p[i + 1].divisor > 0.0);
 }
 
-static bool read_points(kt_mjcf *m, kt_mjcf_tendon *t) {
+static bool read_tendon_points(kt_mjcf *m, kt_mjcf_tendon *t) {
     double divisor = 0.0;
     int first = 0;
     for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
@@ -213,7 +213,7 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     t->path = kt_pool_take(&m->r->keep, count, sizeof *t->path);
     if (t->path == NULL)
         return kt_reader_out_of_memory(m->r);
-    if (!read_points(m, t))
+    if (!read_tendon_points(m, t))
         return false;
     for (int i = 0; i < t->path_count; i++)
         t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, kt_mjcf_body_of_end(m, &t->path[i].end));

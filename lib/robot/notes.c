@@ -159,10 +159,10 @@ void kt_note_sunk(kt_notes *notes, const kt_element *root, double depth) {
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 /* "joint 'elbow': limit: ", from below the root inwards. */
-static void add_context(kt_phrase *phrase, const kt_element *e) {
+static void add_path_context(kt_phrase *phrase, const kt_element *e) {
     if (e->parent == NULL)
         return;
-    add_context(phrase, e->parent);
+    add_path_context(phrase, e->parent);
     kt_phrase_add(phrase, "%s", e->name);
     const char *name = kt_xml_attribute(e, "name");
     if (name != NULL)
@@ -173,7 +173,7 @@ static void add_context(kt_phrase *phrase, const kt_element *e) {
 bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) {
     kt_phrase where = {.length = 0};
     va_list arguments;
-    add_context(&where, e);
+    add_path_context(&where, e);
     va_start(arguments, format);
     const bool result = kt_xml_fault_in(r, e, where.text, format, arguments);
     va_end(arguments);

@@ -132,7 +132,7 @@ static const kt_note last_notes[] = {
     KT_NOTE(kt_sdf, pictures, DETAIL, "visuals that pictures do not have (planes, polylines ...), left out:"),
 };
 
-static void make_notes(const kt_sdf *m, kt_scene *scene) {
+static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
@@ -228,5 +228,5 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     scene->description.inertia_check = m.judge.limit;
     kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
     if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(chosen, "name"), scene))
-        make_notes(&m, scene);
+        make_sdf_notes(&m, scene);
 }

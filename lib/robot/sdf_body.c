@@ -15,7 +15,7 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* Adds "A::B::name" below the root's scope. make_name counts a changed name at e (NULL: not). */
+/* Adds "A::B::name" below the root's scope. make_sdf_name counts a changed name at e (NULL: not). */
 static void add_path(const kt_sdf *m, kt_phrase *phrase, int frame) {
     const kt_sdf_frame *f = kt_sdf_frame_at(m, frame);
     if (f->scope != m->root_scope && f->scope > 0) {
@@ -25,7 +25,7 @@ static void add_path(const kt_sdf *m, kt_phrase *phrase, int frame) {
     kt_phrase_add(phrase, "%s", f->name != NULL ? f->name : "");
 }
 
-static const char *make_name(kt_sdf *m, int frame, const kt_element *e) {
+static const char *make_sdf_name(kt_sdf *m, int frame, const kt_element *e) {
     kt_phrase path = {.length = 0};
     add_path(m, &path, frame);
     const char *name = kt_namer_make(&m->bodies_named, path.text);
@@ -40,13 +40,13 @@ static void name_links(kt_sdf *m) {
         for (int i = 1; i < m->links.count; i++) {
             kt_sdf_link *link = kt_sdf_link_at(m, i);
             if (link->is_between == (pass == 1))
-                link->body = make_name(m, link->frame, link->element);
+                link->body = make_sdf_name(m, link->frame, link->element);
         }
 }
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-static kt_body *add_body(kt_sdf *m, const kt_element *e, const kt_element *link, const char *name, int parent) {
+static kt_body *add_sdf_body(kt_sdf *m, const kt_element *e, const kt_element *link, const char *name, int parent) {
     kt_body *body = kt_draft_body(&m->draft, e);
     int *on = kt_list_add(m->r, &m->r->scratch, &m->parents, sizeof *on);
     const kt_element **of = kt_list_add(m->r, &m->r->scratch, &m->link_elements, sizeof *of);
@@ -110,7 +110,7 @@ static void set_joint(kt_sdf *m, const kt_sdf_joint *j, kt_pose pose, kt_vec3 ax
 }
 
 /* A link between two axes, one of which closes a loop: both axes form one loop. */
-static bool is_end(const kt_sdf *m, const kt_sdf_link *link) {
+static bool ends_a_loop(const kt_sdf *m, const kt_sdf_link *link) {
     return link->is_between && !kt_sdf_other_half(m, link, kt_sdf_joint_at(m, link->carrier))->is_used;
 }
 
@@ -127,9 +127,9 @@ static void want_name(kt_sdf *m, kt_sdf_joint *j) {
         (void)kt_reader_out_of_memory(m->r);
 }
 
-static void make_body(kt_sdf *m, int index) {
+static void make_sdf_body(kt_sdf *m, int index) {
     kt_sdf_link *link = kt_sdf_link_at(m, index);
-    if (is_end(m, link))
+    if (ends_a_loop(m, link))
         return;
     kt_sdf_joint *j = link->carrier >= 0 ? kt_sdf_joint_at(m, link->carrier) : NULL;
     const kt_sdf_link *on = j != NULL ? kt_sdf_link_at(m, j->is_reversed ? j->child : j->parent) : NULL;
@@ -137,7 +137,7 @@ static void make_body(kt_sdf *m, int index) {
     kt_body *body;
     link->rigid = j != NULL && j->type == KT_JOINT_FIXED ? on->rigid : link->is_static ? 0 : index;
     if (j == NULL) {
-        body = add_body(m, e, link->element, link->body, -1);
+        body = add_sdf_body(m, e, link->element, link->body, -1);
         if (body != NULL)
             root_joint(m, link, &body->joint);
     } else {
@@ -147,14 +147,14 @@ static void make_body(kt_sdf *m, int index) {
         const bool is_off = point.x != 0.0 || point.y != 0.0 || point.z != 0.0;
         if (j->is_reversed)
             axis = kt_vec3_scale(-1.0, axis);
-        body = add_body(m, e, link->element, is_off ? make_name(m, j->frame, NULL) : link->body, on->index);
+        body = add_sdf_body(m, e, link->element, is_off ? make_sdf_name(m, j->frame, NULL) : link->body, on->index);
         if (body == NULL)
             return;
         want_name(m, j);
         set_joint(m, j, (kt_pose){pose.rotation, kt_pose_apply(pose, point)}, axis, &body->joint);
         if (is_off) {
             kt_left_count(&m->offsets, e);
-            body = add_body(m, e, link->element, link->body, m->draft.bodies.count - 1);
+            body = add_sdf_body(m, e, link->element, link->body, m->draft.bodies.count - 1);
             if (body != NULL)
                 body->joint.at = kt_vec3_scale(-1.0, point);
         }
@@ -167,7 +167,7 @@ static void make_body(kt_sdf *m, int index) {
 }
 
 /* Effects and loops call joints by their names. */
-static void name_joints(kt_sdf *m) {
+static void name_sdf_joints(kt_sdf *m) {
     kt_joints_name(&m->joints_named, m->draft.bodies.items, m->draft.bodies.count, m->wanted.items,
                    m->draft.body_elements.items, &m->renamed_joints);
     for (int i = 0; i < m->joints.count; i++) {
@@ -177,7 +177,7 @@ static void name_joints(kt_sdf *m) {
     }
 }
 
-static void judge_inertias(kt_sdf *m) {
+static void judge_sdf_inertias(kt_sdf *m) {
     m->judge = (kt_judge){.r = m->r,
                           .options = m->source->options,
                           .bodies = m->draft.bodies.items,
@@ -188,7 +188,7 @@ static void judge_inertias(kt_sdf *m) {
 }
 
 /* A link by its name in the scene, or by that of the file, A::B. */
-static int find_link(const void *user, const char *name) {
+static int find_sdf_link(const void *user, const char *name) {
     const kt_sdf *m = user;
     for (int i = 1; i < m->links.count; i++) {
         const kt_sdf_link *link = kt_sdf_link_at(m, i);
@@ -208,18 +208,18 @@ void kt_sdf_make_bodies(kt_sdf *m) {
         return;
     name_links(m);
     for (int i = 1; i < m->order_count && !m->r->out_of_memory; i++)
-        make_body(m, m->order[i]);
+        make_sdf_body(m, m->order[i]);
     if (kt_draft_is_wrong(&m->draft))
         return;
-    name_joints(m);
-    judge_inertias(m);
-    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_link, m);
+    name_sdf_joints(m);
+    judge_sdf_inertias(m);
+    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_sdf_link, m);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
 /* The joint's frame, with the direction of its axis, in a link. */
-static kt_end end_of(const kt_sdf *m, const kt_sdf_joint *j, int link) {
+static kt_end sdf_end_of(const kt_sdf *m, const kt_sdf_joint *j, int link) {
     const kt_pose pose = kt_sdf_pose(m, j->frame, kt_sdf_link_at(m, link)->frame);
     kt_end end = kt_end_default();
     end.body = kt_sdf_link_at(m, link)->body;
@@ -250,8 +250,8 @@ static bool is_joint_name(const kt_sdf *m, const char *name) {
 
 /* The loop of a joint between two links: its type, axes and ends. */
 static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *last, kt_loop *loop) {
-    loop->between[0] = end_of(m, first, first->parent);
-    loop->between[1] = end_of(m, first, last->child);
+    loop->between[0] = sdf_end_of(m, first, first->parent);
+    loop->between[1] = sdf_end_of(m, first, last->child);
     if (kt_sdf_is_scalar(first))
         loop->axis = kt_sdf_axis_in(m, first, first->frame);
     if (loop->type == KT_LOOP_UNIVERSAL)

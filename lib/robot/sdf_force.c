@@ -115,7 +115,8 @@ void kt_sdf_make_effects(kt_sdf *m) {
 
 /* ---- couplings --------------------------------------------------------------------------------------------------- */
 
-static void couple(kt_sdf *m, const kt_element *e, const char *name, const kt_term *terms, int count, double offset) {
+static void couple_sdf_joints(kt_sdf *m, const kt_element *e, const char *name, const kt_term *terms, int count,
+                              double offset) {
     kt_loop *loop = kt_draft_loop(&m->draft, e, KT_LOOP_COUPLING, name);
     kt_term *kept = kt_pool_take(&m->r->keep, (size_t)count, sizeof *kept);
     if (loop == NULL || kept == NULL) {
@@ -156,7 +157,7 @@ static void mimic(kt_sdf *m, const kt_sdf_joint *j, const kt_element *e) {
     const kt_term terms[] = {{j->name, 1.0}, {other->name, -multiplier}};
     char name[160];
     (void)snprintf(name, sizeof name, "mimic_%.120s", j->name);
-    couple(m, e, name, terms, 2, offset - multiplier * reference);
+    couple_sdf_joints(m, e, name, terms, 2, offset - multiplier * reference);
     kt_left_count(&m->mimics, e);
 }
 
@@ -201,7 +202,7 @@ static void add_angle(const kt_sdf *m, int of, int from, kt_vec3 axis, double fa
     }
 }
 
-static int link_named(kt_sdf *m, int frame, const char *child) {
+static int child_link_named(kt_sdf *m, int frame, const char *child) {
     const kt_element *e = kt_xml_child(kt_sdf_frame_at(m, frame)->element, child);
     const int found = e != NULL && e->text != NULL ? kt_sdf_find(m, e, frame, e->text) : -1;
     return found >= 0 ? kt_sdf_link_of(m, e, found) : -1;
@@ -210,8 +211,8 @@ static int link_named(kt_sdf *m, int frame, const char *child) {
 /* t2 + ratio t1 = 0. */
 static void gear(kt_sdf *m, int frame) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
-    const int reference = link_named(m, frame, "gearbox_reference_body");
-    const int parent = link_named(m, frame, "parent"), child = link_named(m, frame, "child");
+    const int reference = child_link_named(m, frame, "gearbox_reference_body");
+    const int parent = child_link_named(m, frame, "parent"), child = child_link_named(m, frame, "child");
     const double ratio = kt_sdf_number(m, e, "gearbox_ratio", 1.0);
     angle a = {.count = 0};
     kt_vec3 axes[2];
@@ -231,8 +232,8 @@ static void gear(kt_sdf *m, int frame) {
         kt_left_count(&m->lost_gears, e);
         return;
     }
-    couple(m, e, kt_sdf_frame_at(m, frame)->name != NULL ? kt_sdf_frame_at(m, frame)->name : "gearbox", a.terms, count,
-           0.0);
+    couple_sdf_joints(m, e, kt_sdf_frame_at(m, frame)->name != NULL ? kt_sdf_frame_at(m, frame)->name : "gearbox",
+                      a.terms, count, 0.0);
     kt_left_count(&m->gearboxes, e);
 }
 

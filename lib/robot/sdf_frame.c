@@ -73,7 +73,7 @@ static const char *merged_name(kt_sdf *m, const char *name) {
 
 /* A merged model has no scope of its own. Its items are in the model around it, and their poses are relative to a
  * frame. */
-static void include(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
+static void include_model(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
     const char *path, *merge = kt_xml_attribute(e, "merge");
     int version = 0;
     const kt_element *model = kt_sdf_include(m, e, chain, &path, &version);
@@ -104,7 +104,7 @@ static void add_children(kt_sdf *m, const kt_element *within, int scope, int hom
         else if (strcmp(e->name, "model") == 0)
             add_model(m, e, scope, home, chain);
         else if (strcmp(e->name, "include") == 0)
-            include(m, e, scope, home, chain);
+            include_model(m, e, scope, home, chain);
 }
 
 void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int version) {
@@ -139,7 +139,7 @@ static const char *other_name(kt_sdf *m, const kt_sdf_frame *f, int number) {
 }
 
 /* Before 1.7, a frame could have the name of a model, a link or another frame. It gets one of its own. */
-static void add_name(kt_sdf *m, int i) {
+static void add_frame_name(kt_sdf *m, int i) {
     kt_sdf_frame *f = kt_sdf_frame_at(m, i);
     const int scope = scope_of(f->scope, f->kind == KT_SDF_JOINT);
     const int other = f->name != NULL ? kt_names_add(&m->names, scope, f->name, i) : -1;
@@ -166,10 +166,10 @@ static void add_names(kt_sdf *m) {
     for (int frames = 0; frames < 2; frames++)
         for (int i = 1; i < m->frames.count; i++)
             if ((kt_sdf_frame_at(m, i)->kind == KT_SDF_FRAME) == (frames == 1))
-                add_name(m, i);
+                add_frame_name(m, i);
 }
 
-static int find_in(const kt_sdf *m, int scope, const char *name) {
+static int find_in_scope(const kt_sdf *m, int scope, const char *name) {
     const int found = kt_names_find(&m->names, scope_of(scope, false), name);
     return found >= 0 ? found : kt_names_find(&m->names, scope_of(scope, true), name);
 }
@@ -177,18 +177,18 @@ static int find_in(const kt_sdf *m, int scope, const char *name) {
 /* A::B::c: c in the model B in the model A of the scope. */
 static int find_nested(const kt_sdf *m, int scope, const char *name) {
     char part[256];
-    int found = find_in(m, scope, name);
+    int found = find_in_scope(m, scope, name);
     for (const char *end = strstr(name, "::"); found < 0 && end != NULL; end = strstr(name, "::")) {
         const size_t length = (size_t)(end - name);
         if (length >= sizeof part)
             return -1;
         memcpy(part, name, length);
         part[length] = '\0';
-        scope = find_in(m, scope, part);
+        scope = find_in_scope(m, scope, part);
         if (scope < 0 || kt_sdf_frame_at(m, scope)->kind != KT_SDF_MODEL)
             return -1;
         name = end + 2;
-        found = strcmp(name, "__model__") == 0 ? scope : find_in(m, scope, name);
+        found = strcmp(name, "__model__") == 0 ? scope : find_in_scope(m, scope, name);
     }
     return found;
 }
@@ -264,7 +264,7 @@ static void find_canonical(kt_sdf *m) {
         }
 }
 
-static void find_base(kt_sdf *m, int i) {
+static void find_frame_base(kt_sdf *m, int i) {
     kt_sdf_frame *f = kt_sdf_frame_at(m, i);
     int standard = f->home;
     if (f->kind == KT_SDF_LINK) {
@@ -343,7 +343,7 @@ void kt_sdf_place(kt_sdf *m) {
     find_canonical(m);
     kt_sdf_frame_at(m, 0)->follows = 0;
     for (int i = 1; i < m->frames.count; i++)
-        find_base(m, i);
+        find_frame_base(m, i);
     for (int i = m->frames.count - 1; i > 0; i--)
         place_model(m, i);
     settle(m);

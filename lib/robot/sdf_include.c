@@ -41,7 +41,7 @@ int kt_sdf_version(kt_sdf *m, kt_element *sdf) {
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-static const char *join(kt_sdf *m, const char *folder, const char *name) {
+static const char *join_folder(kt_sdf *m, const char *folder, const char *name) {
     const size_t room = strlen(folder) + strlen(name) + 2;
     char *path = kt_pool_take(&m->r->scratch, room, 1);
     if (path == NULL)
@@ -52,7 +52,7 @@ static const char *join(kt_sdf *m, const char *folder, const char *name) {
 }
 
 /* The path that a URI names; NULL if there is none, reported where it leads out of the folder. */
-static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
+static const char *uri_path_of(kt_sdf *m, const kt_element *e, const char *uri) {
     const char *scheme = strstr(uri, "://"), *plain = scheme != NULL ? scheme + 3 : uri;
     if (m->source->folder == NULL)
         return NULL;
@@ -67,8 +67,8 @@ static const char *path_of(kt_sdf *m, const kt_element *e, const char *uri) {
 /* ---- folders of models ------------------------------------------------------------------------------------------- */
 
 /* The name of a model's newest file, up to the newest version that is read, by its model.config; else model.sdf. */
-static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
-    const char *config = join(m, folder, "model.config"), *best = "model.sdf";
+static const char *model_file_of(kt_sdf *m, const kt_element *e, const char *folder) {
+    const char *config = join_folder(m, folder, "model.config"), *best = "model.sdf";
     int newest = 0;
     kt_element *root = config != NULL && kt_include_exists(config, false)
                            ? kt_include_read(m->r, e, config, &m->included_bytes)
@@ -87,7 +87,7 @@ static const char *file_of(kt_sdf *m, const kt_element *e, const char *folder) {
 
 /* ---- include ----------------------------------------------------------------------------------------------------- */
 
-static bool is_circle(const kt_sdf *m, const kt_sdf_chain *chain, const char *path) {
+static bool chain_has_file(const kt_sdf *m, const kt_sdf_chain *chain, const char *path) {
     if (strcmp(path, m->source->path) == 0)
         return true;
     for (; chain != NULL; chain = chain->outer)
@@ -110,11 +110,11 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
         return NULL;
     }
     const size_t faults = m->r->fault_count;
-    *path = path_of(m, e, uri);
+    *path = uri_path_of(m, e, uri);
     if (*path != NULL && kt_include_exists(*path, true)) {
         const bool is_absolute = *path[0] == '/';
-        const char *file = file_of(m, e, *path);
-        const char *inner = join(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
+        const char *file = model_file_of(m, e, *path);
+        const char *inner = join_folder(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
         *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
     }
     if (*path == NULL || !kt_include_exists(*path, false)) {
@@ -122,7 +122,7 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
             omit(m, e, uri);
         return NULL;
     }
-    if (is_circle(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
+    if (chain_has_file(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
         (void)kt_robot_fault(m->r, e, "files include each other in a circle, or more than %d deep", (int)DEPTH_MOST);
         return NULL;
     }

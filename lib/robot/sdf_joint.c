@@ -29,7 +29,7 @@ static const kind kinds[] = {
     {"piston", KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC},
 };
 
-static const kind *find_kind(kt_sdf *m, const kt_element *e) {
+static const kind *find_sdf_kind(kt_sdf *m, const kt_element *e) {
     const char *type = kt_xml_attribute(e, "type");
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds && type != NULL; i++)
         if (strcmp(kinds[i].name, type) == 0)
@@ -88,7 +88,7 @@ static int add_link(kt_sdf *m, const kt_element *e, int frame, bool is_between) 
     return index;
 }
 
-static void add_joint(kt_sdf *m, int frame, kt_joint_type type, const char *which, int parent, int child) {
+static void add_sdf_joint(kt_sdf *m, int frame, kt_joint_type type, const char *which, int parent, int child) {
     const int index = m->joints.count;
     kt_sdf_joint *j = kt_list_add(m->r, &m->r->scratch, &m->joints, sizeof *j);
     if (j == NULL)
@@ -123,7 +123,7 @@ static int link_named(kt_sdf *m, int frame, const char *child) {
     return found >= 0 ? kt_sdf_link_of(m, kt_xml_child(e, child), found) : -1;
 }
 
-static void read_joint(kt_sdf *m, int frame) {
+static void read_sdf_joint(kt_sdf *m, int frame) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
     const char *type = kt_xml_attribute(e, "type");
     const int parent = link_named(m, frame, "parent"), child = link_named(m, frame, "child");
@@ -133,7 +133,7 @@ static void read_joint(kt_sdf *m, int frame) {
             *added = frame;
         return;
     }
-    const kind *k = find_kind(m, e);
+    const kind *k = find_sdf_kind(m, e);
     if (parent < 0 || child < 0 || k == NULL)
         return;
     if (parent == child) {
@@ -141,17 +141,17 @@ static void read_joint(kt_sdf *m, int frame) {
         return;
     }
     if (k->second == KT_JOINT_FIXED) {
-        add_joint(m, frame, k->first, "axis", parent, child);
+        add_sdf_joint(m, frame, k->first, "axis", parent, child);
         return;
     }
     const int between = add_link(m, e, frame, true);
     if (between < 0)
         return;
     kt_left_count(&m->halves, e);
-    add_joint(m, frame, k->first, "axis", parent, between);
+    add_sdf_joint(m, frame, k->first, "axis", parent, between);
     if (m->joints.count > 0)
         kt_sdf_joint_at(m, m->joints.count - 1)->is_cut = false; /* the second is */
-    add_joint(m, frame, k->second, k->second == KT_JOINT_PRISMATIC ? "axis" : "axis2", between, child);
+    add_sdf_joint(m, frame, k->second, k->second == KT_JOINT_PRISMATIC ? "axis" : "axis2", between, child);
 }
 
 void kt_sdf_read_joints(kt_sdf *m) {
@@ -164,5 +164,5 @@ void kt_sdf_read_joints(kt_sdf *m) {
             kt_sdf_frame_at(m, i)->link = add_link(m, kt_sdf_frame_at(m, i)->element, i, false);
     for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
         if (kt_sdf_frame_at(m, i)->kind == KT_SDF_JOINT)
-            read_joint(m, i);
+            read_sdf_joint(m, i);
 }

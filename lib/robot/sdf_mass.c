@@ -49,7 +49,7 @@ static solid read_solid(kt_sdf *m, const kt_element *geometry) {
     return s;
 }
 
-static bool has_size(const solid *s) {
+static bool solid_has_size(const solid *s) {
     const bool is_long = s->type != KT_SOLID_SPHERE, is_wide = s->type == KT_SOLID_BOX || s->type == KT_SOLID_ELLIPSOID;
     return s->size[0] > 0.0 && (!is_long || s->size[1] > 0.0) && (!is_wide || s->size[2] > 0.0);
 }
@@ -57,11 +57,11 @@ static bool has_size(const solid *s) {
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
 /* Adds a collision to mass, first moment and inertia about the link's origin. A mesh adds nothing. */
-static void add_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body,
-                          bool *has_mesh) {
+static void add_sdf_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body,
+                              bool *has_mesh) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
-    if (s.type == KT_SOLID_NONE || !has_size(&s)) {
+    if (s.type == KT_SOLID_NONE || !solid_has_size(&s)) {
         *has_mesh = *has_mesh || s.is_mesh;
         return;
     }
@@ -79,7 +79,7 @@ static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, k
     bool has_mesh = false;
     body->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
-        add_collision(m, link, e, density, body, &has_mesh);
+        add_sdf_collision(m, link, e, density, body, &has_mesh);
     if (has_mesh)
         kt_note_massless(&m->massless_names, &m->lost_masses, link->body, link->element);
     if (body->mass > 0.0) {
@@ -119,7 +119,7 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
 /* Adds a visual or collision to the link's picture. Returns whether it has a solid or mesh that pictures support. */
-static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
+static bool add_sdf_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
@@ -138,7 +138,7 @@ static bool add_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) 
 /* ---- collisions -------------------------------------------------------------------------------------------------- */
 
 /* The bits with which a collision touches others; 0: it touches nothing. */
-static unsigned mask_of(kt_sdf *m, const kt_element *contact) {
+static unsigned collision_mask_of(kt_sdf *m, const kt_element *contact) {
     const char *text = contact != NULL ? kt_sdf_text(contact, "collide_bitmask") : NULL;
     if (contact != NULL && kt_sdf_flag(m, contact, "collide_without_contact", false))
         return 0;
@@ -160,12 +160,12 @@ static void set_geometry(kt_sdf *m, const kt_element *geometry, kt_collision *it
     item->pose.rotation = kt_mat3_multiply(item->pose.rotation, kt_triad_from_axis(normal, 2));
 }
 
-static void add_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
+static void add_sdf_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry"), *surface = kt_xml_child(e, "surface");
     const kt_element *friction = surface != NULL ? kt_xml_child(surface, "friction") : NULL;
     kt_collision item = {.element = e, .body = link->index, .friction = 1.0};
     if (m->source->options->contacts && geometry != NULL) {
-        item.mask = mask_of(m, surface != NULL ? kt_xml_child(surface, "contact") : NULL);
+        item.mask = collision_mask_of(m, surface != NULL ? kt_xml_child(surface, "contact") : NULL);
         item.pose = kt_sdf_pose_within(m, e, link->frame);
         item.friction = kt_sdf_number(m, friction != NULL ? kt_xml_child(friction, "ode") : NULL, "mu", 1.0);
         set_geometry(m, geometry, &item);
@@ -179,13 +179,13 @@ static void add_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e)
 void kt_sdf_picture(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
     kt_appearance_begin(&m->appearance, body->name);
     for (const kt_element *e = kt_xml_child(link->element, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
-        if (!add_visual(m, link, e))
+        if (!add_sdf_visual(m, link, e))
             kt_left_count(&m->pictures, e);
     const bool is_seen = m->appearance.is_seen;
     for (const kt_element *e = kt_xml_child(link->element, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
-        add_contact(m, link, e);
+        add_sdf_contact(m, link, e);
         if (!is_seen)
-            (void)add_visual(m, link, e);
+            (void)add_sdf_visual(m, link, e);
     }
     kt_appearance_end(&m->appearance, !is_seen, link->element, body);
 }

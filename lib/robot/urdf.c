@@ -65,7 +65,7 @@ static void note_root(kt_notes *n, const kt_urdf *u, int root) {
 }
 
 /* Makes a note of each kind of change or omission. */
-static void make_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scene *scene) {
+static void make_urdf_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, u->r, u->source->path))
         return;
@@ -81,7 +81,7 @@ static void make_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scene *sc
     scene->note_count = n.count;
 }
 
-static void judge_inertias(kt_urdf *u) {
+static void judge_urdf_inertias(kt_urdf *u) {
     const size_t room = (size_t)u->draft.bodies.count + 1;
     int *parents = kt_pool_take(&u->r->scratch, room, sizeof *parents);
     if (parents == NULL) {
@@ -119,14 +119,14 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_urdf_bodies(u);
     if (kt_draft_is_wrong(&u->draft) || !find_links(u))
         return;
-    judge_inertias(u);
+    judge_urdf_inertias(u);
     kt_urdf_given_masses(u);
     kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, gravity);
     scene->description.gravity = gravity;
     scene->description.inertia_check = u->judge.limit;
     kt_appearance_finish(&u->appearance, u->draft.bodies.items, u->draft.bodies.count, scene);
     if (kt_draft_finish(&u->draft, u->source->path, kt_xml_attribute(u->robot, "name"), scene))
-        make_notes(u, root, gravity, scene);
+        make_urdf_notes(u, root, gravity, scene);
 }
 
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {

@@ -13,7 +13,7 @@ static kt_rotation rotation_of(kt_vec3 rpy) {
 }
 
 /* I = R I' R' takes an inertia from the axes of `inertial` to those of the link. */
-static kt_sym3 turn_inertia(kt_sym3 s, kt_vec3 rpy) {
+static kt_sym3 turn_urdf_inertia(kt_sym3 s, kt_vec3 rpy) {
     kt_mat3 inertia;
     inertia.x = kt_vec3_make(s.xx, s.xy, s.xz);
     inertia.y = kt_vec3_make(s.xy, s.yy, s.yz);
@@ -23,7 +23,7 @@ static kt_sym3 turn_inertia(kt_sym3 s, kt_vec3 rpy) {
     return kt_sym3_make(m.x.x, m.y.y, m.z.z, 0.5 * (m.x.y + m.y.x), 0.5 * (m.x.z + m.z.x), 0.5 * (m.y.z + m.z.y));
 }
 
-static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
+static void read_urdf_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
     const kt_element *e = kt_xml_child(link, "inertial");
     kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     kt_vec3 rpy;
@@ -42,7 +42,7 @@ static void read_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
     } entries[] = {{"ixx", &s.xx}, {"iyy", &s.yy}, {"izz", &s.zz}, {"ixy", &s.xy}, {"ixz", &s.xz}, {"iyz", &s.yz}};
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
         kt_urdf_need_number(r, inertia, entries[i].name, entries[i].value);
-    body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_inertia(s, rpy) : s;
+    body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_urdf_inertia(s, rpy) : s;
 }
 
 /* A shape of a visual or collision; false if it is none that a scene has. */
@@ -87,7 +87,7 @@ static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
 }
 
 /* Adds a visual or collision to the link's picture; returns whether it has a solid or a mesh at all. */
-static bool add_visual(kt_urdf *u, const kt_element *e) {
+static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     kt_shape shape = kt_shape_default();
@@ -106,7 +106,7 @@ static bool add_visual(kt_urdf *u, const kt_element *e) {
 /* ---- collisions -------------------------------------------------------------------------------------------------- */
 
 /* The friction of a link, by Gazebo's extension; else 1. */
-static double friction_of(const kt_urdf *u, const kt_element *link) {
+static double link_friction_of(const kt_urdf *u, const kt_element *link) {
     static const char *const names[] = {"mu1", "mu"};
     const char *name = kt_xml_attribute(link, "name");
     double mu = 1.0;
@@ -134,14 +134,14 @@ static kt_solid solid_of(const kt_shape *shape, double size[3]) {
 }
 
 /* The last body of the draft has the link. */
-static void add_collision(kt_urdf *u, const kt_element *link, const kt_element *e) {
+static void add_urdf_collision(kt_urdf *u, const kt_element *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     kt_shape shape = kt_shape_default();
     kt_vec3 rpy;
     kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
     if (u->source->options->contacts) {
-        item.friction = friction_of(u, link);
+        item.friction = link_friction_of(u, link);
         kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
         item.pose.rotation = kt_matrix_from_rpy(rpy);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
@@ -158,13 +158,13 @@ static void add_collision(kt_urdf *u, const kt_element *link, const kt_element *
 static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
     kt_appearance_begin(&u->appearance, body->name);
     for (const kt_element *e = kt_xml_child(link, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
-        if (!add_visual(u, e))
+        if (!add_urdf_visual(u, e))
             kt_left_count(&u->shapes, e);
     const bool is_seen = u->appearance.is_seen;
     for (const kt_element *e = kt_xml_child(link, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
-        add_collision(u, link, e);
+        add_urdf_collision(u, link, e);
         if (!is_seen)
-            (void)add_visual(u, e);
+            (void)add_urdf_visual(u, e);
     }
     kt_appearance_end(&u->appearance, !is_seen, link, body);
 }
@@ -176,14 +176,14 @@ static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body)
         kt_left_count(&u->by_density, link);
 }
 
-static void make_body(kt_urdf *u, kt_urdf_link *link) {
+static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
     const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
     kt_body *body = kt_draft_body(&u->draft, j != NULL ? j->element : link->element);
     if (body == NULL)
         return;
     link->index = u->draft.bodies.count - 1;
     body->name = link->body;
-    read_inertial(u->r, link->element, body);
+    read_urdf_inertial(u->r, link->element, body);
     read_picture(u, link->element, body);
     set_mass_of_shape(u, link->element, body);
     if (j == NULL) {
@@ -212,7 +212,7 @@ static void make_body(kt_urdf *u, kt_urdf_link *link) {
 
 /* ---- effects and couplings --------------------------------------------------------------------------------------- */
 
-static void make_effects(kt_urdf *u, const kt_urdf_joint *j) {
+static void make_urdf_effects(kt_urdf *u, const kt_urdf_joint *j) {
     const kt_element *dynamics = kt_xml_child(j->element, "dynamics");
     double damping = 0.0, friction = 0.0;
     (void)kt_urdf_numbers(u->r, dynamics, "damping", 1, &damping);
@@ -250,7 +250,7 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
 
 /* ---- names of joints --------------------------------------------------------------------------------------------- */
 
-static void name_joints(kt_urdf *u) {
+static void name_urdf_joints(kt_urdf *u) {
     const int count = u->draft.bodies.count;
     kt_body *bodies = u->draft.bodies.items;
     const char **names = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *names);
@@ -276,13 +276,13 @@ static void name_joints(kt_urdf *u) {
 void kt_urdf_bodies(kt_urdf *u) {
     for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++)
         if (u->links[i].body != NULL)
-            make_body(u, &u->links[i]);
+            make_urdf_body(u, &u->links[i]);
     if (u->r->out_of_memory || !kt_namer_init(&u->draft.loop_names, u->r, u->joint_count + 1))
         return;
-    name_joints(u);
+    name_urdf_joints(u);
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
         if (u->joints[i].kind != NULL && u->joints[i].name != NULL) {
-            make_effects(u, &u->joints[i]);
+            make_urdf_effects(u, &u->joints[i]);
             make_coupling(u, &u->joints[i]);
         }
 }

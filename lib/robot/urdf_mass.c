@@ -24,7 +24,7 @@ static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
 }
 
 /* The first element of one of the names in a joint or an actuator of a transmission. */
-static const kt_element *find_in(const kt_element *transmission, const char *const *names) {
+static const kt_element *find_first_named(const kt_element *transmission, const char *const *names) {
     for (const kt_element *part = transmission->first; part != NULL; part = part->next)
         for (int i = 0; names[i] != NULL; i++)
             if (kt_xml_child(part, names[i]) != NULL)
@@ -40,10 +40,10 @@ static void read_transmission(kt_urdf *u, const kt_element *e) {
     const char *name = joint != NULL ? kt_xml_attribute(joint, "name") : NULL;
     const int index = name != NULL ? kt_names_find(&u->names, JOINTS, name) : -1;
     double reduction = 1.0, inertia = 0.0;
-    const kt_element *ratio = find_in(e, reductions);
+    const kt_element *ratio = find_first_named(e, reductions);
     const int words = u->words.count;
     const bool has_ratio = ratio == NULL || read_value(u, ratio, &reduction);
-    const bool has_rotor = read_value(u, find_in(e, inertias), &inertia) && inertia != 0.0 && has_ratio;
+    const bool has_rotor = read_value(u, find_first_named(e, inertias), &inertia) && inertia != 0.0 && has_ratio;
     if (u->words.count > words)
         return;
     if (!has_rotor || index < 0 || u->joints[index].kind == NULL || !u->joints[index].kind->is_scalar) {
@@ -61,7 +61,7 @@ void kt_urdf_transmissions(kt_urdf *u) {
 
 /* ---- masses of the options --------------------------------------------------------------------------------------- */
 
-static int find_link(const void *user, const char *name) {
+static int find_urdf_link(const void *user, const char *name) {
     const kt_urdf *u = user;
     const int index = kt_names_find(&u->names, LINKS, name);
     return index >= 0 ? u->links[index].index : -1;
@@ -83,6 +83,6 @@ static void find_masses(kt_urdf *u) {
 }
 
 void kt_urdf_given_masses(kt_urdf *u) {
-    kt_masses_give(u->r, u->source->options, u->robot, u->draft.bodies.items, find_link, u);
+    kt_masses_give(u->r, u->source->options, u->robot, u->draft.bodies.items, find_urdf_link, u);
     find_masses(u);
 }

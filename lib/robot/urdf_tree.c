@@ -46,7 +46,7 @@ static const kt_known_list all_known = {known,
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 
-static const char *name_of(kt_reader *r, const kt_element *e) {
+static const char *urdf_name_of(kt_reader *r, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "name");
     if (name == NULL || *name == '\0')
         (void)kt_robot_fault(r, e, "the attribute 'name' is missing");
@@ -54,8 +54,8 @@ static const char *name_of(kt_reader *r, const kt_element *e) {
 }
 
 /* Adds the name of a link or joint; reports one that is there already. */
-static void add_name(kt_urdf *u, int scope, const kt_element *e, int index) {
-    const char *name = name_of(u->r, e);
+static void add_urdf_name(kt_urdf *u, int scope, const kt_element *e, int index) {
+    const char *name = urdf_name_of(u->r, e);
     const int other = name != NULL ? kt_names_add(&u->names, scope, name, index) : -1;
     if (other >= 0)
         (void)kt_robot_fault(u->r, e, "the name is that of the %s in line %u, too; each needs one of its own",
@@ -86,7 +86,7 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
     return -1;
 }
 
-static const kt_urdf_kind *find_kind(kt_urdf *u, const kt_element *e) {
+static const kt_urdf_kind *find_urdf_kind(kt_urdf *u, const kt_element *e) {
     const char *type = kt_xml_attribute(e, "type");
     if (type == NULL) {
         (void)kt_robot_fault(u->r, e, "the attribute 'type' is missing");
@@ -144,9 +144,9 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
         kt_left_count(&u->limits, limit);
 }
 
-static void read_joint(kt_urdf *u, int index) {
+static void read_urdf_joint(kt_urdf *u, int index) {
     kt_urdf_joint *j = &u->joints[index];
-    j->kind = find_kind(u, j->element);
+    j->kind = find_urdf_kind(u, j->element);
     j->parent = kt_urdf_find(u, j->element, "parent", "link", LINKS);
     j->child = kt_urdf_find(u, j->element, "child", "link", LINKS);
     if (j->kind != NULL)
@@ -270,15 +270,15 @@ bool kt_urdf_collect(kt_urdf *u) {
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         if (strcmp(e->name, "link") == 0) {
             u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1};
-            add_name(u, LINKS, e, u->link_count++);
+            add_urdf_name(u, LINKS, e, u->link_count++);
         } else if (strcmp(e->name, "joint") == 0) {
             u->joints[u->joint_count] = (kt_urdf_joint){.element = e, .master = -1};
-            add_name(u, JOINTS, e, u->joint_count++);
+            add_urdf_name(u, JOINTS, e, u->joint_count++);
         }
     }
     declare_world(u);
     for (int i = 0; i < u->joint_count; i++)
-        read_joint(u, i);
+        read_urdf_joint(u, i);
     kt_urdf_transmissions(u);
     kt_urdf_follow(u);
     return !u->r->out_of_memory;
@@ -306,7 +306,7 @@ int kt_urdf_root(kt_urdf *u) {
 /* ---- names of bodies --------------------------------------------------------------------------------------------- */
 
 /* A link's name as a body has it; "" of one without a name, which has been reported. */
-static const char *make_name(kt_urdf *u, int index) {
+static const char *make_urdf_name(kt_urdf *u, int index) {
     const char *link = kt_xml_attribute(u->links[index].element, "name");
     if (link == NULL || *link == '\0')
         return "";
@@ -324,5 +324,5 @@ bool kt_urdf_is_world(const kt_urdf *u, int root) {
 
 void kt_urdf_names(kt_urdf *u, int root) {
     for (int i = 0; i < u->link_count; i++)
-        u->links[i].body = i == root && kt_urdf_is_world(u, root) ? NULL : make_name(u, i);
+        u->links[i].body = i == root && kt_urdf_is_world(u, root) ? NULL : make_urdf_name(u, i);
 }

@@ -71,7 +71,7 @@ static bool tie(kt_export *x, const kt_loop *loop) {
     return fine;
 }
 
-static bool is_sum(const kt_export *x, const kt_loop *loop) {
+static bool coupling_is_sum(const kt_export *x, const kt_loop *loop) {
     for (int k = 0; k < loop->term_count; k++) {
         const int body = kt_names_find(&x->names, 1, loop->terms[k].joint);
         if (body >= 0 && x->sum[body] == loop)
@@ -90,7 +90,7 @@ static bool hold(kt_export *x, const kt_loop *loop) {
 }
 
 static bool take_loop_of_mjcf(kt_export *x, const kt_loop *loop) {
-    if (is_sum(x, loop) || follow(x, loop, KT_ROBOT_MJCF) || tie(x, loop) || hold(x, loop))
+    if (coupling_is_sum(x, loop) || follow(x, loop, KT_ROBOT_MJCF) || tie(x, loop) || hold(x, loop))
         return true;
     if (loop->type == KT_LOOP_UNIVERSAL && kt_export_has_sites(loop))
         kt_export_lose(x, "axes of universal loops, which are connected points");

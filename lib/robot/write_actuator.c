@@ -296,7 +296,8 @@ static void shift_actuator(const kt_export *x, kt_export_actuator *d) {
 }
 
 /* Whether a muscle has the force and the rate of its formulas, in and beyond its range. */
-static bool is_muscle(kt_export *x, const actuator_formula *f, const char *rate_text, const kt_export_muscle *m) {
+static bool agrees_with_muscle(kt_export *x, const actuator_formula *f, const char *rate_text,
+                               const kt_export_muscle *m) {
     static const double lengths[] = {-0.3, 0.4, 0.63, 0.8, 0.97, 1.0, 1.1, 1.26, 1.4, 1.9},
                         speeds[] = {-1.4, -0.7, -0.1, 0.0, 0.15, 0.4, 2.0}, values[] = {0.0, 0.13, 0.5, 0.8, 1.0, 1.3};
     const kt_effect none = kt_effect_default();
@@ -364,11 +365,11 @@ static bool take_muscle(kt_export *x, const kt_effect *e, const actuator_formula
     delayed_text rate;
     if (f->state_count != 1 || (f->body >= 0 && x->role[f->body] == KT_EXPORT_SUM) ||
         !split_delay(x, x->d->states[f->states[0]].rate, &rate) || !kt_export_read_muscle(f->text, rate.late, &read) ||
-        !is_muscle(x, f, rate.late, &read) || (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
+        !agrees_with_muscle(x, f, rate.late, &read) || (muscle = kt_pool_take(&x->pool, 1, sizeof *muscle)) == NULL)
         return false;
     resting = read;
     resting.control = 0.0;
-    if (rate.delay > 0.0 && !is_muscle(x, f, rate.early, &resting))
+    if (rate.delay > 0.0 && !agrees_with_muscle(x, f, rate.early, &resting))
         return false;
     *muscle = read;
     kt_export_actuator made = {.effect = e,

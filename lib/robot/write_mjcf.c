@@ -49,7 +49,7 @@ static void write_limits(kt_export *x, int i) {
         kt_export_lose(x, "ranges of joints without a length");
 }
 
-static void write_forces(kt_export *x, const kt_export_forces *f) {
+static void write_mjcf_forces(kt_export *x, const kt_export_forces *f) {
     if (f->damping != 0.0)
         kt_export_numbers(x, "damping", &f->damping, 1);
     if (f->friction != 0.0)
@@ -60,7 +60,7 @@ static void write_forces(kt_export *x, const kt_export_forces *f) {
         kt_export_numbers(x, "springref", &f->rest, 1);
 }
 
-static void write_joint(kt_export *x, const act *a, const kt_export_step *step) {
+static void write_mjcf_joint(kt_export *x, const act *a, const kt_export_step *step) {
     const kt_body *body = kt_export_body(x, a->body);
     const bool is_ball = step->type == KT_JOINT_SPHERICAL, is_free = step->type == KT_JOINT_FREE;
     const bool is_whole = a->count == 1 || (body->joint.type == KT_JOINT_SCREW && a->part == 0);
@@ -84,7 +84,7 @@ static void write_joint(kt_export *x, const act *a, const kt_export_step *step) 
         kt_export_numbers(x, "armature", &armature, 1);
     if (is_whole && nv == 1) {
         write_limits(x, a->body);
-        write_forces(x, &x->forces[a->body]);
+        write_mjcf_forces(x, &x->forces[a->body]);
     }
     fputs("/>", x->stream);
 }
@@ -112,7 +112,7 @@ static int write_own_joints(kt_export *x, int i, const kt_pose *frame) {
     if (frame != NULL)
         a.frame = *frame;
     for (a.part = 0; a.part < a.count; a.part++)
-        write_joint(x, &a, &steps[a.part]);
+        write_mjcf_joint(x, &a, &steps[a.part]);
     return a.count;
 }
 
@@ -146,7 +146,7 @@ static int write_joints(kt_export *x, int i) {
     return count + write_own_joints(x, i, NULL);
 }
 
-static void write_inertial(kt_export *x, const kt_body *body, bool moves) {
+static void write_mjcf_inertial(kt_export *x, const kt_body *body, bool moves) {
     const kt_export_moments m = kt_export_find_moments(x, body, moves);
     if (m.is_nothing)
         return;
@@ -199,7 +199,7 @@ static int asset_of(const kt_export *x, int mesh) {
     return mesh;
 }
 
-static void write_meshes(kt_export *x, int i) {
+static void write_mjcf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
         if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
@@ -272,10 +272,10 @@ static void begin_body(kt_export *x, int i, int depth) {
     write_quat(x, pose.rotation);
     fputs(">", x->stream);
     const int joints = write_joints(x, i);
-    write_inertial(x, body, joints > 0);
+    write_mjcf_inertial(x, body, joints > 0);
     for (int k = 0; k <= body->shape_count; k++)
         write_geom(x, kt_export_shape(body, k));
-    write_meshes(x, i);
+    write_mjcf_meshes(x, i);
     write_markers(x, i);
     write_ends(x, i);
     kt_export_rope_points(x, i);

@@ -17,18 +17,18 @@ typedef struct uses {
     int ends, sums, joints;
 } uses;
 
-static void count_end(const kt_export *x, uses *all, const kt_end *end) {
+static void count_used_end(const kt_export *x, uses *all, const kt_end *end) {
     const int body = end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
     if (body >= 0)
         all[body].ends++;
 }
 
-static void count_uses(const kt_export *x, uses *all) {
+static void count_all_uses(const kt_export *x, uses *all) {
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
         const int driven = loop->joint != NULL ? kt_names_find(&x->names, 1, loop->joint) : -1;
         for (int k = 0; k < 2; k++)
-            count_end(x, all, &loop->between[k]);
+            count_used_end(x, all, &loop->between[k]);
         for (int k = 0; k < loop->term_count; k++) {
             const int body = kt_names_find(&x->names, 1, loop->terms[k].joint);
             if (body >= 0)
@@ -39,7 +39,7 @@ static void count_uses(const kt_export *x, uses *all) {
     }
     for (int i = 0; i < x->d->effect_count; i++)
         for (int k = 0; k < 2; k++)
-            count_end(x, all, &x->d->effects[i].between[k]);
+            count_used_end(x, all, &x->d->effects[i].between[k]);
     for (int i = 0; i < x->mesh_count; i++) {
         const int body = x->meshes[i].body != NULL ? kt_names_find(&x->names, 0, x->meshes[i].body) : -1;
         if (body >= 0)
@@ -64,7 +64,7 @@ int kt_export_scalar(const kt_export *x, const char *joint) {
 }
 
 /* Whether a coupling makes its slider `body` a sum of other joints that are no such sums. */
-static bool is_sum(const kt_export *x, const kt_loop *loop, int body) {
+static bool slider_is_sum(const kt_export *x, const kt_loop *loop, int body) {
     double own = 0.0;
     for (int k = 0; k < loop->term_count; k++) {
         const int other = kt_export_scalar(x, loop->terms[k].joint);
@@ -82,7 +82,7 @@ static void find_numbers(kt_export *x, const uses *all) {
             const int body = kt_names_find(&x->names, 1, loop->terms[k].joint);
             if (body < 0 || kt_export_body(x, body)->joint.type != KT_JOINT_PRISMATIC || x->parent[body] >= 0 ||
                 x->first_child[body] >= 0 || all[body].sums != 1 || all[body].joints != 0 ||
-                !is_bare(kt_export_body(x, body), &all[body]) || !is_sum(x, loop, body))
+                !is_bare(kt_export_body(x, body), &all[body]) || !slider_is_sum(x, loop, body))
                 continue;
             x->role[body] = KT_EXPORT_SUM;
             x->sum[body] = loop;
@@ -126,7 +126,7 @@ bool kt_export_find_roles(kt_export *x) {
     uses *all = kt_pool_take(&x->pool, (size_t)x->d->body_count + 1, sizeof *all);
     if (all == NULL)
         return false;
-    count_uses(x, all);
+    count_all_uses(x, all);
     find_numbers(x, all);
     for (int i = 0; i < x->d->body_count; i++)
         if (x->role[i] == KT_EXPORT_BODY && can_merge(x, i) && is_bare(kt_export_body(x, i), &all[i]))

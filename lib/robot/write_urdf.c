@@ -32,7 +32,7 @@ static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_
     fputs("/>\n", x->stream);
 }
 
-static void write_inertial(kt_export *x, const kt_body *body, bool moves) {
+static void write_urdf_inertial(kt_export *x, const kt_body *body, bool moves) {
     static const char *const names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
     const kt_export_moments m = kt_export_find_moments(x, body, moves);
     if (m.is_nothing)
@@ -75,7 +75,7 @@ static void write_visual(kt_export *x, const kt_shape *of) {
     fputs("/></geometry>\n    </visual>\n", x->stream);
 }
 
-static void write_meshes(kt_export *x, int i) {
+static void write_urdf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
         if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
@@ -122,7 +122,7 @@ static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
     fputs("/>\n", x->stream);
 }
 
-static void write_forces(kt_export *x, int i) {
+static void write_urdf_forces(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_export_follower *follower = &x->followers[i];
     if (f->damping != 0.0 || f->friction != 0.0) {
@@ -170,7 +170,7 @@ static void write_root_origin(kt_export *x, const kt_joint *joint) {
 }
 
 /* Step k of `count` steps; of a fixed joint there is one, NULL. */
-static void write_joint(kt_export *x, int i, int k, int count, const kt_export_step *step) {
+static void write_urdf_joint(kt_export *x, int i, int k, int count, const kt_export_step *step) {
     const kt_body *body = kt_export_body(x, i);
     const kt_rotation none = {.type = KT_ROTATION_NONE};
     const kt_body nothing = kt_body_default();
@@ -201,13 +201,13 @@ static void write_joint(kt_export *x, int i, int k, int count, const kt_export_s
         write_limit(x, &body->joint, type);
     }
     if (k == 0)
-        write_forces(x, i);
+        write_urdf_forces(x, i);
     fputs("  </joint>\n", x->stream);
     if (k < count - 1) {
         fputs("  <link name=\"", x->stream);
         write_between(x, body->name, k + 1);
         fputs("\">\n", x->stream);
-        write_inertial(x, &nothing, true);
+        write_urdf_inertial(x, &nothing, true);
         fputs("  </link>\n", x->stream);
     }
 }
@@ -247,13 +247,13 @@ static void write_body(kt_export *x, int i) {
     kt_export_step steps[KT_EXPORT_STEPS] = {{KT_JOINT_PLANAR, body->joint.axis}};
     const int count = body->joint.type == KT_JOINT_PLANAR ? 1 : kt_export_steps(&body->joint, steps);
     fprintf(x->stream, "  <link name=\"%s\">\n", body->name);
-    write_inertial(x, body, count > 0);
+    write_urdf_inertial(x, body, count > 0);
     for (int k = 0; k <= body->shape_count; k++)
         write_visual(x, kt_export_shape(body, k));
-    write_meshes(x, i);
+    write_urdf_meshes(x, i);
     fputs("  </link>\n", x->stream);
     for (int k = 0; k < (count > 0 ? count : 1); k++)
-        write_joint(x, i, k, count > 0 ? count : 1, count > 0 ? &steps[k] : NULL);
+        write_urdf_joint(x, i, k, count > 0 ? count : 1, count > 0 ? &steps[k] : NULL);
     if (count > 0)
         write_rotor(x, body, &steps[0]);
     lose_start(x, &body->joint);
