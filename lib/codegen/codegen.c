@@ -133,7 +133,7 @@ static const code_kind *kind_of(int k) {
            : k >= KT_CODEGEN_HEUN_DERIVATIVES_INDEX ? &changes_of_step
                                                     : &kinds[k];
 }
-static const char *name_of(int k) { return k >= KT_CODEGEN_COUNT ? kind_of(k)->name : names[k]; }
+static const char *function_name_of(int k) { return k >= KT_CODEGEN_COUNT ? kind_of(k)->name : names[k]; }
 
 static const char *const meanings[] = {
 #define KT_CODEGEN_MEANING(id, name, meaning) meaning,
@@ -168,7 +168,7 @@ static bool has_states(const kt_model *model, int k) {
 static void print_signature(FILE *file, const kt_code_tree *tree, const char *name, int k, bool declares) {
     const code_kind *kind = kind_of(k);
     if (k >= KT_CODEGEN_COUNT)
-        fprintf(file, "static int %s(", name_of(k));
+        fprintf(file, "static int %s(", function_name_of(k));
     else
         fprintf(file, "int %s_%s(", name, names[k]);
     if (kind->is_hook)
@@ -288,7 +288,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
                                    .output = {kind->output[0], kind->output[1], kind->output[2]}};
     const kt_op_array array[3] = {KT_OP_POSITION, KT_OP_RATE, KT_OP_GIVEN};
     const kt_op_counts n = kt_graph_count(p->graph, f->out, f->out_count);
-    kt_code_print_parts(p, f, &arrays, name_of(k));
+    kt_code_print_parts(p, f, &arrays, function_name_of(k));
     fprintf(p->file, "/* %s: %s\n * Operations: %d products, %d sums, %d divisions",
             k < KT_CODEGEN_COUNT ? meanings[k] : kind->meaning, kind->equation, n.multiply, n.add, n.divide);
     if (n.call + n.choose > 0)
@@ -317,7 +317,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
         if (f->output[i] == 0)
             fprintf(p->file, "    (void)%s;\n", kind->output[i]);
-    kt_code_print_function(p, f, &arrays, name_of(k));
+    kt_code_print_function(p, f, &arrays, function_name_of(k));
     fputs("    return 0;\n}\n\n", p->file);
 }
 

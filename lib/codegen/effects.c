@@ -195,7 +195,7 @@ static void add_effect(code_effect *e, code_load *load, kt_op *tau) {
         load_end(e, k, load);
 }
 
-static void make_effects(kt_code_tree *tree, kt_op *tau) {
+static void make_code_effects(kt_code_tree *tree, kt_op *tau) {
     kt_graph *g = tree->graph;
     code_load *load = calloc((size_t)tree->link_count, sizeof *load);
     kt_code_speed *speed = kt_code_speeds(tree);
@@ -223,7 +223,7 @@ static bool know_effects(kt_code_tree *tree) {
         tree->force = calloc(tree->model->n.v, sizeof *tree->force);
         tree->graph->failed |= tree->force == NULL;
         if (tree->force != NULL)
-            make_effects(tree, tree->force);
+            make_code_effects(tree, tree->force);
     }
     return !tree->graph->failed;
 }

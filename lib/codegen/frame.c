@@ -82,7 +82,7 @@ kt_op3 kt_code_down(kt_graph *g, const kt_code_frame *f, kt_op3 a) {
     return kt_code_from_rest(g, f, kt_code_rest_down(g, f, a));
 }
 
-static kt_op6 turn_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *inertia) {
+static kt_op6 turn_code_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *inertia) {
     const int k = f->link->link->axis, i = (k + 1) % 3, j = (k + 2) % 3;
     const int ii = kt_op6_index(i, i), jj = kt_op6_index(j, j), ij = kt_op6_index(i, j);
     const int ik = kt_op6_index(i, k), jk = kt_op6_index(j, k);
@@ -102,7 +102,7 @@ static kt_op6 turn_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *in
 kt_op6 kt_code_inertia_to_rest(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
     if (is_turned_by_quaternion(f))
         return kt_op6_rotate(g, &f->turn, j);
-    return f->cosine >= 0 ? turn_inertia(g, f, j) : *j;
+    return f->cosine >= 0 ? turn_code_inertia(g, f, j) : *j;
 }
 
 kt_op6 kt_code_inertia_rest_up(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) {
@@ -114,7 +114,7 @@ kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) 
     return kt_code_inertia_rest_up(g, f, &at_rest);
 }
 
-/* As turn_inertia. With d = H_ii - H_jj and e = H_ij + H_ji, t = s^2 d + s c e and u = s c d - s^2 e. */
+/* As turn_code_inertia. With d = H_ii - H_jj and e = H_ij + H_ji, t = s^2 d + s c e and u = s c d - s^2 e. */
 static kt_op33 turn_matrix(kt_graph *g, const kt_code_frame *f, const kt_op33 *h) {
     const int k = f->link->link->axis, i = (k + 1) % 3, j = (k + 2) % 3;
     const kt_op33 a = *h;

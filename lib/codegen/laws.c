@@ -11,7 +11,7 @@ static kt_graph *graph_of(const code_effect *e) { return e->tree->graph; }
 
 static kt_op constant(const code_effect *e, double x) { return kt_op_number(graph_of(e), x); }
 
-static kt_op number_of(const code_effect *e, const char *key, const char *meaning, double value) {
+static kt_op law_number_of(const code_effect *e, const char *key, const char *meaning, double value) {
     return kt_code_number(e->tree, e->name, key, meaning, value);
 }
 
@@ -36,8 +36,8 @@ static const char torque_unit[] = "N m or N", stiffness_unit[] = "N m/rad or N/m
 
 static kt_op spring_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_graph *g = graph_of(e);
-    const kt_op c = number_of(e, "damping", damping_unit, e->record->damping);
-    const kt_op k = number_of(e, "stiffness", stiffness_unit, e->record->stiffness);
+    const kt_op c = law_number_of(e, "damping", damping_unit, e->record->damping);
+    const kt_op k = law_number_of(e, "stiffness", stiffness_unit, e->record->stiffness);
     const kt_op r = kt_code_curve(e->tree, &e->record->curve[0], e->name, "rest", position_unit);
     return kt_op_negate(g, kt_op_add(g, kt_op_multiply(g, k, kt_op_subtract(g, q, r)), kt_op_multiply(g, c, v)));
 }
@@ -45,12 +45,12 @@ static kt_op spring_in_joint(const code_effect *e, kt_op q, kt_op v) {
 static kt_op friction_in_joint(const code_effect *e, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op zero = constant(e, 0.0), viscous = number_of(e, "viscous", damping_unit, r->viscous);
-    const kt_op sharp = number_of(e, "smoothing", speed_unit, r->smoothing);
-    kt_op dry = number_of(e, "coulomb", torque_unit, r->coulomb);
+    const kt_op zero = constant(e, 0.0), viscous = law_number_of(e, "viscous", damping_unit, r->viscous);
+    const kt_op sharp = law_number_of(e, "smoothing", speed_unit, r->smoothing);
+    kt_op dry = law_number_of(e, "coulomb", torque_unit, r->coulomb);
     if (r->breakaway > 0.0 && r->stribeck > 0.0) {
-        const kt_op more = kt_op_subtract(g, number_of(e, "static", torque_unit, r->breakaway), dry);
-        const kt_op ratio = kt_op_divide(g, v, number_of(e, "stribeck", speed_unit, r->stribeck));
+        const kt_op more = kt_op_subtract(g, law_number_of(e, "static", torque_unit, r->breakaway), dry);
+        const kt_op ratio = kt_op_divide(g, v, law_number_of(e, "stribeck", speed_unit, r->stribeck));
         const kt_op fall = kt_op_call(g, KT_OP_EXP, kt_op_negate(g, kt_op_multiply(g, ratio, ratio)), -1);
         dry = kt_op_add(g, dry, kt_op_multiply(g, kt_op_choose(g, more, more, zero), fall));
     }
@@ -63,10 +63,12 @@ static kt_op stop_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
     const kt_op zero = constant(e, 0.0), none = constant(e, -1.0);
-    const kt_op k = number_of(e, "stiffness", stiffness_unit, r->stiffness);
-    const kt_op c = number_of(e, "damping", damping_unit, r->damping);
-    const kt_op above = isinf(r->upper) ? none : kt_op_subtract(g, q, number_of(e, "upper", position_unit, r->upper));
-    const kt_op below = isinf(r->lower) ? none : kt_op_subtract(g, number_of(e, "lower", position_unit, r->lower), q);
+    const kt_op k = law_number_of(e, "stiffness", stiffness_unit, r->stiffness);
+    const kt_op c = law_number_of(e, "damping", damping_unit, r->damping);
+    const kt_op above =
+        isinf(r->upper) ? none : kt_op_subtract(g, q, law_number_of(e, "upper", position_unit, r->upper));
+    const kt_op below =
+        isinf(r->lower) ? none : kt_op_subtract(g, law_number_of(e, "lower", position_unit, r->lower), q);
     const kt_op is_lower = kt_op_subtract(g, below, above);
     const kt_op x = isinf(r->upper) ? below : isinf(r->lower) ? above : kt_op_choose(g, is_lower, below, above);
     const kt_op side = isinf(r->upper)   ? constant(e, -1.0)
@@ -83,7 +85,7 @@ static kt_op limit_smoothly(const code_effect *e, kt_op u) {
     kt_graph *g = graph_of(e);
     if (isinf(e->record->limit))
         return u;
-    const kt_op limit = number_of(e, "limit", torque_unit, e->record->limit);
+    const kt_op limit = law_number_of(e, "limit", torque_unit, e->record->limit);
     const kt_op size = kt_op_call(g, KT_OP_ABS, u, -1);
     const kt_op missing = kt_op_subtract(g, kt_op_multiply(g, constant(e, 1.1), limit), size);
     const kt_op part =
@@ -96,18 +98,18 @@ static kt_op limit_smoothly(const code_effect *e, kt_op u) {
 static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op k = number_of(e, "stiffness", stiffness_unit, r->stiffness);
-    const kt_op c = number_of(e, "damping", damping_unit, r->damping);
+    const kt_op k = law_number_of(e, "stiffness", stiffness_unit, r->stiffness);
+    const kt_op c = law_number_of(e, "damping", damping_unit, r->damping);
     const kt_op target = kt_code_curve(e->tree, &r->curve[0], e->name, "target", position_unit);
     const kt_op rate = kt_code_rate_of_time(g, target);
     kt_op u = kt_op_add(g, kt_op_multiply(g, k, kt_op_subtract(g, target, q)),
                         kt_op_multiply(g, c, kt_op_subtract(g, rate, v)));
     if (!isinf(r->lower)) {
-        const kt_op lower = number_of(e, "lower", torque_unit, r->lower);
+        const kt_op lower = law_number_of(e, "lower", torque_unit, r->lower);
         u = choose_above(g, lower, u, lower, u);
     }
     if (!isinf(r->upper)) {
-        const kt_op upper = number_of(e, "upper", torque_unit, r->upper);
+        const kt_op upper = law_number_of(e, "upper", torque_unit, r->upper);
         u = choose_above(g, u, upper, upper, u);
     }
     return limit_smoothly(e, u);
@@ -127,8 +129,8 @@ kt_op kt_code_joint_force(const code_effect *e, kt_op q, kt_op v) {
     case KT_EFFECT_JOINT_SPRING:
         return spring_in_joint(e, q, v);
     case KT_EFFECT_JOINT_DAMPER:
-        return kt_op_negate(graph_of(e),
-                            kt_op_multiply(graph_of(e), number_of(e, "damping", damping_unit, e->record->damping), v));
+        return kt_op_negate(
+            graph_of(e), kt_op_multiply(graph_of(e), law_number_of(e, "damping", damping_unit, e->record->damping), v));
     case KT_EFFECT_JOINT_FRICTION:
         return friction_in_joint(e, v);
     case KT_EFFECT_JOINT_LIMIT:
@@ -153,8 +155,9 @@ static void pull_ends(code_effect *e, kt_op3 force) {
 static void spring_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op k = number_of(e, "stiffness", "N/m", r->stiffness), c = number_of(e, "damping", "N s/m", r->damping);
-    const kt_op rest = number_of(e, "length", "m", r->length);
+    const kt_op k = law_number_of(e, "stiffness", "N/m", r->stiffness),
+                c = law_number_of(e, "damping", "N s/m", r->damping);
+    const kt_op rest = law_number_of(e, "length", "m", r->length);
     const code_line line = kt_code_line_of(e);
     const kt_op apart = kt_op_subtract(g, kt_op3_dot(g, line.d, line.d), constant(e, DBL_MIN));
     const kt_op tension =
@@ -165,7 +168,7 @@ static void spring_between(code_effect *e) {
 
 static void attraction_between(code_effect *e) {
     kt_graph *g = graph_of(e);
-    const kt_op s = number_of(e, "strength", "N m^2", e->record->strength);
+    const kt_op s = law_number_of(e, "strength", "N m^2", e->record->strength);
     const kt_op3 d = kt_op3_subtract(g, e->end[1].point, e->end[0].point);
     const kt_op distance = kt_op3_length(g, d), least = constant(e, 1e-50);
     const kt_op r = choose_above(g, distance, least, distance, least);
@@ -179,8 +182,8 @@ static void resist_along(const code_effect *e, int part, kt_op3 v, kt_op3 *sum) 
     for (int i = 0; i < 3; i++) {
         char linear[] = "axes_linear_1", quadratic[] = "axes_quadratic_1";
         linear[sizeof linear - 2] = quadratic[sizeof quadratic - 2] = (char)('1' + part + i);
-        const kt_op b = number_of(e, linear, "N s/m or N m s/rad", e->record->dampings[part + i]);
-        const kt_op q = number_of(e, quadratic, "N s^2/m^2 or N m s^2/rad^2", e->record->quadratics[part + i]);
+        const kt_op b = law_number_of(e, linear, "N s/m or N m s/rad", e->record->dampings[part + i]);
+        const kt_op q = law_number_of(e, quadratic, "N s^2/m^2 or N m s^2/rad^2", e->record->quadratics[part + i]);
         const kt_op33 *axes = &e->end[0].axes;
         const kt_op3 along = {{axes->row[0].x[i], axes->row[1].x[i], axes->row[2].x[i]}};
         const kt_op s = kt_op3_dot(g, along, v);
@@ -192,8 +195,8 @@ static void resist_along(const code_effect *e, int part, kt_op3 v, kt_op3 *sum) 
 static void drag_at_end(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_op3 v = e->end[0].velocity;
-    const kt_op linear = number_of(e, "linear", "N s/m", e->record->linear);
-    const kt_op quadratic = number_of(e, "quadratic", "N s^2/m^2", e->record->quadratic);
+    const kt_op linear = law_number_of(e, "linear", "N s/m", e->record->linear);
+    const kt_op quadratic = law_number_of(e, "quadratic", "N s^2/m^2", e->record->quadratic);
     const kt_op c = kt_op_add(g, linear, kt_op_multiply(g, quadratic, kt_op3_length(g, v)));
     e->force[0] = kt_op3_scale(g, kt_op_negate(g, c), v);
     resist_along(e, 0, v, &e->force[0]);
@@ -207,8 +210,8 @@ static kt_op3 velocity_at(kt_graph *g, const code_end *end, kt_op3 arm) {
 /* Friction, per metre and second of slip: mu N tanh(|s| / v0) / |s| */
 static kt_op rub_of_contact(const code_effect *e, kt_op normal, kt_op speed) {
     kt_graph *g = graph_of(e);
-    const kt_op mu = number_of(e, "friction", "coefficient", e->record->friction);
-    const kt_op slip = number_of(e, "slip", "m/s", e->record->slip), one = constant(e, 1.0);
+    const kt_op mu = law_number_of(e, "friction", "coefficient", e->record->friction);
+    const kt_op slip = law_number_of(e, "slip", "m/s", e->record->slip), one = constant(e, 1.0);
     const kt_op ratio = kt_op_divide(g, speed, slip);
     const kt_op share = kt_op_divide(g, kt_op_call(g, KT_OP_TANH, ratio, -1), ratio);
     return kt_op_multiply(g, kt_op_divide(g, kt_op_multiply(g, mu, normal), slip), kt_op_choose(g, ratio, share, one));
@@ -218,10 +221,10 @@ static kt_op rub_of_contact(const code_effect *e, kt_op normal, kt_op speed) {
 static void contact_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op zero = constant(e, 0.0), radius = number_of(e, "radius", "m", r->radius);
-    const kt_op k = number_of(e, "stiffness", "N/m^exponent", r->stiffness);
-    const kt_op power = number_of(e, "exponent", "of the depth", r->exponent);
-    const kt_op loss = number_of(e, "dissipation", "s/m", r->dissipation);
+    const kt_op zero = constant(e, 0.0), radius = law_number_of(e, "radius", "m", r->radius);
+    const kt_op k = law_number_of(e, "stiffness", "N/m^exponent", r->stiffness);
+    const kt_op power = law_number_of(e, "exponent", "of the depth", r->exponent);
+    const kt_op loss = law_number_of(e, "dissipation", "s/m", r->dissipation);
     const kt_op33 *axes = &e->end[1].axes;
     const kt_op3 n = {{axes->row[0].x[2], axes->row[1].x[2], axes->row[2].x[2]}};
     const kt_op3 apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point);
@@ -248,8 +251,8 @@ static kt_op3 scale_each(const code_effect *e, const char *key, int first, const
     for (int i = 0; i < 3; i++) {
         char name[16];
         (void)snprintf(name, sizeof name, "%s_%d", key, first + i + 1);
-        out.x[i] =
-            kt_op_multiply(g, number_of(e, name, "along or about an axis of the first end", value[first + i]), of.x[i]);
+        out.x[i] = kt_op_multiply(
+            g, law_number_of(e, name, "along or about an axis of the first end", value[first + i]), of.x[i]);
     }
     return out;
 }

@@ -63,7 +63,7 @@ static void add_coincidence(const kt_code_closing *c, kt_code_loop_rows *rows) {
     }
 }
 
-static void add_distance(const kt_code_closing *c, kt_code_loop_rows *rows) {
+static void add_distance_row(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const kt_op norm = kt_op3_length(g, c->d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
     const kt_op3 n = kt_op3_scale(g, inverse, c->d), across = kt_op3_cross(g, n, c->u);
@@ -80,7 +80,7 @@ void kt_code_add_end_rows(const kt_code_closing *c, kt_code_loop_rows *rows) {
     const kt_model *model = c->tree->model;
     kt_graph_section(c->tree->graph, "%s: its equations", c->number->name);
     if (c->record->type == KT_LOOP_DISTANCE) {
-        add_distance(c, rows);
+        add_distance_row(c, rows);
         return;
     }
     const unsigned active = kt_code_active_parts(model, c->record);

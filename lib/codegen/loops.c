@@ -427,7 +427,8 @@ static void set_function_of_loop(kt_code_closing *c) {
         c->function[k] = rests ? kt_op_number(g, 0.0) : kt_code_rate_of_time(g, c->function[k - 1]);
 }
 
-static void add_loop(kt_code_tree *tree, int index, const kt_code_places *place, bool moves, kt_code_loop_rows *rows) {
+static void add_code_loop(kt_code_tree *tree, int index, const kt_code_places *place, bool moves,
+                          kt_code_loop_rows *rows) {
     kt_graph *g = tree->graph;
     kt_code_closing c = {.tree = tree,
                          .record = &tree->model->loop[index],
@@ -468,7 +469,7 @@ void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *r
                  rows->is_closed == NULL || rows->block == NULL || rows->size == NULL || rows->rate == NULL ||
                  rows->right == NULL || place.turn == NULL || place.position == NULL;
     for (int i = 0; i < (int)tree->model->n.loop && kt_code_read_loops(tree); i++)
-        add_loop(tree, i, &place, moves, rows);
+        add_code_loop(tree, i, &place, moves, rows);
     free(place.turn);
     free(place.position);
 }

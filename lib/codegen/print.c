@@ -420,7 +420,7 @@ static int list_roots(const kt_code_function *f, kt_op *root) {
     return count;
 }
 
-static bool count_uses(kt_code_printer *p, const kt_code_function *f) {
+static bool count_node_uses(kt_code_printer *p, const kt_code_function *f) {
     kt_op *root = malloc((size_t)(f->out_count + 2 * f->guard_count + 1) * sizeof *root);
     if (root == NULL)
         return false;
@@ -430,7 +430,7 @@ static bool count_uses(kt_code_printer *p, const kt_code_function *f) {
 }
 
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
-    if (!count_uses(p, f))
+    if (!count_node_uses(p, f))
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_INPUT && p->graph->node[i].a == (int32_t)array)
@@ -439,7 +439,7 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 }
 
 bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
-    if (!count_uses(p, f))
+    if (!count_node_uses(p, f))
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_CALL)
@@ -451,7 +451,7 @@ bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
     p->origin = origin;
     p->arrays = arrays;
-    if (!count_uses(p, f))
+    if (!count_node_uses(p, f))
         return false;
     lay_out(p, f);
     plan_parts(p, f);

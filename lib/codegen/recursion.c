@@ -223,7 +223,8 @@ static code_wrench unit_wrench(kt_graph *g, const kt_code_link *l, const kt_code
 }
 
 /* The columns of one joint. body: what the joint carries. */
-static void fill_joint(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body, kt_op *mass) {
+static void fill_joint_columns(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body,
+                               kt_op *mass) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const size_t nv = tree->model->n.v;
@@ -275,7 +276,7 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
             kt_code_add_rigid(g, &body[own->parent], own->mass, moment, &inertia, frame[i].offset);
         }
         kt_graph_section(g, "%s: column of M, the forces that a unit acceleration of the joint takes", own->name);
-        fill_joint(tree, frame, i, own, mass);
+        fill_joint_columns(tree, frame, i, own, mass);
     }
     free(frame);
     free(body);

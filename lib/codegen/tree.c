@@ -64,7 +64,7 @@ static kt_op3 make_parameters(kt_code_tree *tree, int body, const char *suffix, 
 }
 
 /* Writes names of bodies as identifiers, no two of which are equal. */
-static void name_bodies(kt_code_tree *tree) {
+static void name_code_bodies(kt_code_tree *tree) {
     for (int b = 0; b < (int)tree->model->n.body; b++) {
         char *name = tree->body_name[b];
         (void)snprintf(name, KT_CODE_BODY_NAME, "%s", kt_body_name(tree->model, b));
@@ -260,7 +260,7 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     if (tree->link == NULL || tree->body_rotation == NULL || tree->body_position == NULL || tree->body_name == NULL ||
         tree->before == NULL || tree->marker == NULL || graph->failed)
         return false;
-    name_bodies(tree);
+    name_code_bodies(tree);
     for (size_t i = 0; i < model->n.marker; i++)
         tree->marker[i].x[0] = -1;
     kt_graph_section(graph, "numbers");
