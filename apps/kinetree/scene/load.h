@@ -4,9 +4,6 @@
 
 #include "command.h"
 
-/* Returns whether a file is a robot, from the ending of its name. */
-bool kt_is_robot_name(const char *path);
-
 /* Reads a scene as kt_read_scene does, without the result that it may start from. */
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene);
 

@@ -1,9 +1,8 @@
-/* Suggests scenes for a path that does not exist. */
+/* Names of files: robots by their endings, and suggestions for a path that does not exist. */
 #include "scene/missing.h"
 #include "base/names.h"
 #include "command.h"
 #include "scene/bundled.h"
-#include "scene/load.h"
 
 #include <dirent.h>
 #include <stdio.h>
@@ -13,6 +12,15 @@
 #include <unistd.h>
 
 enum { PATH_SIZE = 4096 };
+
+bool kt_is_robot_name(const char *path) {
+    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
+    const char *dot = strrchr(path, '.');
+    bool found = false;
+    for (size_t i = 0; i < sizeof endings / sizeof *endings && dot != NULL; i++)
+        found = found || strcasecmp(dot, endings[i]) == 0;
+    return found;
+}
 
 /* Builds a path from a folder and a name with an ending. Returns whether a readable file is there. */
 static bool find_file(char *path, const char *folder, const char *name, const char *ending) {

@@ -13,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -54,16 +53,7 @@ static void print_scene_fault(void *user, const kt_error *error) {
             error->where[0] != '\0' ? ": " : "", error->message);
 }
 
-/* is_xml decides from the first character of the text. The reader of robots finds the format. */
-bool kt_is_robot_name(const char *path) {
-    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
-    const char *dot = strrchr(path, '.');
-    bool found = false;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings && dot != NULL; i++)
-        found = found || strcasecmp(dot, endings[i]) == 0;
-    return found;
-}
-
+/* Decides from the first character of the text. The reader of robots finds the format. */
 static bool is_xml(const char *text, size_t size) {
     size_t i = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0; /* a byte order mark */
     while (i < size && strchr(" \t\r\n", text[i]) != NULL && text[i] != '\0')
