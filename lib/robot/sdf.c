@@ -181,7 +181,7 @@ static void require_bodies(kt_sdf *m, const kt_element *chosen) {
     if (m->draft.bodies.count == 0 && m->missing.count > 0)
         (void)kt_robot_fault(m->r, chosen,
                              "no body is left, since its included models were not found: %d, the first is %s; name "
-                             "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or import --search",
+                             "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or --search",
                              m->missing.count, m->missing.what);
 }
 

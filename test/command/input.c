@@ -172,7 +172,7 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
                       "right.xml:1:99: warning: composites of points");
     kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
-    kt_expect(1, "'--keyframe' is an option of 'kinetree import'", "$K info right.xml --keyframe k");
+    kt_expect(1, "'--stops' is an option of 'kinetree import'", "$K info right.xml --stops 1");
     kt_expect(2, "there is no keyframe 'k'", "$K run right.xml --keyframe k");
 }
 
@@ -192,4 +192,43 @@ KT_TEST(run_reads_robots_with_their_ground) {
     kt_expect(1, "--ground is a height in m, such as 0, not 'low'", "$K run ball.urdf --contacts --ground low");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --contacts");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --ground 0");
+}
+
+/* Every subcommand that reads a robot finds its files in the same folders. The world and its model lie apart, and the
+ * path of the arm leads out of the folder of the world. */
+KT_TEST(all_subcommands_find_the_files_of_robots) {
+    static const char *const commands[] = {
+        "check",
+        "info",
+        "evaluate",
+        "equilibrium",
+        "modes",
+        "stability --samples 1",
+        "draw",
+        "export --mjcf",
+        "export --c --out arm.c",
+        "run --duration 0.1",
+        "import",
+        "view --duration 0.1",
+        "accuracy --duration 0.1 --integrators rk4 --goal 1e-3 --plot /dev/null --out /dev/null"};
+    kt_shell("mkdir -p world store/pole shared");
+    kt_write_file("store/pole/model.sdf",
+                  "<sdf version='1.9'><model name='pole'><link name='rod'><pose>0 0 -1 0 0 0</pose></link>"
+                  "<joint name='pin' type='revolute'><parent>world</parent><child>rod</child><pose>0 0 1 0 0 0</pose>"
+                  "<axis><xyz>0 1 0</xyz></axis></joint></model></sdf>");
+    kt_write_file("world/pole.sdf", "<sdf version='1.9'><world name='w'><include><uri>model://pole</uri></include>"
+                                    "</world></sdf>");
+    kt_write_file("shared/arm.xml", "<mujocoinclude><body name='arm'><joint axis='0 1 0' damping='1'/>"
+                                    "<geom size='0.1' pos='0 0 -1'/></body></mujocoinclude>");
+    kt_write_file("world/arm.xml", "<mujoco><worldbody><include file='../shared/arm.xml'/></worldbody></mujoco>");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        const char *words = commands[i];
+        kt_note("%s", words);
+        kt_expect(2, "pole", "$K %s world/pole.sdf", words);
+        kt_expect(2, "arm.xml", "$K %s world/arm.xml", words);
+        kt_expect(0, "links whose mass or inertia is not said", "$K %s world/pole.sdf --search store >o.txt", words);
+        kt_expect(0, "geoms that could touch others", "$K %s world/arm.xml --allow shared >o.txt", words);
+        kt_expect(2, "there is no keyframe 'k'", "$K %s world/arm.xml --allow shared --keyframe k", words);
+    }
+    kt_expect(1, "--search and --allow are for robots", "$K run p.yaml --search store");
 }

@@ -234,6 +234,8 @@ bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *option
     options->floating = how->floating;
     options->contacts = how->contacts;
     options->keyframe = how->keyframe;
+    options->search = how->search;
+    options->allow = how->allow;
     options->has_ground = how->ground != NULL;
     if (how->ground == NULL)
         return true;
@@ -250,16 +252,17 @@ bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *option
 /* Whether an option for robots is given. */
 static bool has_robot_options(const kt_settings *settings) {
     const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
-    return how != NULL && (how->floating || how->contacts || how->ground != NULL || how->keyframe != NULL);
+    return how != NULL && (how->floating || how->contacts || how->ground != NULL || how->keyframe != NULL ||
+                           how->search != NULL || how->allow != NULL);
 }
 
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
     const bool is_robot = kt_is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
     kt_robot_options options = {0};
     if (!may_be && has_robot_options(settings)) {
-        kt_say(
-            "%s: --floating, --keyframe, --contacts and --ground are for robots in URDF, MJCF or SDF; this is a scene",
-            path);
+        kt_say("%s: --floating, --keyframe, --contacts, --ground, --search and --allow are for robots in URDF, MJCF or "
+               "SDF; this is a scene",
+               path);
         return KT_EXIT_USAGE;
     }
     if (settings != NULL && !kt_robot_how_apply(&settings->robot, &options))

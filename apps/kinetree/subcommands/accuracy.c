@@ -51,6 +51,7 @@ static const kt_option option_table[] = {
     {"plot-dark", KT_OPTION_TEXT, KT_AT(plot_dark), "FILE", "draw the diagram on a dark page, with --plot or alone",
      NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw the picture on a dark page", NULL},
+    KT_ROBOT_OPTIONS(kt_accuracy_arguments, settings),
     {"quiet", KT_OPTION_FLAG, KT_AT(quiet), NULL, "print errors only: no progress bar, no tables", NULL},
     KT_VERBOSE_OPTION(kt_accuracy_arguments, settings),
 };

@@ -25,6 +25,7 @@ static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_check_arguments, settings)),
     {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
      "write a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
+    KT_ROBOT_OPTIONS(kt_check_arguments, settings),
     KT_QUIET_OPTION(kt_check_arguments, settings),
     KT_VERBOSE_OPTION(kt_check_arguments, settings),
 };

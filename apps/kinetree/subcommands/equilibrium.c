@@ -25,6 +25,7 @@ static const kt_option options[] = {
     {"scene", KT_OPTION_TEXT, offsetof(kt_equilibrium_arguments, scene), "FILE",
      "write the scene with the equilibrium as its initial state", NULL},
     {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "print JSON", NULL},
+    KT_ROBOT_OPTIONS(kt_equilibrium_arguments, settings),
     KT_QUIET_OPTION(kt_equilibrium_arguments, settings),
     KT_VERBOSE_OPTION(kt_equilibrium_arguments, settings),
 };

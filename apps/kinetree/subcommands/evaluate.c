@@ -19,6 +19,7 @@ static const kt_option options[] = {
      "compute the inverse dynamics for these accelerations", NULL},
     {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "write to a file instead of standard output",
      NULL},
+    KT_ROBOT_OPTIONS(kt_evaluate_arguments, settings),
     KT_QUIET_OPTION(kt_evaluate_arguments, settings),
     KT_VERBOSE_OPTION(kt_evaluate_arguments, settings),
 };

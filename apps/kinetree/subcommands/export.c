@@ -34,6 +34,7 @@ static const kt_option options[] = {
     {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
     {"out", KT_OPTION_TEXT, AT(out), "FILE", "write to this file; default: standard output", NULL},
     KT_SET_OPTION(AT(settings)),
+    KT_ROBOT_OPTIONS(kt_export_arguments, settings),
     KT_QUIET_OPTION(kt_export_arguments, settings),
     KT_VERBOSE_OPTION(kt_export_arguments, settings),
 };

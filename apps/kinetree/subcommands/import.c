@@ -8,7 +8,7 @@
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia, *search, *allow;
+    const char *out, *inertia;
     double stops, stop_damping, density;
     kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
 } kt_import_arguments;
@@ -28,13 +28,6 @@ static const kt_option options[] = {
      NULL},
     {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
      "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated", NULL},
-    {"search", KT_OPTION_TEXT, AT(search), "FOLDER:FOLDER",
-     "find meshes of package:// and model://, and models that SDF includes, in these folders first; then in those of "
-     "KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot and those "
-     "around it",
-     NULL},
-    {"allow", KT_OPTION_TEXT, AT(allow), "FOLDER:FOLDER",
-     "allow the robot to include files of these folders outside of its own", NULL},
     KT_ROBOT_OPTIONS(kt_import_arguments, settings),
     {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
      "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
@@ -56,7 +49,8 @@ const kt_usage kt_usage_import = {
     .about =
         "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
         "Loops, effects and settings can be added to this scene.\n"
-        "Every subcommand that reads a SCENE also takes such a file itself, as if it was imported without options.\n"
+        "Every subcommand that reads a SCENE, but sweep, also takes such a file itself.\n"
+        "These subcommands have the options --floating, --keyframe, --contacts, --ground, --search and --allow, too.\n"
         "A body has the name of its link, and a joint keeps its name.\n"
         "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
         "Those that change the motion are warnings.\n"
@@ -92,9 +86,7 @@ int kt_command_import(int argc, char **argv) {
                             .inertia = (kt_robot_inertia)inertia,
                             .density = a.density,
                             .masses = a.masses.text,
-                            .mass_count = a.masses.count,
-                            .search = a.search,
-                            .allow = a.allow};
+                            .mass_count = a.masses.count};
     if (inertia < 0 || !kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
     const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};

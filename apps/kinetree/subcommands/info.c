@@ -135,6 +135,7 @@ static const kt_option options[] = {
     {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
      "print the computations of each evaluation, step and record, their sizes, and those that the scene avoids", NULL},
     {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "print the plan as JSON", NULL},
+    KT_ROBOT_OPTIONS(info_arguments, settings),
     KT_QUIET_OPTION(info_arguments, settings),
     KT_VERBOSE_OPTION(info_arguments, settings),
 };

@@ -48,6 +48,7 @@ static const kt_option options[] = {
     {"bars", KT_OPTION_FLAG, offsetof(kt_modes_arguments, bars), NULL,
      "draw bars for the joints with their phases, instead of the mechanism (--plot)", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "draw the picture on a dark page", NULL},
+    KT_ROBOT_OPTIONS(kt_modes_arguments, settings),
     KT_QUIET_OPTION(kt_modes_arguments, settings),
     KT_VERBOSE_OPTION(kt_modes_arguments, settings),
 };

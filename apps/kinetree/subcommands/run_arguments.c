@@ -148,8 +148,8 @@ static size_t size_of_option(const kt_option *option) {
 
 /* Returns the first given option that has no meaning for modes; NULL: there is none. */
 static const char *option_of_runs(const kt_run_arguments *arguments) {
-    static const char *const kept[] = {"set",   "view",     "boxes",    "quiet",    "verbose",
-                                       "modes", "floating", "keyframe", "contacts", "ground"};
+    static const char *const kept[] = {"set",      "view",     "boxes",    "quiet",  "verbose", "modes",
+                                       "floating", "keyframe", "contacts", "ground", "search",  "allow"};
     for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
         bool is_kept = false;
         for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)

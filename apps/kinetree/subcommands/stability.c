@@ -37,6 +37,7 @@ static const kt_option options[] = {
      "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "draw the picture on a dark page", NULL},
     {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "print all modes and steps as JSON", NULL},
+    KT_ROBOT_OPTIONS(arguments, settings),
     KT_QUIET_OPTION(arguments, settings),
     KT_VERBOSE_OPTION(arguments, settings),
 };

@@ -26,8 +26,8 @@ typedef struct kt_settings {
     bool is_verbose; /* all of them are printed */
     struct kt_robot_how {
         bool floating, contacts;
-        const char *ground, *keyframe; /* NULL: none */
-    } robot;                           /* how the file of a robot is read */
+        const char *ground, *keyframe, *search, *allow; /* NULL: none */
+    } robot;                                            /* how the file of a robot is read */
 } kt_settings;
 
 typedef struct kt_option {
@@ -75,9 +75,23 @@ typedef struct kt_option {
          NULL,                                                                                                         \
          "let the collisions of a robot's file touch planes; default: they touch nothing",                             \
          NULL},                                                                                                        \
+        {"ground",                                                                                                     \
+         KT_OPTION_TEXT,                                                                                               \
+         offsetof(type, settings.robot.ground),                                                                        \
+         "HEIGHT",                                                                                                     \
+         "add a floor at this height, m, to --contacts; default: none",                                                \
+         NULL},                                                                                                        \
+        {"search",                                                                                                     \
+         KT_OPTION_TEXT,                                                                                               \
+         offsetof(type, settings.robot.search),                                                                        \
+         "FOLDER:FOLDER",                                                                                              \
+         "find meshes of package:// and model://, and models that SDF includes, in these folders first; then in"       \
+         " those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot"  \
+         " and those around it",                                                                                       \
+         NULL},                                                                                                        \
     {                                                                                                                  \
-        "ground", KT_OPTION_TEXT, offsetof(type, settings.robot.ground), "HEIGHT",                                     \
-            "add a floor at this height, m, to --contacts; default: none", NULL                                        \
+        "allow", KT_OPTION_TEXT, offsetof(type, settings.robot.allow), "FOLDER:FOLDER",                                \
+            "allow a robot's file to include files of these folders outside of its own", NULL                          \
     }
 
 /* A heading of the help, above the option `first`. */
