@@ -3,10 +3,16 @@
  * A URI names a file, or a folder with a model.config, which names the files of a model by their versions. The URI
  * `model://NAME` is the folder NAME in that of the robot. Other paths start from the folder of the file that includes
  * them. A file that is not there is searched on the search path, as FOLDER/NAME. A file that is found nowhere is left
- * out and noted, since worlds name models that simulators provide.
+ * out and noted, since worlds name models that simulators provide. A file of lights and actors alone changes no motion.
+ *
+ * A URI `https://HOST/API/OWNER/models/NAME/VERSION` names a model on a server. Gazebo keeps what it has loaded from
+ * there as HOST/OWNER/models/NAME/VERSION, in small letters, in a folder of its own (LocalCache.cc of gz-fuel-tools).
+ * Without VERSION, the newest one is meant. That folder is on the search path of the command. A folder NAME on the
+ * search path is taken, too.
  */
 #include "robot/sdf.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,13 +57,64 @@ static const char *join_folder(kt_sdf *m, const char *folder, const char *name) 
     return path;
 }
 
+enum { SERVED_NAME = 400, VERSIONS_MOST = 100 };
+
+/* Copies a part of a URI, with `%20` as a blank. */
+static void copy_part(char *to, const char *from, size_t length) {
+    size_t used = 0;
+    for (size_t i = 0; i < length && used + 1 < SERVED_NAME; i++) {
+        const bool is_blank = i + 2 < length && strncmp(from + i, "%20", 3) == 0;
+        to[used++] = is_blank ? ' ' : from[i];
+        i += is_blank ? 2 : 0;
+    }
+    to[used] = '\0';
+}
+
+/* The newest version in the folder of a model; NULL: none. */
+static const char *newest_of(kt_sdf *m, const char *folder) {
+    char name[16];
+    for (int version = VERSIONS_MOST; version > 0; version--) {
+        (void)snprintf(name, sizeof name, "%d", version);
+        const char *path = join_folder(m, folder, name);
+        if (path == NULL || kt_include_exists(path, true))
+            return path;
+    }
+    return NULL;
+}
+
+/* Where a model of a server is kept on this machine; NULL: nowhere. */
+static const char *kept_model(kt_sdf *m, const char *plain) {
+    static const char models[] = "/models/";
+    const char *at = strstr(plain, models), *owner = at;
+    char kept[5 * SERVED_NAME], part[SERVED_NAME], name[SERVED_NAME];
+    if (at == NULL || strlen(plain) >= SERVED_NAME)
+        return NULL;
+    while (owner > plain && owner[-1] != '/')
+        owner--;
+    const char *own = at + strlen(models), *version = own + strcspn(own, "/");
+    copy_part(name, own, (size_t)(version - own));
+    copy_part(part, owner, (size_t)(at - owner));
+    const bool is_given = version[0] == '/' && isdigit((unsigned char)version[1]) != 0;
+    (void)snprintf(kept, sizeof kept, "%.*s/%s/models/%s%s", (int)strcspn(plain, "/"), plain, part, name,
+                   is_given ? version : "");
+    for (char *c = kept; *c != '\0'; c++)
+        *c = (char)tolower((unsigned char)*c);
+    const char *found = kt_search_path(m->r, m->source, kept);
+    if (found != NULL && !is_given)
+        found = newest_of(m, found);
+    return found != NULL ? found : kt_search_path(m->r, m->source, name);
+}
+
 /* The path that a URI names; NULL if there is none, reported where it leads out of the folder. */
 static const char *uri_path_of(kt_sdf *m, const kt_element *e, const char *uri) {
     const char *scheme = strstr(uri, "://"), *plain = scheme != NULL ? scheme + 3 : uri;
     if (m->source->folder == NULL)
         return NULL;
-    if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0)
-        return NULL; /* a server's */
+    const bool is_served = strncmp(uri, "https://", 8) == 0 || strncmp(uri, "http://", 7) == 0;
+    if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0) {
+        const char *served = is_served ? kept_model(m, plain) : kt_search_path(m->r, m->source, plain);
+        return served != NULL ? kt_include_path(m->r, m->source, e, served) : NULL;
+    }
     const char *own = scheme != NULL ? plain : kt_include_relative(m->r, m->source, e, uri);
     const bool is_there = own != NULL && kt_include_is_there(m->r, m->source, own);
     const char *found = is_there ? NULL : kt_search_path(m->r, m->source, plain);
@@ -115,7 +172,8 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
         const bool is_absolute = *path[0] == '/';
         const char *file = model_file_of(m, e, *path);
         const char *inner = join_folder(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
-        *path = inner != NULL ? kt_include_path(m->r, m->source, e, inner) : NULL;
+        const bool is_there = inner != NULL && kt_include_is_there(m->r, m->source, inner);
+        *path = is_there ? kt_include_path(m->r, m->source, e, inner) : NULL;
     }
     if (*path == NULL || !kt_include_exists(*path, false)) {
         if (m->r->fault_count == faults)
@@ -135,7 +193,7 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     }
     *version = kt_sdf_version(m, root);
     const kt_element *model = kt_xml_child(root, "model");
-    if (model == NULL)
+    if (model == NULL && kt_xml_child(root, "light") == NULL && kt_xml_child(root, "actor") == NULL)
         omit(m, e, uri);
     return *version > 0 ? model : NULL;
 }

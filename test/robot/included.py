@@ -1,8 +1,9 @@
 """included KINETREE: random folders of files that include each other, with --allow and --search, against the rule written in Python.
 
 A file may be included from the folder of the robot, from folders of --allow and of --search, links followed, any number of times, but not within
-itself. MJCF looks for a name next to the robot, then next to the file that has it. SDF looks for NAME or model://NAME, a folder or a file, next to the robot, then in
-folders of --search; what is nowhere is left out, and a world of which nothing is left is an error.
+itself. MJCF looks for a name next to the robot, then next to the file that has it. SDF looks for NAME or model://NAME, a folder or a file, next to the robot,
+then in folders of --search. It looks for package://NAME in folders of --search alone, and for a model of a server where Gazebo keeps it, then there. What is
+nowhere is left out, and a world of which nothing is left is an error. A light is not missed.
 """
 import os
 import pathlib
@@ -68,20 +69,38 @@ def count_mjcf(root, files, roots, path, within=()):
 # ---- SDF ---------------------------------------------------------------------------------------------------------------
 
 def make_sdf(rng, root):
-    """A world that includes models, folders or single files, some of which lie next to it or on the search path."""
+    """A world that includes models, folders or single files, some of which lie next to it, on the search path, or where Gazebo keeps models of servers.
+
+    Returns whether the world has a model of its own, and of each included name whether it is one of a light alone, and whether it is found with and
+    without a search path.
+    """
     names = [f"m{i}{rng.choice(('', '.sdf'))}" for i in range(rng.randint(1, 4))]
-    places = {name: rng.choice(["robot", "found/models", "common", None]) for name in names}
+    included, includes = [], ""
     os.makedirs(f"{root}/robot", exist_ok=True)
-    for name, place in places.items():
-        file = f"{root}/{place}/{name}" if name.endswith(".sdf") else f"{root}/{place}/{name}/model.sdf"
+    for name in names:
+        place, is_file = rng.choice(["robot", "found/models", "common", "kept", None]), name.endswith(".sdf")
+        is_served, is_light, version = place == "kept" or (not is_file and rng.random() < 0.2), rng.random() < 0.2, rng.choice((None, 1, 7, 8))
+        newest = rng.choice((7, 12))
+        folder = {"kept": f"kept/fuel.gazebosim.org/the owner/models/{name}/{newest}"}.get(place, f"{place}/{name}")
+        file = f"{root}/{folder}" if is_file and place != "kept" else f"{root}/{folder}/model.sdf"
         if place:
             os.makedirs(os.path.dirname(file), exist_ok=True)
-            pathlib.Path(file).write_text(f"<sdf version='1.9'><model name='{name[:2]}'>{LINK.format('l')}</model></sdf>")
+            inner = "<light name='sun' type='point'/>" if is_light else f"<model name='{name[:2]}'>{LINK.format('l')}</model>"
+            pathlib.Path(file).write_text(f"<sdf version='1.9'>{inner}</sdf>")
+        if place == "kept" and rng.random() < 0.5:  # an older one has another body
+            older = pathlib.Path(file).parents[1] / "2"
+            older.mkdir()
+            (older / "model.sdf").write_text(f"<sdf version='1.9'><model name='old'>{LINK.format('l')}{LINK.format('k')}</model></sdf>")
+        prefix = rng.choice(("model://", "")) if place != "found/models" or rng.random() < 0.7 else "package://"
+        name_there = name.upper() if place == "kept" else name
+        uri = f"https://fuel.gazebosim.org/1.0/The%20Owner/models/{name_there}{f'/{version}' if version else ''}" if is_served else prefix + name
+        includes += f"<include><uri>{uri}</uri></include>"
+        is_there = place == "kept" and version in (None, newest) or place == "robot" and not is_served
+        included.append((is_light, is_there, is_there or place == "found/models"))
     own = rng.random() < 0.3
-    includes = "".join(f"<include><uri>{rng.choice(('model://', ''))}{name}</uri></include>" for name in names)
     pathlib.Path(f"{root}/robot/robot.sdf").write_text(
         f"<sdf version='1.9'><world name='w'>{includes}{f'<model name=' + repr('own') + '>' + LINK.format('l') + '</model>' if own else ''}</world></sdf>")
-    return own, places
+    return own, included
 
 
 # ---- the cases ---------------------------------------------------------------------------------------------------------
@@ -96,6 +115,7 @@ def run_import(root, file, rng):
         folders = ":".join(folder for name, folder in named if name == option)
         words += [option, folders] if folders else []
     clean = {key: value for key, value in os.environ.items() if key not in ("KINETREE_SEARCH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH")}
+    clean["GZ_FUEL_CACHE_PATH"] = f"{root}/kept"
     run = subprocess.run([KINETREE, "import", f"{root}/{file}", *words], capture_output=True, text=True, env=clean)
     count = run.stdout.count("\n  - name: ") if run.returncode == 0 else None
     return count, run.stderr, [folder for _, folder in named], any(name == "--search" for name, _ in named)
@@ -114,13 +134,13 @@ def check(seed, folder):
             wanted = None
         kind = "circle" if "circle" in words else "alone" if "alone" in words else words[-80:]
     else:
-        own, places = make_sdf(rng, root)
+        own, included = make_sdf(rng, root)
         found, words, named, searches = run_import(root, "robot/robot.sdf", rng)
-        wanted = own + sum(place == "robot" or (place == "found/models" and searches) for place in places.values())
-        lost = len(places) + own - wanted
+        there = [(is_light, searched if searches else alone) for is_light, alone, searched in included]
+        wanted, lost = own + sum(is_there and not is_light for is_light, is_there in there), sum(not is_there for _, is_there in there)
         if wanted > 0 and (lost > 0) != ("nor on the search path" in words):
             return f"seed {seed}: {lost} models are not there: {words}", wanted
-        wanted = wanted or None
+        wanted = wanted if wanted > 0 or lost == 0 else None
         kind = "no body" if "no body is left" in words else words[-80:]
     if found == wanted and (found is not None or kind in ("circle", "alone", "no body")):
         return None, wanted

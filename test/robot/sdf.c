@@ -571,7 +571,7 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
         {"broken.sdf", "broken.sdf:1:29: this is no well-formed XML"},
         {"robot.urdf", "begins with <robot>, not with <sdf>"},
     };
-    static const char *const left_out[] = {"nowhere.sdf", "model://sun", "https://fuel.gazebosim.org/x", "light.sdf"};
+    static const char *const left_out[] = {"nowhere.sdf", "model://sun", "https://fuel.gazebosim.org/x", "empty.sdf"};
     char folder[] = "/tmp/kinetree-sdf-XXXXXX", path[300];
     kt_scene scene;
     if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
@@ -586,6 +586,7 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
     put_file(folder, "inner/broken.sdf", "<sdf version='1.9'><model></sdf>");
     put_file(folder, "inner/robot.urdf", "<robot/>");
     put_file(folder, "inner/light.sdf", "<sdf version='1.9'><light/></sdf>");
+    put_file(folder, "inner/empty.sdf", "<sdf version='1.9'/>");
     put_file(folder, "inner/right.sdf", SDF(LINK("b")));
     for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++) {
         kt_check_equal_int(rejected[i][0], read_in(folder, rejected[i][0], &scene), KT_ERROR_SCENE);
@@ -596,22 +597,19 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
             kt_check_true("told", has_note(&scene, left_out[i]));
             kt_scene_free(&scene);
         }
+    if (kt_check_equal_int("a light", read_in(folder, "light.sdf", &scene), KT_OK)) {
+        kt_check_true("no model is missing", !has_note(&scene, "light.sdf"));
+        kt_scene_free(&scene);
+    }
     if (kt_check_equal_int("one that is right", read_in(folder, "right.sdf", &scene), KT_OK)) {
         kt_check_equal_int("bodies", scene.description.body_count, 2);
         (void)find_body(&scene, "m__b");
         kt_scene_free(&scene);
     }
-    static const char *const names[] = {"inner/m.sdf",
-                                        "inner/one.sdf",
-                                        "inner/two.sdf",
-                                        "inner/broken.sdf",
-                                        "inner/light.sdf",
-                                        "inner/robot.urdf",
-                                        "inner/right.sdf",
-                                        "inner/link.sdf",
-                                        "outer.sdf",
-                                        "inner",
-                                        ""};
+    static const char *const names[] = {"inner/m.sdf",      "inner/one.sdf",   "inner/two.sdf",
+                                        "inner/broken.sdf", "inner/light.sdf", "inner/empty.sdf",
+                                        "inner/robot.urdf", "inner/right.sdf", "inner/link.sdf",
+                                        "outer.sdf",        "inner",           ""};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
         kt_check_equal_int("clean", remove(path), 0);

@@ -99,6 +99,19 @@ static char *add_folders(char *path, const char *more) {
     return longer;
 }
 
+/* Adds the folders in which Gazebo keeps models of servers. */
+static char *add_kept_models(char *path) {
+    static const char *const folders[] = {".gz/fuel", ".ignition/fuel"};
+    const char *given = getenv("GZ_FUEL_CACHE_PATH"), *home = getenv("HOME");
+    char folder[4096];
+    if (given != NULL && *given != '\0')
+        return add_folders(path, given);
+    for (size_t i = 0; i < sizeof folders / sizeof *folders && home != NULL && path != NULL; i++)
+        if ((size_t)snprintf(folder, sizeof folder, "%s/%s", home, folders[i]) < sizeof folder)
+            path = add_folders(path, folder);
+    return path;
+}
+
 /* Returns the search path for packages and models: the given folders, then the folders of the environment. The caller
  * frees it; NULL: memory is insufficient. */
 static char *compose_search_path(const char *given) {
@@ -110,7 +123,7 @@ static char *compose_search_path(const char *given) {
         if (value != NULL && *value != '\0')
             path = add_folders(path, value);
     }
-    return path;
+    return add_kept_models(path);
 }
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
