@@ -269,11 +269,21 @@ void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *gu
     for (int k = 0; k < 3; k++)
         ground->linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
     kt_code_multiply_rates(g, ground);
-    for (int i = 1; i < tree->link_count; i++)
+    kt_graph_pass(g);
+    for (int i = 1; i < tree->link_count; i++) {
+        kt_graph_step(g);
         start_body(tree, i, all);
-    for (int i = tree->link_count - 1; i > 0; i--)
+    }
+    kt_graph_pass(g);
+    for (int i = tree->link_count - 1; i > 0; i--) {
+        kt_graph_step(g);
         give_to_parent(tree, i, all, guard);
-    for (int i = 1; i < tree->link_count; i++)
+    }
+    kt_graph_pass(g);
+    for (int i = 1; i < tree->link_count; i++) {
+        kt_graph_step(g);
         respond_body(tree, i, all, a);
+    }
+    kt_graph_pass(g);
     free(all);
 }

@@ -317,7 +317,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
         if (f->output[i] == 0)
             fprintf(p->file, "    (void)%s;\n", kind->output[i]);
-    kt_code_print_function(p, f, &arrays, function_name_of(k));
+    kt_code_print_function(p, f, function_name_of(k));
     fputs("    return 0;\n}\n\n", p->file);
 }
 

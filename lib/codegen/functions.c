@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { LONG_FUNCTION = 2000 }; /* sums and products; it may have loops */
+
 /* Factors products, with the guards behind the outputs. */
 static void factor_function(kt_graph *g, kt_code_function *f) {
     kt_op *all = f->out;
@@ -173,6 +175,15 @@ static bool fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f
     return fine;
 }
 
+/* Whether a function is long, and its steps may become loops. */
+static bool may_have_loops(const kt_graph *g, int k, const kt_code_function *f) {
+    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
+    const bool is_recursion = k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_INVERSE_INDEX ||
+                              k == KT_CODEGEN_BIAS_INDEX || k == KT_CODEGEN_MASS_INDEX ||
+                              k == KT_CODEGEN_ACCELERATION_INDEX;
+    return is_recursion && n.multiply + n.add > LONG_FUNCTION;
+}
+
 bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
     const size_t nv = tree->model->n.v;
     const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
@@ -182,9 +193,17 @@ bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_fun
     f->writes_at_once = is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
     kt_op *work = calloc(count, sizeof *work);
     tree->graph->scope++;
-    const bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
-    free(work);
+    bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
     if (fine && !tree->graph->failed)
         factor_function(tree->graph, f);
+    if (fine && !tree->graph->failed && rows == 0 && may_have_loops(tree->graph, k, f)) {
+        tree->graph->keeps_signs = true;
+        tree->graph->scope++;
+        fine = fill_any(tree, k, work, f);
+        if (fine && !tree->graph->failed)
+            factor_function(tree->graph, f);
+        tree->graph->keeps_signs = false;
+    }
+    free(work);
     return fine && !tree->graph->failed;
 }

@@ -10,7 +10,7 @@
 enum { KT_GRAPH_TABLE = 1 << 14, KT_SECTION_LENGTH = 400 };
 
 void kt_graph_init(kt_graph *g) {
-    *g = (kt_graph){.table_size = KT_GRAPH_TABLE};
+    *g = (kt_graph){.table_size = KT_GRAPH_TABLE, .step = -1};
     g->table = malloc(KT_GRAPH_TABLE * sizeof *g->table);
     g->failed = g->table == NULL;
     for (int32_t i = 0; i < KT_GRAPH_TABLE && !g->failed; i++)
@@ -19,7 +19,7 @@ void kt_graph_init(kt_graph *g) {
 
 void kt_graph_free(kt_graph *g) {
     for (int32_t i = 0; i < g->section_count; i++)
-        free(g->section[i]);
+        free(g->section[i].text);
     free(g->section);
     free(g->table);
     free(g->node);
@@ -43,7 +43,8 @@ void kt_graph_section(kt_graph *g, const char *format, ...) {
     va_start(arguments, format);
     const int length = vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    char **larger = g->failed ? NULL : grow_array(g->section, g->section_count, &g->section_room, sizeof *g->section);
+    kt_op_section *larger =
+        g->failed ? NULL : grow_array(g->section, g->section_count, &g->section_room, sizeof *g->section);
     char *copy = length >= 0 ? strdup(text) : NULL;
     if (larger != NULL)
         g->section = larger;
@@ -52,8 +53,15 @@ void kt_graph_section(kt_graph *g, const char *format, ...) {
         free(copy);
         return;
     }
-    g->section[g->section_count++] = copy;
+    g->section[g->section_count++] = (kt_op_section){copy, g->pass, g->step};
 }
+
+void kt_graph_pass(kt_graph *g) {
+    g->pass++;
+    g->step = -1;
+}
+
+void kt_graph_step(kt_graph *g) { g->step = g->step_count++; }
 
 /* ---- the table --------------------------------------------------------------------------------------------------- */
 
@@ -158,45 +166,60 @@ kt_op kt_op_input(kt_graph *g, kt_op_array array, int index) {
 
 static bool is_constant(const kt_graph *g, kt_op a) { return g->node[a].kind == KT_OP_CONSTANT; }
 
+static int32_t step_of_section(const kt_graph *g, int32_t section) {
+    return section >= 0 ? g->section[section].step : -1;
+}
+
+/* Whether a node is a sign that may be moved. That of another step may not if steps are to be alike. */
+static bool is_free_sign(const kt_graph *g, kt_op a) {
+    const kt_op_node *n = &g->node[a];
+    if (n->kind != KT_OP_NEGATE)
+        return false;
+    return !g->keeps_signs || n->origin != KT_OP_OF_STATE || g->node[n->a].kind == KT_OP_INPUT ||
+           step_of_section(g, n->section) == step_of_section(g, g->section_count - 1);
+}
+
 kt_op kt_op_negate(kt_graph *g, kt_op a) {
     if (g->failed)
         return 0;
     if (is_constant(g, a))
         return kt_op_number(g, -g->node[a].value);
-    return g->node[a].kind == KT_OP_NEGATE ? g->node[a].a : find_operation(g, KT_OP_NEGATE, a, -1);
+    return is_free_sign(g, a) ? g->node[a].a : find_operation(g, KT_OP_NEGATE, a, -1);
 }
 
 /* Replaces a node by its absolute part, and returns whether it had a negative sign. */
 static bool take_sign(kt_graph *g, kt_op *a) {
     const kt_op_node *n = &g->node[*a];
-    const bool minus = n->kind == KT_OP_NEGATE || (n->kind == KT_OP_CONSTANT && n->value < 0.0);
+    const bool minus = is_free_sign(g, *a) || (n->kind == KT_OP_CONSTANT && n->value < 0.0);
     if (minus)
         *a = kt_op_negate(g, *a);
     return minus;
 }
 
-kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b) {
+/* a + b, or a - b if `minus`. */
+static kt_op add_signed(kt_graph *g, kt_op a, kt_op b, bool minus) {
     if (g->failed)
         return 0;
     if (is_constant(g, a) && is_constant(g, b))
-        return kt_op_number(g, g->node[a].value + g->node[b].value);
+        return kt_op_number(g, g->node[a].value + (minus ? -1.0 : 1.0) * g->node[b].value);
     if (kt_op_is(g, a, 0.0))
-        return b;
+        return minus ? kt_op_negate(g, b) : b;
     if (kt_op_is(g, b, 0.0))
         return a;
-    const bool first = take_sign(g, &a), second = take_sign(g, &b);
+    const bool first = take_sign(g, &a), second = take_sign(g, &b) != minus;
     if (a == b)
         return first != second ? kt_op_number(g, 0.0) : kt_op_multiply(g, kt_op_number(g, first ? -2.0 : 2.0), a);
     if (first == second) {
         const kt_op sum = find_operation(g, KT_OP_ADD, a < b ? a : b, a < b ? b : a);
         return first ? kt_op_negate(g, sum) : sum;
     }
-    const kt_op plus = first ? b : a, minus = first ? a : b;
-    return plus < minus ? find_operation(g, KT_OP_SUBTRACT, plus, minus)
-                        : kt_op_negate(g, find_operation(g, KT_OP_SUBTRACT, minus, plus));
+    const kt_op plus = first ? b : a, less = first ? a : b;
+    return plus < less ? find_operation(g, KT_OP_SUBTRACT, plus, less)
+                       : kt_op_negate(g, find_operation(g, KT_OP_SUBTRACT, less, plus));
 }
 
-kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b) { return kt_op_add(g, a, kt_op_negate(g, b)); }
+kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b) { return add_signed(g, a, b, false); }
+kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b) { return add_signed(g, a, b, true); }
 
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
     if (g->failed)

@@ -83,14 +83,21 @@ typedef struct kt_op_node {
     char name[KT_OP_NAME]; /* empty: it has none */
 } kt_op_node;
 
+/* A block of nodes. */
+typedef struct kt_op_section {
+    char *text;         /* its comment */
+    int32_t pass, step; /* kt_graph_pass; step: -1: none */
+} kt_op_section;
+
 typedef struct kt_graph {
     kt_op_node *node;
     int32_t count, room;
     int32_t *table; /* first nodes of chains; a power of two */
     int32_t table_size;
-    char **section; /* the comments of blocks */
-    int32_t section_count, section_room;
+    kt_op_section *section;
+    int32_t section_count, section_room, pass, step, step_count;
     int16_t scope;
+    bool keeps_signs; /* at the ends of steps, so that steps are alike; elsewhere, signs move outwards */
     bool is_nameless; /* new nodes have no names, because the function has others of these names */
     bool failed;
 } kt_graph;
@@ -101,6 +108,11 @@ void kt_graph_free(kt_graph *g);
 
 /* Begins a block: its nodes are printed behind this comment. */
 void kt_graph_section(kt_graph *g, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Begins a pass: steps that may repeat each other, with other operands (roll.c). Then begins a step of the pass: the
+ * next blocks are of it. Behind the last step, kt_graph_pass ends the pass. */
+void kt_graph_pass(kt_graph *g);
+void kt_graph_step(kt_graph *g);
 
 kt_op kt_op_number(kt_graph *g, double value);
 kt_op kt_op_parameter(kt_graph *g, int index);

@@ -249,12 +249,22 @@ void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard) 
     for (size_t k = 0; k < model->n.plane; k++) {
         const kt_plane *plane = &model->plane[k];
         all[0] = ground_of_plane(tree, plane);
-        for (int i = plane->first; i < plane->last; i++)
+        kt_graph_pass(tree->graph);
+        for (int i = plane->first; i < plane->last; i++) {
+            kt_graph_step(tree->graph);
             start_flat(tree, i, &all[tree->link[i].parent], &all[i]);
-        for (int i = plane->last - 1; i >= plane->first; i--)
+        }
+        kt_graph_pass(tree->graph);
+        for (int i = plane->last - 1; i >= plane->first; i--) {
+            kt_graph_step(tree->graph);
             give_flat(tree, i, all, guard);
-        for (int i = plane->first; i < plane->last; i++)
+        }
+        kt_graph_pass(tree->graph);
+        for (int i = plane->first; i < plane->last; i++) {
+            kt_graph_step(tree->graph);
             respond_flat(tree, i, &all[tree->link[i].parent], &all[i], a);
+        }
+        kt_graph_pass(tree->graph);
     }
     free(all);
 }

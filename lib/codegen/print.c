@@ -1,33 +1,13 @@
-/* Straight-line C of a function, in the order in which its nodes were made.
+/* C of a function, in the order in which its nodes were made: straight lines, or the parts of parts.c.
  *
- * A node that is used once, and whose text is short, is written into its user. Brackets keep the order of operations,
- * so that all compilers round alike. Signs are written into their users.
- *
- * A compiler keeps the variables of a function in few registers. In a long one, it moves most of them to memory and
- * back, often many times. A long function is therefore divided into parts, which are static functions. A number that
- * another part reads is written once, to the array `w`.
+ * Brackets keep the order of operations, so that all compilers round alike. Signs are written into their users.
  */
-#include "codegen/print.h"
+#include "codegen/parts.h"
 #include "document/number.h"
 #include "kinetree/loop.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-enum {
-    KT_CODE_WIDTH = 48,  /* the longest text that is written into another */
-    KT_CODE_LONG = 1000, /* a function of more statements has parts */
-    KT_CODE_PART = 150   /* statements of a part, about */
-};
-
-/* Arguments of a part, behind the arrays of kt_op_array. */
-enum {
-    CODE_PREPARED = KT_OP_TIME + 1,
-    CODE_OUTPUT, /* the first of three */
-    CODE_PLACES = CODE_OUTPUT + 3,
-    CODE_ARGUMENTS,
-    CODE_GUARDS = CODE_ARGUMENTS
-};
 
 /* The place of an operand: left or right in a sum, or in a product. */
 typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;
@@ -44,8 +24,12 @@ bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *fi
     p->part = malloc(count * sizeof *p->part);
     p->place = malloc(count * sizeof *p->place);
     p->needs = malloc(count * sizeof *p->needs);
-    if (p->part == NULL || p->place == NULL || p->needs == NULL || p->uses == NULL || p->user == NULL ||
-        p->width == NULL || p->temporary == NULL || p->prepared == NULL || p->list == NULL || tree->graph->failed)
+    p->loop_of_part = malloc(count * sizeof *p->loop_of_part);
+    p->slot = calloc(count, sizeof *p->slot);
+    p->list_room = count;
+    if (p->part == NULL || p->place == NULL || p->needs == NULL || p->loop_of_part == NULL || p->slot == NULL ||
+        p->uses == NULL || p->user == NULL || p->width == NULL || p->temporary == NULL || p->prepared == NULL ||
+        p->list == NULL || tree->graph->failed)
         return false;
     for (size_t i = 0; i < count; i++)
         p->prepared[i] = -1;
@@ -62,6 +46,9 @@ void kt_code_printer_free(kt_code_printer *p) {
     free(p->part);
     free(p->place);
     free(p->needs);
+    free(p->loop_of_part);
+    free(p->slot);
+    kt_code_roll_free(&p->roll);
 }
 
 void kt_code_print_number(FILE *file, double value) {
@@ -73,152 +60,20 @@ void kt_code_print_number(FILE *file, double value) {
         fprintf(file, "(real)%s", text);
 }
 
-/* ---- layout ------------------------------------------------------------------------------------------------------ */
-
-/* Whether a node is not computed by the function that is printed: a number, an input, a prepared number. */
-static bool is_leaf_of_code(const kt_code_printer *p, kt_op i) {
-    const kt_op_node *n = &p->graph->node[i];
-    return n->kind < KT_OP_ADD || n->origin < p->origin;
-}
-
-/* Whether a node is used once. A sign in between has no variable, and must itself be used once. */
-static bool is_used_once(const kt_code_printer *p, kt_op i) {
-    const kt_op user = p->user[i];
-    if (p->uses[i] != 1)
-        return false;
-    return user < 0 || p->graph->node[user].kind != KT_OP_NEGATE || p->uses[user] == 1;
-}
-
-static int width_of_operand(const kt_code_printer *p, kt_op i) {
-    return is_leaf_of_code(p, i) ? 5 : p->width[i] > 0 ? p->width[i] + 2 : 5;
-}
-
-/* The width of the text of a node: its operands, and signs, brackets and names between them. */
-static int width_of_node(const kt_code_printer *p, const kt_op_node *n) {
-    kt_op operand[3];
-    int width = n->kind == KT_OP_NEGATE ? 1 : n->kind == KT_OP_CALL ? 20 : n->kind == KT_OP_CHOOSE ? 12 : 3;
-    for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--)
-        width += width_of_operand(p, operand[k]);
-    return width;
-}
-
-/* Finds which nodes are statements. */
-static void lay_out(kt_code_printer *p, const kt_code_function *f) {
-    const kt_graph *g = p->graph;
-    for (kt_op i = 0; i < g->count; i++)
-        p->user[i] = -1;
-    for (kt_op i = 0; i < g->count; i++) {
-        const kt_op_node *n = &g->node[i];
-        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
-            continue;
-        kt_op operand[3];
-        for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--)
-            p->user[operand[k]] = i;
-    }
-    for (kt_op i = 0; i < g->count; i++) {
-        const kt_op_node *n = &g->node[i];
-        p->width[i] = 0;
-        p->temporary[i] = 0;
-        if (p->uses[i] == 0 || is_leaf_of_code(p, i))
-            continue;
-        const int width = width_of_node(p, n);
-        const bool has_name = n->name[0] != '\0' && p->user[i] >= 0;
-        if (n->kind == KT_OP_NEGATE || (is_used_once(p, i) && width <= KT_CODE_WIDTH && !has_name))
-            p->width[i] = width;
-    }
-    for (int k = 0; k < f->guard_count; k++)
-        if (p->graph->node[f->guard[k].pivot].kind != KT_OP_NEGATE)
-            p->width[f->guard[k].pivot] = 0;
-}
-
-/* ---- parts ------------------------------------------------------------------------------------------------------- */
-
-static bool is_statement(const kt_code_printer *p, kt_op i) {
-    return p->uses[i] > 0 && p->width[i] == 0 && !is_leaf_of_code(p, i);
-}
-
-/* The node behind which a guard is printed; -1: before all. */
-static kt_op node_of_guard(const kt_code_printer *p, const kt_code_guard *guard) {
-    const kt_op pivot = is_leaf_of_code(p, guard->pivot) ? -1 : guard->pivot;
-    const kt_op limit = is_leaf_of_code(p, guard->limit) ? -1 : guard->limit;
-    return pivot > limit ? pivot : limit;
-}
-
-static void note_operands(kt_code_printer *p, kt_op i, int part);
-
-/* Notes what a part needs for the text of a node. */
-static void note_reads(kt_code_printer *p, kt_op i, int part) {
-    const kt_op_node *n = &p->graph->node[i];
-    if (is_leaf_of_code(p, i)) {
-        if (n->kind != KT_OP_CONSTANT)
-            p->needs[part] |= 1 << (n->kind == KT_OP_INPUT ? n->a : CODE_PREPARED);
-    } else if (p->width[i] == 0) {
-        if (p->part[i] == part)
-            return;
-        if (p->place[i] < 0)
-            p->place[i] = p->place_count++;
-        p->needs[part] |= 1 << CODE_PLACES;
-        p->needs[p->part[i]] |= 1 << CODE_PLACES;
-    } else {
-        note_operands(p, i, part);
-    }
-}
-
-static void note_operands(kt_code_printer *p, kt_op i, int part) {
-    kt_op operand[3];
-    for (int k = kt_op_operands(&p->graph->node[i], operand) - 1; k >= 0; k--)
-        note_reads(p, operand[k], part);
-}
-
-/* Divides a function into equal parts, and finds what each one needs. */
-static void plan_parts(kt_code_printer *p, const kt_code_function *f) {
-    const kt_graph *g = p->graph;
-    int count = 0, before = 0;
-    for (kt_op i = 0; i < g->count; i++) {
-        count += is_statement(p, i);
-        p->part[i] = 0;
-        p->place[i] = -1;
-    }
-    p->at_part = p->place_count = 0;
-    p->part_count = count > KT_CODE_LONG && p->origin == KT_OP_OF_STATE ? count / KT_CODE_PART : 1;
-    if (p->part_count == 1)
-        return;
-    memset(p->needs, 0, (size_t)(p->part_count + 1) * sizeof *p->needs);
-    for (kt_op i = 0; i < g->count; i++) {
-        const int part = (int)((int64_t)before * p->part_count / count);
-        p->part[i] = part < p->part_count ? part : p->part_count - 1;
-        before += is_statement(p, i);
-    }
-    for (kt_op i = 0; i < g->count; i++)
-        if (is_statement(p, i))
-            note_operands(p, i, p->part[i]);
-    for (int k = 0; k < f->guard_count; k++) {
-        const kt_op at = node_of_guard(p, &f->guard[k]);
-        const int part = at < 0 ? 0 : p->part[at];
-        note_reads(p, f->guard[k].pivot, part);
-        note_reads(p, f->guard[k].limit, part);
-        p->needs[part] |= 1 << CODE_GUARDS;
-    }
-    for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
-        const int own = is_leaf_of_code(p, f->out[k]) ? 0 : p->part[f->out[k]];
-        const int part = f->writes_at_once ? own : p->part_count;
-        while (k - first >= f->output[array])
-            first += f->output[array++];
-        note_reads(p, f->out[k], part);
-        p->needs[part] |= 1 << (CODE_OUTPUT + array);
-    }
-}
-
 /* ---- expressions ------------------------------------------------------------------------------------------------- */
 
 static void print_operand(kt_code_printer *p, kt_op i, code_place place);
 
-static void print_input(const kt_code_printer *p, const kt_op_node *n) {
+static const char *name_of_input(const kt_code_printer *p, const kt_op_node *n) {
     const char *const name[] = {"q", "v", p->arrays->given, "s", "c", "x"};
+    return name[n->a];
+}
+
+static void print_input(const kt_code_printer *p, const kt_op_node *n) {
     if (n->a == KT_OP_TIME)
         fputs("t", p->file);
     else
-        fprintf(p->file, "%s[%d]", name[n->a], (int)n->b);
+        fprintf(p->file, "%s[%d]", name_of_input(p, n), (int)n->b);
 }
 
 static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
@@ -277,12 +132,12 @@ static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
     }
     const kt_op_node *inner = n->kind == KT_OP_NEGATE ? &p->graph->node[n->a] : NULL;
     const bool swaps =
-        inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && !is_leaf_of_code(p, n->a);
+        inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && !kt_code_is_leaf(p, n->a);
     const bool is_sum = n->kind == KT_OP_ADD || n->kind == KT_OP_SUBTRACT || swaps;
     const bool is_product = n->kind == KT_OP_MULTIPLY || n->kind == KT_OP_DIVIDE;
     const bool bracket = is_sum       ? place != CODE_SUM
                          : is_product ? place == CODE_PRODUCT_RIGHT
-                                      : place == CODE_SUM_RIGHT || place == CODE_PRODUCT_RIGHT;
+                                      : place != CODE_SUM; /* no two signs in a row */
     fputs(bracket ? "(" : "", p->file);
     if (swaps) {
         print_operand(p, inner->b, CODE_SUM);
@@ -299,10 +154,33 @@ static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
     fputs(bracket ? ")" : "", p->file);
 }
 
+/* first + step i */
+static void print_index(const kt_code_printer *p, const char *array, int first, int step) {
+    fprintf(p->file, step < 0 ? "%s[%d - %d * i]" : "%s[%d + %d * i]", array, first, step < 0 ? -step : step);
+}
+
+/* An operand of a loop, from outside of the iteration. */
+static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i) {
+    const kt_code_loop_plan *own = &p->roll.plan[p->loop_of_part[p->at_part]], *from = &p->roll.plan[s->loop];
+    if (s->kind == KT_SLOT_INPUT)
+        print_index(p, name_of_input(p, &p->graph->node[i]), s->base, s->step);
+    else if (s->kind == KT_SLOT_PREPARED)
+        print_index(p, "k", own->prepared + s->base, own->prepared_count);
+    else if (s->kind == KT_SLOT_CARRIED)
+        fprintf(p->file, "carried%d", (int)s->base);
+    else
+        print_index(p, "w", kt_code_roll_place(from, s->base, s->row), s->step * kt_code_roll_stride(from));
+}
+
 static void print_operand(kt_code_printer *p, kt_op i, code_place place) {
     const kt_op_node *n = &p->graph->node[i];
-    if (is_leaf_of_code(p, i))
+    const int loop = kt_code_loop_of(p, i);
+    if (p->slot[i] != NULL && p->slot[i]->kind != KT_SLOT_SAME)
+        print_slot(p, p->slot[i], i);
+    else if (kt_code_is_leaf(p, i))
         print_leaf(p, i, place);
+    else if (loop >= 0 && p->part[i] != p->at_part)
+        fprintf(p->file, "w[%d]", kt_code_place(p, i));
     else if (p->width[i] > 0)
         print_expression(p, i, place);
     else if (p->part[i] != p->at_part)
@@ -322,7 +200,7 @@ static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
         return;
     *section = own;
     fputs("\n    /* ", p->file);
-    for (const char *at = p->graph->section[own]; *at != '\0'; at++)
+    for (const char *at = p->graph->section[own].text; *at != '\0'; at++)
         if (*at == '\n')
             fputs("\n     * ", p->file);
         else
@@ -330,11 +208,22 @@ static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
     fputs(" */\n", p->file);
 }
 
+/* The body of a guard in iteration i of a loop. Its pattern is that of the second one. */
+static void print_body_of_loop(const kt_code_printer *p, const kt_code_function *f, const kt_code_guard *guard) {
+    const kt_code_loop_plan *l = &p->roll.plan[p->roll.loop[guard->pivot]];
+    const kt_op before = kt_code_roll_node(&p->roll, l, 0, kt_code_roll_local(&p->roll, guard->pivot));
+    int body = guard->body;
+    for (int k = 0; k < f->guard_count; k++)
+        body = f->guard[k].pivot == before ? f->guard[k].body : body;
+    const int step = guard->body - body;
+    fprintf(p->file, step < 0 ? "%d - %d * i;\n" : "%d + %d * i;\n", body, step < 0 ? -step : step);
+}
+
 /* Prints the guards whose numbers are there once node i is: both operands are leaves or at most i, and one is i. */
 static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0; k < f->guard_count; k++) {
         const kt_code_guard *guard = &f->guard[k];
-        if (node_of_guard(p, guard) != i)
+        if (kt_code_guard_node(p, guard) != i)
             continue;
         fputs("    if (!(", p->file);
         print_operand(p, guard->pivot, CODE_SUM);
@@ -343,13 +232,17 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
                                : " > SINGULAR * ",
               p->file);
         print_operand(p, guard->limit, CODE_PRODUCT_RIGHT);
-        fprintf(p->file, "))\n        return %d; /* %s */\n", guard->loop > 0 ? -guard->loop : guard->body,
-                guard->loop > 0 ? kt_loop_name(p->tree->model, guard->loop - 1)
-                                : kt_joint_name(p->tree->model, guard->body));
+        fputs("))\n        return ", p->file);
+        if (kt_code_loop_of(p, i) >= 0)
+            print_body_of_loop(p, f, guard);
+        else
+            fprintf(p->file, "%d; /* %s */\n", guard->loop > 0 ? -guard->loop : guard->body,
+                    guard->loop > 0 ? kt_loop_name(p->tree->model, guard->loop - 1)
+                                    : kt_joint_name(p->tree->model, guard->body));
     }
 }
 
-enum { OUTPUTS_ALL = -2 };
+enum { OUTPUTS_ALL = -2, OUTPUTS_OF_LOOPS = -3 };
 
 /* Prints the assignment to output k. Equal ones, as in a symmetric matrix, are one statement: that of the first. */
 static void print_output(kt_code_printer *p, const kt_code_function *f, int k, int first, int array) {
@@ -366,14 +259,43 @@ static void print_output(kt_code_printer *p, const kt_code_function *f, int k, i
     fputs(";\n", p->file);
 }
 
-/* Prints the outputs of node i; -1: those that are leaves; OUTPUTS_ALL: all. */
+/* Prints the outputs of node i; -1: those that are leaves; OUTPUTS_OF_LOOPS: those of loops; OUTPUTS_ALL: all. */
 static void print_outputs(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
         while (k - first >= f->output[array])
             first += f->output[array++];
-        if (i == OUTPUTS_ALL || (i < 0 ? is_leaf_of_code(p, f->out[k]) : f->out[k] == i))
+        if (i == OUTPUTS_ALL ||
+            (i == OUTPUTS_OF_LOOPS ? kt_code_loop_of(p, f->out[k]) >= 0 && !kt_code_is_written(p, f->out[k])
+             : i < 0               ? kt_code_is_leaf(p, f->out[k])
+                                   : f->out[k] == i))
             print_output(p, f, k, first, array);
     }
+}
+
+/* Prints a node of a part if it is a statement, with all that follows from it. */
+static void print_node(kt_code_printer *p, const kt_code_function *f, kt_op i, int32_t *section, int32_t *temporary) {
+    if (p->width[i] == 0) {
+        print_section(p, i, section);
+        p->temporary[i] = ++*temporary;
+        fputs("    const real ", p->file);
+        print_operand(p, i, CODE_SUM);
+        fputs(" = ", p->file);
+        print_expression(p, i, CODE_SUM);
+        fputs(";\n", p->file);
+        if (p->place[i] >= 0) {
+            fprintf(p->file, "    w[%d] = ", (int)p->place[i]);
+            print_operand(p, i, CODE_SUM);
+            fputs(";\n", p->file);
+        }
+    }
+    print_guards(p, f, i);
+}
+
+/* Prints what needs no statement, at the beginning of a function. */
+static void print_first(kt_code_printer *p, const kt_code_function *f) {
+    print_guards(p, f, -1);
+    if (p->part_count > 1 && f->writes_at_once)
+        print_outputs(p, f, -1);
 }
 
 /* Prints the statements of one part, with the outputs if it writes them at once. */
@@ -381,56 +303,83 @@ static void print_statements(kt_code_printer *p, const kt_code_function *f, int3
     const kt_graph *g = p->graph;
     const bool writes = p->part_count > 1 && f->writes_at_once;
     int32_t section = -1;
-    if (p->at_part == 0)
-        print_guards(p, f, -1);
-    if (p->at_part == 0 && writes)
-        print_outputs(p, f, -1);
     for (kt_op i = 0; i < g->count; i++) {
-        if (p->uses[i] == 0 || p->part[i] != p->at_part || is_leaf_of_code(p, i))
+        if (p->uses[i] == 0 || p->part[i] != p->at_part || kt_code_is_leaf(p, i) || kt_code_loop_of(p, i) >= 0)
             continue;
-        if (p->width[i] == 0) {
-            print_section(p, i, &section);
-            p->temporary[i] = ++*temporary;
-            fputs("    const real ", p->file);
-            print_operand(p, i, CODE_SUM);
-            fputs(" = ", p->file);
-            print_expression(p, i, CODE_SUM);
-            fputs(";\n", p->file);
-            if (p->place[i] >= 0) {
-                fprintf(p->file, "    w[%d] = ", (int)p->place[i]);
-                print_operand(p, i, CODE_SUM);
-                fputs(";\n", p->file);
-            }
-        }
-        print_guards(p, f, i);
+        print_node(p, f, i, &section, temporary);
         if (writes)
             print_outputs(p, f, i);
     }
 }
 
-/* All nodes that a function needs: outputs, and both sides of its guards. */
-static int list_roots(const kt_code_function *f, kt_op *root) {
-    int count = 0;
-    for (int k = 0; k < f->out_count; k++)
-        root[count++] = f->out[k];
-    for (int k = 0; k < f->guard_count; k++) {
-        root[count++] = f->guard[k].pivot;
-        root[count++] = f->guard[k].limit;
+/* Prints the copies that a loop reads, and the first values of what iterations carry. */
+static void print_start_of_loop(kt_code_printer *p, int loop) {
+    const kt_code_loop_plan *l = &p->roll.plan[loop];
+    for (int k = 0; k < p->roll.copy_count; k++) {
+        const kt_code_copy *copy = &p->roll.copy[k];
+        if (copy->reader != loop)
+            continue;
+        fprintf(p->file, "    w[%d] = ", kt_code_roll_place(&p->roll.plan[copy->loop], copy->column, copy->row));
+        print_operand(p, copy->node, CODE_SUM);
+        fputs(";\n", p->file);
     }
-    return count;
+    for (int k = 0; k < l->slot_count; k++) {
+        if (l->slot[k].kind != KT_SLOT_CARRIED)
+            continue;
+        fprintf(p->file, "    real carried%d = ", (int)l->slot[k].base);
+        print_operand(p, l->slot[k].cell[0], CODE_SUM);
+        fputs(";\n", p->file);
+    }
+    fprintf(p->file, "    for (int i = 0; i < %d; i++) {\n", (int)l->count);
 }
 
-static bool count_node_uses(kt_code_printer *p, const kt_code_function *f) {
-    kt_op *root = malloc((size_t)(f->out_count + 2 * f->guard_count + 1) * sizeof *root);
-    if (root == NULL)
-        return false;
-    kt_graph_uses(p->graph, root, list_roots(f, root), p->uses);
-    free(root);
-    return true;
+/* Prints where an iteration stores a node: in its column, and in outputs. */
+static void print_stores(kt_code_printer *p, const kt_code_function *f, const kt_code_loop_plan *l, int local) {
+    const kt_op first = kt_code_roll_node(&p->roll, l, 0, local), pattern = kt_code_roll_node(&p->roll, l, 1, local);
+    if (l->column[local] < 0 && !l->is_written[local])
+        return;
+    fputs("    ", p->file);
+    if (l->column[local] >= 0) {
+        print_index(p, "w", kt_code_roll_place(l, l->column[local], 0), kt_code_roll_stride(l));
+        fputs(" = ", p->file);
+    }
+    for (int a = -1, b = -1; l->is_written[local];) {
+        a = kt_code_next_output(f, first, a + 1);
+        b = kt_code_next_output(f, pattern, b + 1);
+        if (a < 0)
+            break;
+        print_index(p, p->arrays->output[0], a, b - a);
+        fputs(" = ", p->file);
+    }
+    print_operand(p, pattern, CODE_SUM);
+    fputs(";\n", p->file);
+}
+
+/* Prints a loop: the second iteration with the operands of iteration i. */
+static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, int32_t *temporary) {
+    const kt_code_loop_plan *l = &p->roll.plan[loop];
+    int32_t section = -1;
+    print_start_of_loop(p, loop);
+    for (int k = 0; k < l->slot_count; k++)
+        p->slot[l->slot[k].cell[1]] = &l->slot[k];
+    for (int local = 0; local < l->size; local++)
+        print_node(p, f, kt_code_roll_node(&p->roll, l, 1, local), &section, temporary);
+    for (int local = 0; local < l->size; local++)
+        print_stores(p, f, l, local);
+    for (int k = 0; k < l->slot_count; k++) {
+        if (l->slot[k].kind != KT_SLOT_CARRIED)
+            continue;
+        fprintf(p->file, "    carried%d = ", (int)l->slot[k].base);
+        print_operand(p, kt_code_roll_node(&p->roll, l, 1, l->slot[k].base), CODE_SUM);
+        fputs(";\n", p->file);
+    }
+    for (int k = 0; k < l->slot_count; k++)
+        p->slot[l->slot[k].cell[1]] = NULL;
+    fputs("    }\n", p->file);
 }
 
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
-    if (!count_node_uses(p, f))
+    if (!kt_code_count_uses(p, f))
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_INPUT && p->graph->node[i].a == (int32_t)array)
@@ -439,7 +388,7 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 }
 
 bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
-    if (!count_node_uses(p, f))
+    if (!kt_code_count_uses(p, f))
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_CALL)
@@ -451,11 +400,7 @@ bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
     p->origin = origin;
     p->arrays = arrays;
-    if (!count_node_uses(p, f))
-        return false;
-    lay_out(p, f);
-    plan_parts(p, f);
-    return true;
+    return kt_code_count_uses(p, f) && kt_code_plan_parts(p, f);
 }
 
 /* Prints the arguments of a part, as its declaration or a call has them. */
@@ -486,11 +431,16 @@ void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt
     p->has_parts = true;
     for (p->at_part = 0; p->at_part < p->part_count; p->at_part++) {
         const bool has_guards = p->needs[p->at_part] & 1 << CODE_GUARDS;
-        fprintf(p->file, "/* Part %d of %d. */\nPART static %s %s_%d(", p->at_part + 1, p->part_count,
-                has_guards ? "int" : "void", name, p->at_part + 1);
+        fprintf(p->file, "/* Part %d of %d. */\n%sstatic %s %s_%d(", p->at_part + 1, p->part_count,
+                kt_code_part_is_small(p, p->at_part) ? "" : "PART ", has_guards ? "int" : "void", name, p->at_part + 1);
         print_arguments(p, p->at_part, true);
         fputs(" {\n", p->file);
-        print_statements(p, f, &temporary);
+        if (p->at_part == 0)
+            print_first(p, f);
+        if (p->loop_of_part[p->at_part] >= 0)
+            print_loop(p, f, p->loop_of_part[p->at_part], &temporary);
+        else
+            print_statements(p, f, &temporary);
         fputs(has_guards ? "    return 0;\n}\n\n" : "}\n\n", p->file);
     }
 }
@@ -509,18 +459,16 @@ static void print_calls(kt_code_printer *p, const kt_code_function *f, const cha
     p->at_part = p->part_count;
 }
 
-void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
-                            const char *name) {
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const char *name) {
     int32_t temporary = 0;
-    if (!plan_function(p, f, KT_OP_OF_STATE, arrays))
-        return;
-    if (p->part_count > 1)
+    if (p->part_count > 1) {
         print_calls(p, f, name);
-    else
+    } else {
+        print_first(p, f);
         print_statements(p, f, &temporary);
+    }
     fputs("\n", p->file);
-    if (p->part_count == 1 || !f->writes_at_once)
-        print_outputs(p, f, OUTPUTS_ALL);
+    print_outputs(p, f, p->part_count == 1 || !f->writes_at_once ? OUTPUTS_ALL : OUTPUTS_OF_LOOPS);
 }
 
 void kt_code_print_prepared(kt_code_printer *p) {

@@ -1,8 +1,8 @@
-/* Prints functions of a graph as straight-line C. */
+/* Prints functions of a graph as C. */
 #ifndef KT_CODEGEN_PRINT_H
 #define KT_CODEGEN_PRINT_H
 
-#include "codegen/recursion.h"
+#include "codegen/roll.h"
 
 #include <stdio.h>
 
@@ -32,7 +32,8 @@ typedef struct kt_code_printer {
     int32_t *width;     /* of its text, where it is written into its user; 0: it is a statement */
     int32_t *temporary; /* the number of its variable */
     int32_t *prepared;  /* its index among the prepared numbers; -1: none yet */
-    kt_op *list;        /* the prepared numbers */
+    kt_op *list;        /* the prepared numbers, of which loops may have some twice */
+    size_t list_room;
     int prepared_count;
     const kt_code_arrays *arrays;
     int part_count, at_part; /* of the function; the one that is printed */
@@ -40,7 +41,10 @@ typedef struct kt_code_printer {
     int32_t *place;          /* of a number that another part reads, in `w`; -1: none */
     int32_t *needs;          /* of each part: bits of its arguments */
     int place_count;
-    bool has_parts; /* any function has them */
+    kt_code_roll roll;     /* the loops of the function */
+    int32_t *loop_of_part; /* of each part: its loop; -1: none */
+    kt_code_slot **slot;   /* of each node: how the loop that is printed reads it; NULL: otherwise */
+    bool has_parts;        /* any function has them */
 } kt_code_printer;
 
 /* Begins for a complete graph. Returns false if memory is insufficient; kt_code_printer_free in any case. */
@@ -51,8 +55,7 @@ void kt_code_printer_free(kt_code_printer *p);
 void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays, const char *name);
 
 /* Prints the statements of a function, or the calls of its parts. */
-void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
-                            const char *name);
+void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const char *name);
 
 /* Prints the statements that compute all prepared numbers; call it after all functions. */
 void kt_code_print_prepared(kt_code_printer *p);

@@ -145,9 +145,11 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
     for (int k = 0; k < 3; k++)
         all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
     kt_code_multiply_rates(g, &all[0]);
+    kt_graph_pass(g);
     for (int i = 1; i < tree->link_count; i++) {
         const kt_code_link *l = &tree->link[i];
         kt_code_moving *m = &all[i];
+        kt_graph_step(g);
         kt_graph_section(g,
                          "%s: motion of link %d in its own axes\n"
                          "w = R'w_p + s v,  al = R'al_p + R'w_p x s v%s,  a = R'(a_p + al_p x r + w_p x (w_p x r))",
@@ -157,10 +159,12 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), kt_op33_apply(g, &m->u, l->moment));
         m->moment = kt_op3_add(g, kt_code_spin_moment(g, l, m), kt_op3_cross(g, l->moment, m->linear));
     }
+    kt_graph_pass(g);
     for (int i = tree->link_count - 1; i > 0; i--) {
         const kt_code_link *l = &tree->link[i];
         const kt_link *link = l->link;
         kt_code_moving *m = &all[i], *p = &all[l->parent];
+        kt_graph_step(g);
         kt_op3_name(g, m->force, "f", i);
         kt_op3_name(g, m->moment, "n", i);
         kt_graph_section(g, "%s: tau = s . (n, f);  the parent carries f and n + r x f", l->name);
@@ -174,6 +178,7 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         p->force = kt_op3_add(g, p->force, force);
         p->moment = kt_op3_add(g, p->moment, moment);
     }
+    kt_graph_pass(g);
     free(all);
 }
 
@@ -184,27 +189,35 @@ typedef struct code_wrench {
     kt_op3 n, f;
 } code_wrench;
 
-/* Sets the entries of column v for the joints from link `i` to the ground. If `at_rest`, the axes of the wrench are
- * those at rest of link i, and the link's own entries are known. */
-static void fill_column(kt_code_tree *tree, const kt_code_frame *frame, int i, int v, code_wrench w, bool at_rest,
-                        kt_op *mass) {
-    kt_graph *g = tree->graph;
+/* A column of M on its way to the ground: the wrench on the link that it has reached. */
+typedef struct code_column {
+    code_wrench wrench;
+    int link;     /* 0: the ground */
+    bool at_rest; /* the axes are those of the link at rest */
+} code_column;
+
+/* Sets the entries of column v for the joint of its link. */
+static void fill_entries(kt_code_tree *tree, const kt_code_frame *frame, const code_column *c, int v, kt_op *mass) {
+    const kt_link *link = tree->link[c->link].link;
     const size_t nv = tree->model->n.v;
-    for (int at = i; at > 0; at = tree->link[at].parent) {
-        const kt_link *link = tree->link[at].link;
-        kt_op entry[KT_DOF_MAX];
-        if (!(at_rest && at == i)) {
-            kt_code_project(tree, &frame[at], w.n, w.f, entry);
-            for (int k = 0; k < kt_link_dofs(link); k++)
-                mass[(size_t)(link->v + k) * nv + (size_t)v] = mass[(size_t)v * nv + (size_t)(link->v + k)] = entry[k];
-        }
-        if (tree->link[at].parent == 0)
-            break;
-        const bool is_rest = at_rest && at == i;
-        w.f = is_rest ? kt_code_rest_up(g, &frame[at], w.f) : kt_code_up(g, &frame[at], w.f);
-        w.n = is_rest ? kt_code_rest_up(g, &frame[at], w.n) : kt_code_up(g, &frame[at], w.n);
-        w.n = kt_op3_add(g, w.n, kt_op3_cross(g, frame[at].offset, w.f));
-    }
+    kt_op entry[KT_DOF_MAX];
+    kt_code_project(tree, &frame[c->link], c->wrench.n, c->wrench.f, entry);
+    for (int k = 0; k < kt_link_dofs(link); k++)
+        mass[(size_t)(link->v + k) * nv + (size_t)v] = mass[(size_t)v * nv + (size_t)(link->v + k)] = entry[k];
+}
+
+/* Moves a column to the parent of its link. */
+static void move_column(kt_code_tree *tree, const kt_code_frame *frame, code_column *c) {
+    kt_graph *g = tree->graph;
+    const kt_code_frame *own = &frame[c->link];
+    code_wrench *w = &c->wrench;
+    c->link = tree->link[c->link].parent;
+    if (c->link == 0)
+        return;
+    w->f = c->at_rest ? kt_code_rest_up(g, own, w->f) : kt_code_up(g, own, w->f);
+    w->n = c->at_rest ? kt_code_rest_up(g, own, w->n) : kt_code_up(g, own, w->n);
+    w->n = kt_op3_add(g, w->n, kt_op3_cross(g, own->offset, w->f));
+    c->at_rest = false;
 }
 
 /* The wrench that a unit acceleration of a joint's first coordinate, or of a rotation about axis k, takes. */
@@ -222,28 +235,27 @@ static code_wrench unit_wrench(kt_graph *g, const kt_code_link *l, const kt_code
                          .f = kt_op3_add(g, kt_op3_scale(g, body->mass, shift), kt_op3_cross(g, turn, body->moment))};
 }
 
-/* The columns of one joint. body: what the joint carries. */
-static void fill_joint_columns(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body,
-                               kt_op *mass) {
+/* Begins the columns of one joint, with its own entries. body: what the joint carries. */
+static void begin_columns(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body,
+                          code_column *column, kt_op *mass) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const size_t nv = tree->model->n.v;
-    const int v = l->link->v, lengths = kt_link_lengths(l->link);
+    const int v = l->link->v, lengths = kt_link_lengths(l->link), count = kt_link_dofs(l->link);
     const bool has_quaternion = kt_motion_facts_of(kt_code_motion(l)).quaternions > 0;
-    if (!has_quaternion) {
-        fill_column(tree, frame, i, v, unit_wrench(g, l, body, l->link->axis), false, mass);
-    } else {
-        for (int k = 0; k < 3; k++)
-            fill_column(tree, frame, i, v + lengths + k, unit_wrench(g, l, body, k), false, mass);
-        const kt_op3 moment = lengths > 0 ? kt_code_to_rest(g, &frame[i], body->moment) : body->moment;
-        for (int k = 0; k < lengths; k++) {
-            kt_op3 unit = kt_op3_zero(g);
-            unit.x[k] = kt_op_number(g, 1.0);
-            const code_wrench w = {kt_op3_cross(g, moment, unit), kt_op3_scale(g, body->mass, unit)};
-            for (int j = 0; j < lengths; j++)
-                mass[(size_t)(v + k) * nv + (size_t)(v + j)] = j == k ? body->mass : kt_op_number(g, 0.0);
-            fill_column(tree, frame, i, v + k, w, true, mass);
-        }
+    for (int k = lengths; k < count && has_quaternion; k++)
+        column[v + k] = (code_column){unit_wrench(g, l, body, k - lengths), i, false};
+    for (int k = 0; k < count && !has_quaternion; k++)
+        column[v + k] = (code_column){unit_wrench(g, l, body, l->link->axis), i, false};
+    for (int k = has_quaternion ? lengths : 0; k < count; k++)
+        fill_entries(tree, frame, &column[v + k], v + k, mass);
+    const kt_op3 moment = has_quaternion ? kt_code_to_rest(g, &frame[i], body->moment) : body->moment;
+    for (int k = 0; k < lengths && has_quaternion; k++) {
+        kt_op3 unit = kt_op3_zero(g);
+        unit.x[k] = kt_op_number(g, 1.0);
+        column[v + k] = (code_column){{kt_op3_cross(g, moment, unit), kt_op3_scale(g, body->mass, unit)}, i, true};
+        for (int j = 0; j < lengths; j++)
+            mass[(size_t)(v + k) * nv + (size_t)(v + j)] = j == k ? body->mass : kt_op_number(g, 0.0);
     }
     for (int k = 0; k < kt_link_dofs(l->link); k++) {
         kt_op *entry = &mass[(size_t)(v + k) * (nv + 1)];
@@ -251,33 +263,60 @@ static void fill_joint_columns(kt_code_tree *tree, const kt_code_frame *frame, i
     }
 }
 
-void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
+/* Moves what each link carries to its parent. */
+static void compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_link *body) {
     kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v, count = (size_t)tree->link_count;
-    kt_code_frame *frame = calloc(count, sizeof *frame);
-    kt_code_link *body = calloc(count, sizeof *body);
-    g->failed |= frame == NULL || body == NULL;
-    for (size_t i = 0; i < nv * nv; i++)
-        mass[i] = kt_op_number(g, 0.0);
-    for (size_t i = 0; i < count && !g->failed; i++) {
-        kt_graph_section(g, "%s: rotation and offset of link %d", i > 0 ? tree->link[i].name : "ground", (int)i);
+    kt_graph_pass(g);
+    for (int i = 0; i < tree->link_count; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: rotation and offset of link %d", i > 0 ? tree->link[i].name : "ground", i);
         body[i] = tree->link[i];
         if (i > 0)
-            frame[i] = kt_code_frame_of(tree, (int)i);
+            frame[i] = kt_code_frame_of(tree, i);
     }
-    for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
+    kt_graph_pass(g);
+    for (int i = tree->link_count - 1; i > 0; i--) {
         kt_code_link *own = &body[i];
         kt_op3_name(g, own->moment, "h", i);
         kt_op_name(g, own->mass, "m%d", i);
-        if (own->parent > 0) {
-            kt_graph_section(g, "%s: the parent carries m, R h + m r, and R J R' about its own origin", own->name);
-            const kt_op3 moment = kt_code_up(g, &frame[i], own->moment);
-            const kt_op6 inertia = kt_code_up_inertia(g, &frame[i], &own->inertia);
-            kt_code_add_rigid(g, &body[own->parent], own->mass, moment, &inertia, frame[i].offset);
-        }
-        kt_graph_section(g, "%s: column of M, the forces that a unit acceleration of the joint takes", own->name);
-        fill_joint_columns(tree, frame, i, own, mass);
+        if (own->parent == 0)
+            continue;
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: the parent carries m, R h + m r, and R J R' about its own origin", own->name);
+        const kt_op3 moment = kt_code_up(g, &frame[i], own->moment);
+        const kt_op6 inertia = kt_code_up_inertia(g, &frame[i], &own->inertia);
+        kt_code_add_rigid(g, &body[own->parent], own->mass, moment, &inertia, frame[i].offset);
     }
+}
+
+void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    kt_code_frame *frame = calloc((size_t)tree->link_count, sizeof *frame);
+    kt_code_link *body = calloc((size_t)tree->link_count, sizeof *body);
+    code_column *column = calloc((size_t)nv + 1, sizeof *column);
+    g->failed |= frame == NULL || body == NULL || column == NULL;
+    for (int i = 0; i < nv * nv; i++)
+        mass[i] = kt_op_number(g, 0.0);
+    if (!g->failed)
+        compose_bodies(tree, frame, body);
+    for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
+        kt_graph_pass(g);
+        kt_graph_section(g, "%s: columns of M, the wrenches of unit accelerations", body[i].name);
+        begin_columns(tree, frame, i, &body[i], column, mass);
+        const int own = tree->link[i].link->v, end = own + kt_link_dofs(tree->link[i].link);
+        for (int v = 0; v < nv; v++) {
+            if (column[v].link != i)
+                continue;
+            kt_graph_step(g);
+            kt_graph_section(g, "%s: column %d", body[i].name, v);
+            if (v < own || v >= end)
+                fill_entries(tree, frame, &column[v], v, mass);
+            move_column(tree, frame, &column[v]);
+        }
+    }
+    kt_graph_pass(g);
     free(frame);
     free(body);
+    free(column);
 }

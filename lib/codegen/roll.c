@@ -1,0 +1,450 @@
+/* Loops in place of repeated operations.
+ *
+ * The recursions of a tree go over its links in passes. A step of a pass is the work for one link (kt_graph_step). If
+ * some steps in a row repeat the operations of those before, with other operands, the steps become iterations of a
+ * loop:
+ *
+ *     link    1     2     3     4     5     6     7     8     9
+ *     axis    x     y     z     x     y     z     x     y     z
+ *     code    alone [ iteration 0 ] [ iteration 1 ] [ it. 2 ] alone
+ *
+ * The first and the last links are often simpler than those between, and stay alone. Equal limbs of a tree become
+ * iterations, too.
+ *
+ * An operand from outside of an iteration has one node for each iteration, and these must follow a rule: they are one
+ * node, inputs or prepared numbers in equal distances, or a node of the iteration before. All others come from columns
+ * of memory. A node of a loop has a column if it is read elsewhere, with a row for each iteration. A later loop may
+ * read these rows in both directions. Its other operands are copied to rows before it begins.
+ */
+#include "codegen/roll.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    KT_ROLL_PERIOD = 16, /* the most steps in an iteration */
+    KT_ROLL_LEAST = 60   /* a loop replaces at least this many nodes */
+};
+
+/* The nodes of one step: their places in `order`. */
+typedef struct roll_step {
+    int32_t begin, end, pass;
+    uint64_t hash;
+} roll_step;
+
+void kt_code_roll_free(kt_code_roll *r) {
+    for (int i = 0; i < r->plan_count; i++) {
+        for (int k = 0; k < r->plan[i].slot_count; k++)
+            free(r->plan[i].slot[k].cell);
+        free(r->plan[i].slot);
+        free(r->plan[i].column);
+        free(r->plan[i].is_written);
+    }
+    free(r->order);
+    free(r->at);
+    free(r->loop);
+    free(r->plan);
+    free(r->copy);
+    *r = (kt_code_roll){.failed = true};
+}
+
+/* Makes room for one more. */
+static bool grow_roll(kt_code_roll *r, void **array, int32_t count, int32_t *room, size_t size) {
+    if (count < *room)
+        return true;
+    const int32_t more = *room > 0 ? 2 * *room : 16;
+    void *larger = realloc(*array, (size_t)more * size);
+    r->failed |= larger == NULL;
+    if (larger == NULL)
+        return false;
+    *array = larger;
+    *room = more;
+    return true;
+}
+
+static bool is_constant_node(const kt_graph *g, kt_op i) { return g->node[i].kind == KT_OP_CONSTANT; }
+static bool is_prepared_node(const kt_graph *g, kt_op i) { return g->node[i].origin == KT_OP_OF_PARAMETERS; }
+
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
+
+static void mix_hash(uint64_t *h, uint64_t x) {
+    *h = (*h ^ x) * 0x9e3779b97f4a7c15u;
+    *h ^= *h >> 31;
+}
+
+/* What the operations of a step are, apart from operands that other steps compute. */
+static uint64_t hash_step(const kt_code_roll *r, const kt_graph *g, int32_t begin, int32_t end) {
+    uint64_t h = 0x243f6a8885a308d3u;
+    for (int32_t at = begin; at < end; at++) {
+        const kt_op_node *n = &g->node[r->order[at]];
+        kt_op operand[3];
+        mix_hash(&h, n->kind == KT_OP_CALL ? 16u + (uint64_t)n->c : n->kind);
+        for (int k = kt_op_operands(n, operand) - 1; k >= 0; k--) {
+            const int32_t to = r->at[operand[k]];
+            const bool is_leaf = to < 0;
+            mix_hash(&h, to >= begin ? 64u + (uint64_t)(to - begin) : is_leaf ? 32u : 33u);
+            if (is_leaf && is_constant_node(g, operand[k])) {
+                uint64_t bits;
+                memcpy(&bits, &g->node[operand[k]].value, sizeof bits);
+                mix_hash(&h, bits);
+            } else if (is_leaf) {
+                mix_hash(&h, is_prepared_node(g, operand[k]) ? 31u : (uint64_t)g->node[operand[k]].a);
+            }
+        }
+    }
+    return h;
+}
+
+/* Lists the steps. Nodes of none are steps of pass -1. */
+static int list_steps(const kt_code_roll *r, const kt_graph *g, roll_step *step) {
+    int count = 0, last = -1;
+    for (int32_t at = 0; at < r->order_count; at++) {
+        const int32_t section = g->node[r->order[at]].section;
+        const int32_t own = section >= 0 ? g->section[section].step : -1;
+        if (count == 0 || own != last || own < 0)
+            step[count++] = (roll_step){.begin = at, .pass = own >= 0 ? g->section[section].pass : -1};
+        step[count - 1].end = at + 1;
+        last = own;
+    }
+    for (int k = 0; k < count; k++)
+        step[k].hash = step[k].pass >= 0 ? hash_step(r, g, step[k].begin, step[k].end) : 0;
+    return count;
+}
+
+/* ---- operands ---------------------------------------------------------------------------------------------------- */
+
+/* Whether a slot is the node of the iteration before. */
+static bool is_carried(const kt_code_roll *r, const kt_graph *g, const kt_code_loop_plan *l, const kt_op *cell,
+                       int32_t *local) {
+    const int32_t first = r->at[cell[1]] - l->start;
+    const kt_op_node *n = &g->node[cell[1]];
+    if (r->at[cell[1]] < 0 || first < 0 || first >= l->size)
+        return false;
+    if (n->kind == KT_OP_NEGATE && r->at[n->a] < l->start) /* it is no variable, and may read a carried one */
+        return false;
+    *local = first;
+    for (int i = 1; i < l->count; i++)
+        if (cell[i] != kt_code_roll_node(r, l, i - 1, first))
+            return false;
+    return true;
+}
+
+static bool is_in_steps_of_input(const kt_graph *g, const kt_op *cell, int count) {
+    const kt_op_node *first = &g->node[cell[0]], *second = &g->node[cell[1]];
+    for (int i = 0; i < count; i++) {
+        const kt_op_node *n = &g->node[cell[i]];
+        if (n->kind != KT_OP_INPUT || n->a != first->a || n->b != first->b + i * (second->b - first->b))
+            return false;
+    }
+    return true;
+}
+
+/* The columns of other loops that agree with the cells of a slot: rows step i + row, for a step of 1 or -1. Cells that
+ * no loop computes are copied to rows, if these are free. */
+static bool is_column(const kt_code_roll *r, int32_t loop, int32_t local, int32_t step, int32_t row, const kt_op *cell,
+                      int count) {
+    const kt_code_loop_plan *a = &r->plan[loop];
+    for (int i = 0; i < count; i++) {
+        const int32_t at = step * i + row;
+        if (at >= 0 && at < a->count) {
+            if (cell[i] != kt_code_roll_node(r, a, at, local))
+                return false;
+            continue;
+        }
+        if (r->loop[cell[i]] == loop)
+            return false;
+        for (int k = 0; k < r->copy_count; k++) {
+            const kt_code_copy *c = &r->copy[k];
+            if (c->loop == loop && c->column == a->column[local] && c->row == at && c->node != cell[i])
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Notes a copy unless there is one, and extends the rows. */
+static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
+    kt_code_loop_plan *a = &r->plan[copy.loop];
+    a->first_row = copy.row < a->first_row ? copy.row : a->first_row;
+    a->last_row = copy.row > a->last_row ? copy.row : a->last_row;
+    for (int k = 0; k < r->copy_count; k++)
+        if (r->copy[k].loop == copy.loop && r->copy[k].column == copy.column && r->copy[k].row == copy.row)
+            return;
+    if (grow_roll(r, (void **)&r->copy, r->copy_count, &r->copy_room, sizeof *r->copy))
+        r->copy[r->copy_count++] = copy;
+}
+
+int kt_code_roll_column(kt_code_roll *r, kt_op i) {
+    kt_code_loop_plan *l = &r->plan[r->loop[i]];
+    int32_t *column = &l->column[kt_code_roll_local(r, i)];
+    if (*column < 0)
+        *column = l->column_count++;
+    return *column;
+}
+
+/* Finds the column of a slot, or makes one of copies. own: the loop that reads. */
+static void place_slot(kt_code_roll *r, int32_t own, kt_code_slot *s) {
+    const int count = r->plan[own].count;
+    s->kind = KT_SLOT_COLUMN;
+    for (int first = 0; first < count; first++) {
+        const int32_t loop = r->loop[s->cell[first]];
+        if (loop < 0 || loop == own)
+            continue;
+        const int32_t local = kt_code_roll_local(r, s->cell[first]), row = kt_code_roll_iteration(r, s->cell[first]);
+        for (int step = 1; step >= -1; step -= 2) {
+            if (!is_column(r, loop, local, step, row - step * first, s->cell, count))
+                continue;
+            s->loop = loop;
+            s->base = kt_code_roll_column(r, s->cell[first]);
+            s->step = step;
+            s->row = row - step * first;
+            for (int i = 0; i < count; i++)
+                if (r->loop[s->cell[i]] != loop)
+                    copy_to_row(r, (kt_code_copy){loop, s->base, step * i + s->row, own, s->cell[i]});
+            return;
+        }
+        break;
+    }
+    s->loop = own;
+    s->base = r->plan[own].column_count++;
+    s->step = 1;
+    for (int i = 0; i < count; i++)
+        copy_to_row(r, (kt_code_copy){own, s->base, i, own, s->cell[i]});
+}
+
+/* Decides how a loop reads a slot. Returns false if a loop cannot. */
+static bool classify_slot(kt_code_roll *r, const kt_graph *g, int32_t own, kt_code_slot *s) {
+    kt_code_loop_plan *l = &r->plan[own];
+    bool is_same = true, is_number = true;
+    for (int i = 0; i < l->count; i++) {
+        const kt_op node = s->cell[i];
+        is_same &= node == s->cell[0];
+        is_number &= is_prepared_node(g, node) || is_constant_node(g, node);
+    }
+    if (is_same) {
+        s->kind = KT_SLOT_SAME;
+        return true;
+    }
+    if (is_in_steps_of_input(g, s->cell, l->count)) {
+        s->kind = KT_SLOT_INPUT;
+        s->base = g->node[s->cell[0]].b;
+        s->step = g->node[s->cell[1]].b - s->base;
+        return true;
+    }
+    if (is_number && is_prepared_node(g, s->cell[1])) {
+        s->kind = KT_SLOT_PREPARED;
+        s->base = l->prepared_count++;
+        return true;
+    }
+    if (is_carried(r, g, l, s->cell, &s->base)) {
+        s->kind = KT_SLOT_CARRIED;
+        return true;
+    }
+    for (int i = 0; i < l->count; i++)
+        if (r->at[s->cell[i]] >= l->start)
+            return false;
+    place_slot(r, own, s);
+    return true;
+}
+
+/* Adds the nodes of an operand. Returns false if two operands are equal in the pattern, but not in all iterations. */
+static bool add_slot(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *cell) {
+    for (int k = 0; k < l->slot_count; k++)
+        if (l->slot[k].cell[1] == cell[1])
+            return memcmp(l->slot[k].cell, cell, (size_t)l->count * sizeof *cell) == 0;
+    kt_op *copy = malloc((size_t)l->count * sizeof *copy);
+    r->failed |= copy == NULL;
+    if (copy == NULL || !grow_roll(r, (void **)&l->slot, l->slot_count, &l->slot_room, sizeof *l->slot)) {
+        free(copy);
+        return false;
+    }
+    memcpy(copy, cell, (size_t)l->count * sizeof *cell);
+    l->slot[l->slot_count++] = (kt_code_slot){.cell = copy};
+    return true;
+}
+
+/* ---- equal iterations -------------------------------------------------------------------------------------------- */
+
+/* The place of an operand in iteration i; -1: it is from outside. */
+static int32_t local_of(const kt_code_roll *r, const kt_code_loop_plan *l, int i, kt_op operand) {
+    const int32_t at = r->at[operand] - l->start - i * l->size;
+    return r->at[operand] >= 0 && at >= 0 && at < l->size ? at : -1;
+}
+
+/* Reads an operand in all iterations: cell, unless it is local. Returns false if iterations differ. */
+static bool read_operand(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *operand) {
+    const int32_t local = local_of(r, l, 1, operand[1]);
+    for (int i = 0; i < l->count; i++)
+        if (local_of(r, l, i, operand[i]) != local)
+            return false;
+    return local >= 0 || add_slot(r, l, operand);
+}
+
+/* Node `local` is the same operation in all iterations. cell: room for one operand of each. */
+static bool read_node(kt_code_roll *r, const kt_graph *g, kt_code_loop_plan *l, int local, kt_op *cell) {
+    const kt_op_node *n = &g->node[kt_code_roll_node(r, l, 1, local)];
+    kt_op operand[3];
+    const int count = kt_op_operands(n, operand);
+    for (int k = 0; k < count; k++) {
+        for (int i = 0; i < l->count; i++) {
+            const kt_op_node *o = &g->node[kt_code_roll_node(r, l, i, local)];
+            if (o->kind != n->kind || (n->kind == KT_OP_CALL && o->c != n->c) || kt_op_operands(o, operand) != count)
+                return false;
+            cell[i] = operand[k];
+        }
+        if (!read_operand(r, l, cell))
+            return false;
+    }
+    return true;
+}
+
+/* The guard whose pivot is a node; NULL: there is none. */
+static const kt_code_guard *guard_at(const kt_code_guard *guard, int count, kt_op pivot) {
+    for (int k = 0; k < count; k++)
+        if (guard[k].pivot == pivot)
+            return &guard[k];
+    return NULL;
+}
+
+/* Guards are operands, too, and their bodies have equal distances. */
+static bool read_guards(kt_code_roll *r, kt_code_loop_plan *l, const kt_code_guard *guard, int count, kt_op *cell) {
+    for (int k = 0; k < count; k++) { /* a limit is known when its pivot is, or follows in the same iteration */
+        const int32_t limit = r->at[guard[k].limit], pivot = r->at[guard[k].pivot], end = l->start + l->size * l->count;
+        const bool is_inside = limit >= l->start && limit < end;
+        const bool is_late = limit > pivot && pivot >= l->start && pivot < end;
+        if ((is_inside || is_late) &&
+            (pivot < l->start || (pivot - l->start) / l->size != (limit - l->start) / l->size))
+            return false;
+    }
+    for (int local = 0; local < l->size; local++) {
+        const kt_code_guard *first[2];
+        for (int i = 0; i < 2; i++)
+            first[i] = guard_at(guard, count, kt_code_roll_node(r, l, i, local));
+        for (int i = 0; i < l->count; i++) {
+            const kt_code_guard *own = guard_at(guard, count, kt_code_roll_node(r, l, i, local));
+            if ((own == NULL) != (first[0] == NULL) || (own == NULL) != (first[1] == NULL))
+                return false;
+            if (own == NULL)
+                continue;
+            if (own->loop > 0 || own->body != first[0]->body + i * (first[1]->body - first[0]->body))
+                return false;
+            cell[i] = own->limit;
+        }
+        if (first[0] != NULL && !read_operand(r, l, cell))
+            return false;
+    }
+    return true;
+}
+
+static void drop_plan(kt_code_roll *r) {
+    kt_code_loop_plan *l = &r->plan[--r->plan_count];
+    for (int k = 0; k < l->slot_count; k++)
+        free(l->slot[k].cell);
+    free(l->slot);
+    free(l->column);
+    free(l->is_written);
+}
+
+/* Makes a loop of equal steps if their operands follow rules. */
+static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t size, int32_t count,
+                      const kt_code_guard *guard, int guard_count) {
+    if (count < 2 || !grow_roll(r, (void **)&r->plan, r->plan_count, &r->plan_room, sizeof *r->plan))
+        return false;
+    const int32_t own = r->plan_count, copies = r->copy_count;
+    kt_code_loop_plan *l = &r->plan[r->plan_count++];
+    kt_op *cell = malloc((size_t)count * sizeof *cell);
+    *l = (kt_code_loop_plan){.start = start, .size = size, .count = count, .last_row = count - 1, .is_wide = true};
+    l->column = malloc((size_t)size * sizeof *l->column);
+    l->is_written = calloc((size_t)size, sizeof *l->is_written);
+    r->failed |= cell == NULL || l->column == NULL || l->is_written == NULL;
+    bool fine = !r->failed;
+    for (int local = 0; fine && local < size; local++) {
+        l->column[local] = -1;
+        fine = read_node(r, g, l, local, cell);
+    }
+    fine = fine && read_guards(r, l, guard, guard_count, cell);
+    for (int k = 0; fine && k < l->slot_count; k++) {
+        fine = classify_slot(r, g, own, &l->slot[k]);
+        l->is_wide &= l->slot[k].kind != KT_SLOT_CARRIED;
+    }
+    free(cell);
+    if (!fine) {
+        r->copy_count = copies;
+        drop_plan(r);
+        return false;
+    }
+    for (int32_t at = start; at < start + size * count; at++)
+        r->loop[r->order[at]] = own;
+    return true;
+}
+
+/* ---- search ------------------------------------------------------------------------------------------------------ */
+
+/* A function on its way: its steps, and the guards. */
+typedef struct roll_search {
+    kt_code_roll *r;
+    const kt_graph *g;
+    const kt_code_guard *guard;
+    int guard_count;
+    const roll_step *step;
+} roll_search;
+
+/* How many iterations of `period` steps repeat from a step on. */
+static int count_iterations(const roll_step *step, int at, int end, int period) {
+    int same = 0;
+    while (at + same + period < end && step[at + same].hash == step[at + same + period].hash)
+        same++;
+    return same / period + 1;
+}
+
+/* Makes loops of the steps of one pass: the one that saves most first. */
+static void roll_steps(const roll_search *s, int begin, int end) {
+    int best = 0, start = 0, period = 0, count = 0;
+    for (int p = 1; p <= KT_ROLL_PERIOD && 2 * p <= end - begin; p++)
+        for (int at = begin; at + 2 * p <= end; at++) {
+            const int n = count_iterations(s->step, at, end, p);
+            const int saved = (n - 1) * (s->step[at + p - 1].end - s->step[at].begin);
+            if (saved > best) {
+                best = saved;
+                start = at;
+                period = p;
+                count = n;
+            }
+        }
+    if (best < KT_ROLL_LEAST || s->r->failed)
+        return;
+    roll_steps(s, begin, start);
+    int skipped = 0; /* the first iterations may read what the others do not */
+    const int32_t size = s->step[start + period - 1].end - s->step[start].begin;
+    while (count - skipped > 1 && !make_loop(s->r, s->g, s->step[start].begin + skipped * size, size, count - skipped,
+                                             s->guard, s->guard_count))
+        skipped++;
+    roll_steps(s, start + period * count, end);
+}
+
+bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
+                       int guard_count) {
+    const size_t room = (size_t)g->count + 1;
+    *r = (kt_code_roll){.order = malloc(room * sizeof *r->order),
+                        .at = malloc(room * sizeof *r->at),
+                        .loop = malloc(room * sizeof *r->loop)};
+    roll_step *step = malloc(room * sizeof *step);
+    r->failed = r->order == NULL || r->at == NULL || r->loop == NULL || step == NULL;
+    for (kt_op i = 0; i < g->count && !r->failed; i++) {
+        const bool is_computed = uses[i] > 0 && g->node[i].kind >= KT_OP_ADD && g->node[i].origin == KT_OP_OF_STATE;
+        r->at[i] = is_computed ? r->order_count : -1;
+        r->loop[i] = -1;
+        if (is_computed)
+            r->order[r->order_count++] = i;
+    }
+    const int count = r->failed ? 0 : list_steps(r, g, step);
+    const roll_search search = {r, g, guard, guard_count, step};
+    for (int begin = 0, end; begin < count; begin = end) {
+        for (end = begin + 1; end < count && step[end].pass == step[begin].pass; end++) {
+        }
+        if (step[begin].pass >= 0)
+            roll_steps(&search, begin, end);
+    }
+    free(step);
+    return !r->failed;
+}

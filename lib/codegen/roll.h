@@ -1,0 +1,88 @@
+/* Loops in place of repeated operations of a function (roll.c). */
+#ifndef KT_CODEGEN_ROLL_H
+#define KT_CODEGEN_ROLL_H
+
+#include "codegen/recursion.h"
+
+/* An operand of a loop that is not computed in the same iteration. */
+typedef enum kt_code_slot_kind {
+    KT_SLOT_SAME,     /* one node in all iterations */
+    KT_SLOT_INPUT,    /* number `base` + `step` i of an array */
+    KT_SLOT_PREPARED, /* number `base` of those that are prepared for the iteration */
+    KT_SLOT_CARRIED,  /* node `base` of the iteration before; at first cell[0] */
+    KT_SLOT_COLUMN    /* column `base` of the loop `loop`, in its row `step` i + `row` */
+} kt_code_slot_kind;
+
+typedef struct kt_code_slot {
+    kt_code_slot_kind kind;
+    int32_t base, step, loop, row;
+    kt_op *cell; /* the node in each iteration */
+} kt_code_slot;
+
+/* Iterations are equal sequences of nodes. The second one is the pattern whose text is printed: the operands of the
+ * first one may be equal by chance. A node that is read elsewhere has a column, with a row for each iteration. Rows
+ * below and beyond are copies of other nodes, where a loop reads them in the same way. */
+typedef struct kt_code_loop_plan {
+    int32_t start, size, count; /* place of the first node in `order`; nodes of an iteration; iterations */
+    kt_code_slot *slot;
+    int32_t slot_count, slot_room;
+    int32_t *column;  /* of each node of an iteration; -1: none */
+    bool *is_written; /* whether it is written to the outputs at once */
+    int32_t column_count, first_row, last_row;
+    bool is_wide;     /* no iteration waits for another: columns are contiguous, for vectors */
+    int32_t place;    /* of the first row, in the array of places */
+    int32_t prepared; /* the first prepared number */
+    int32_t prepared_count;
+} kt_code_loop_plan;
+
+/* A copy of a node to a row of a column, before the loop `reader` begins. */
+typedef struct kt_code_copy {
+    int32_t loop, column, row, reader;
+    kt_op node;
+} kt_code_copy;
+
+typedef struct kt_code_roll {
+    kt_op *order; /* the nodes that the function computes */
+    int32_t order_count;
+    int32_t *at;   /* of each node: its place in `order`; -1: it is not computed */
+    int32_t *loop; /* of each node: its loop; -1: none */
+    kt_code_loop_plan *plan;
+    int32_t plan_count, plan_room;
+    kt_code_copy *copy;
+    int32_t copy_count, copy_room;
+    bool failed; /* there is no memory */
+} kt_code_roll;
+
+/* Finds the loops of a function. Returns false if memory is insufficient; kt_code_roll_free in any case. */
+bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
+                       int guard_count);
+void kt_code_roll_free(kt_code_roll *r);
+
+/* Node `local` of an iteration. */
+static inline kt_op kt_code_roll_node(const kt_code_roll *r, const kt_code_loop_plan *l, int iteration, int local) {
+    return r->order[l->start + iteration * l->size + local];
+}
+
+/* The iteration of a node of a loop, and its number there. */
+static inline int kt_code_roll_iteration(const kt_code_roll *r, kt_op i) {
+    const kt_code_loop_plan *l = &r->plan[r->loop[i]];
+    return (r->at[i] - l->start) / l->size;
+}
+static inline int kt_code_roll_local(const kt_code_roll *r, kt_op i) {
+    const kt_code_loop_plan *l = &r->plan[r->loop[i]];
+    return (r->at[i] - l->start) % l->size;
+}
+
+/* The column of a node of a loop, which it gets if it has none. */
+int kt_code_roll_column(kt_code_roll *r, kt_op i);
+
+/* The place of a row of a column, once all columns are known. */
+static inline int kt_code_roll_place(const kt_code_loop_plan *l, int column, int row) {
+    const int at = row - l->first_row, rows = l->last_row - l->first_row + 1;
+    return l->place + (l->is_wide ? column * rows + at : at * l->column_count + column);
+}
+
+/* The distance of rows there. */
+static inline int kt_code_roll_stride(const kt_code_loop_plan *l) { return l->is_wide ? 1 : l->column_count; }
+
+#endif

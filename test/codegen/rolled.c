@@ -1,0 +1,272 @@
+/* Generated loops over repeated links: long chains, and a body with equal limbs. */
+#define _XOPEN_SOURCE 700
+#include "generated.h"
+
+#include "kinetree/mechanism.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BODIES = 27, NV = BODIES + 5, FUNCTIONS = KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS };
+
+/* ---- mechanisms -------------------------------------------------------------------------------------------------- */
+
+typedef enum repeated_kind { CHAIN, MIXED_CHAIN, LIMBS, REPEATED_KINDS } repeated_kind;
+static const char *const kind_name[REPEATED_KINDS] = {"a chain about x, y and z", "a chain of several joints",
+                                                      "a free body with five limbs"};
+
+/* A description of some bodies; not to be copied. */
+typedef struct repeated {
+    kt_description description;
+    kt_body body[BODIES];
+    char name[BODIES][16];
+    kt_model *model;
+    kt_data *data;
+} repeated;
+
+static kt_vec3 draw_vector(kt_random *random, double size) {
+    return kt_vec3_make(kt_random_uniform(random, 0.2, 1.0) * size, kt_random_uniform(random, -1.0, -0.2) * size,
+                        kt_random_uniform(random, 0.2, 1.0) * size);
+}
+
+static void add_body(repeated *m, kt_random *random, int parent, kt_joint_type type, int axis) {
+    const int i = m->description.body_count++;
+    kt_body *b = &m->body[i];
+    const kt_vec3 off = draw_vector(random, 0.002);
+    snprintf(m->name[i], sizeof m->name[i], "b%d", i + 1);
+    *b = kt_body_default();
+    b->name = m->name[i];
+    b->parent = parent >= 0 ? m->name[parent] : NULL;
+    b->joint.type = type;
+    b->joint.axis = kt_vec3_make(axis == 0, axis == 1, axis == 2);
+    b->joint.at = draw_vector(random, 0.3);
+    if (type == KT_JOINT_SCREW)
+        b->joint.pitch = kt_random_uniform(random, 0.01, 0.05);
+    b->mass = kt_random_uniform(random, 0.5, 2.0);
+    b->com = draw_vector(random, 0.1);
+    b->inertia = kt_sym3_make(0.03 + off.x, 0.035 + off.y, 0.028 + off.z, off.x, off.y, off.z);
+}
+
+/* Draws the numbers of a mechanism. All draws have one structure. */
+static bool repeated_make(repeated *m, repeated_kind kind, kt_random *random) {
+    static const kt_joint_type mixed[3] = {KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW};
+    kt_error error = {0};
+    memset(m, 0, sizeof *m);
+    m->description = kt_description_default();
+    m->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
+    m->description.bodies = m->body;
+    if (kind == LIMBS)
+        add_body(m, random, -1, KT_JOINT_FREE, 0);
+    for (int i = 0; kind == LIMBS && i < 25; i++)
+        add_body(m, random, i % 5 == 0 ? 0 : i, KT_JOINT_REVOLUTE, i % 5 % 3);
+    for (int i = 0; kind != LIMBS && i < BODIES; i++)
+        add_body(m, random, i - 1, kind == CHAIN ? KT_JOINT_REVOLUTE : mixed[i % 3], i % 3);
+    for (int i = 0; kind == CHAIN && i < BODIES; i++)
+        m->body[i].joint.armature[0] = kt_random_uniform(random, 0.01, 0.02);
+    kt_status status = kt_model_compile(&m->description, NULL, &m->model, &error);
+    if (status == KT_OK)
+        status = kt_data_create(m->model, &m->data, &error);
+    return kt_tree_fine(kind_name[kind], status, &error);
+}
+
+static void repeated_free(repeated *m) {
+    kt_data_free(m->data);
+    kt_model_free(m->model);
+}
+
+/* A position, velocities, accelerations and forces. */
+typedef struct repeated_state {
+    double q[NV + 1], v[NV], a[NV], tau[NV];
+} repeated_state;
+
+static void draw_state(const kt_model *model, kt_random *random, repeated_state *s) {
+    kt_model_initial(model, s->q, s->v);
+    double turn[NV];
+    for (int i = 0; i < kt_model_nv(model); i++) {
+        turn[i] = kt_random_uniform(random, -2.0, 2.0);
+        s->v[i] = kt_random_uniform(random, -1.0, 1.0);
+        s->a[i] = kt_random_uniform(random, -1.0, 1.0);
+        s->tau[i] = kt_random_uniform(random, -1.0, 1.0);
+    }
+    kt_position_add(model, s->q, turn, s->q);
+}
+
+/* ---- the library ------------------------------------------------------------------------------------------------- */
+
+static double largest_number(const double *x, int count) {
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, fabs(x[i]));
+    return most;
+}
+
+typedef struct repeated_errors {
+    kt_worst inverse, mass, forward;
+} repeated_errors;
+
+/* The accelerations of the file give the joint forces by the inverse dynamics of the library. */
+static void compare_with_library(kt_generated *g, const repeated *m, const repeated_state *s, repeated_errors *e) {
+    static double own[NV * NV], right[NV * NV];
+    const int nv = kt_model_nv(m->model);
+    kt_error error = {0};
+    kt_check_equal_int("inverse", g->inverse(g->model, s->q, s->v, s->a, own), 0);
+    if (!kt_tree_fine("inverse dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, s->a, NULL, right, &error),
+                      &error))
+        return;
+    for (int i = 0; i < nv; i++)
+        kt_worst_near(&e->inverse, own[i], right[i], 100.0 * DBL_EPSILON * largest_number(right, nv), "entry %d", i);
+    kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, own), 0);
+    const double fastest = largest_number(own, nv);
+    if (!kt_tree_fine("forward dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, own, NULL, right, &error),
+                      &error))
+        return;
+    double off[NV];
+    for (int i = 0; i < nv; i++)
+        off[i] = right[i] - s->tau[i];
+    kt_check_equal_int("mass", g->mass(g->model, s->q, own), 0);
+    if (!kt_tree_fine("mass matrix", kt_dynamics_mass(m->model, m->data, s->q, right, &error), &error))
+        return;
+    const double heaviest = largest_number(right, nv * nv);
+    for (int i = 0; i < nv * nv; i++)
+        kt_worst_near(&e->mass, own[i], right[i], 100.0 * DBL_EPSILON * heaviest, "entry %d", i);
+    for (int i = 0; i < nv; i++)
+        kt_worst_near(&e->forward, off[i], 0.0, 100.0 * DBL_EPSILON * heaviest * fastest, "joint %d", i);
+}
+
+/* Counts the loops over links of each function. */
+static void count_loops(const kt_generated *g, int loops[3]) {
+    char path[128], line[512];
+    static const char *const function[3] = {" forward_", " inverse_", " mass_"};
+    int at = -1, iterations;
+    snprintf(path, sizeof path, "%s/mech.c", g->folder);
+    FILE *file = fopen(path, "r");
+    loops[0] = loops[1] = loops[2] = 0;
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        for (int k = 0; k < 3; k++)
+            at = strstr(line, "static ") != NULL && strstr(line, function[k]) != NULL ? k : at;
+        if (at >= 0 && sscanf(line, " for (int i = 0; i < %d;", &iterations) == 1)
+            loops[at]++;
+    }
+    if (file != NULL)
+        fclose(file);
+}
+
+/* A file of one draw computes the functions of other draws, whose numbers it receives. */
+static void check_kind(repeated_kind kind, const int least[3], kt_random *random) {
+    static kt_generated g;
+    static double numbers[KT_GENERATED_PARAMETERS];
+    repeated_errors e = {kt_worst_make("inverse dynamics"), kt_worst_make("mass matrix"),
+                         kt_worst_make("forward dynamics")};
+    repeated m;
+    int loops[3], count = 0;
+    kt_error error = {0};
+    kt_note("%s", kind_name[kind]);
+    if (!repeated_make(&m, kind, random) || !kt_generated_make_some(&g, m.model, FUNCTIONS, "cc -O1", false))
+        return;
+    count_loops(&g, loops);
+    kt_check_above("loops of forward", loops[0] + 0.5, least[0]);
+    kt_check_above("loops of inverse", loops[1] + 0.5, least[1]);
+    kt_check_above("loops of mass", loops[2] + 0.5, least[2]);
+    for (int draw = 0; draw < 10; draw++) {
+        repeated_state s;
+        repeated_free(&m);
+        if (!repeated_make(&m, kind, random))
+            break;
+        const kt_status status =
+            kt_codegen_numbers(m.model, FUNCTIONS, numbers, KT_GENERATED_PARAMETERS, &count, &error);
+        if (!kt_tree_fine("numbers", status, &error) || !kt_check_equal_int("parameters", count, g.count))
+            break;
+        g.prepare(numbers, g.model);
+        draw_state(m.model, random, &s);
+        compare_with_library(&g, &m, &s, &e);
+    }
+    kt_check_worst(&e.inverse);
+    kt_check_worst(&e.mass);
+    kt_check_worst(&e.forward);
+    kt_generated_free(&g);
+    repeated_free(&m);
+}
+
+KT_TEST(loops_over_links_agree_with_the_library_for_all_numbers) {
+    kt_random random = kt_random_of_test();
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    check_kind(CHAIN, (const int[3]){3, 2, 20}, &random);
+    check_kind(MIXED_CHAIN, (const int[3]){3, 0, 15}, &random);
+    check_kind(LIMBS, (const int[3]){2, 2, 2}, &random);
+}
+
+/* ---- refusals and bits ------------------------------------------------------------------------------------------- */
+
+/* A rotor of negative inertia makes the inertia of one joint negative. */
+KT_TEST(loops_return_the_body_whose_joint_has_no_inertia) {
+    static kt_generated g;
+    kt_random random = kt_random_of_test();
+    repeated m;
+    repeated_state s;
+    if (!kt_generated_has("cc")) {
+        kt_skip("generated C", "there is no compiler of the name cc");
+        return;
+    }
+    if (!repeated_make(&m, CHAIN, &random) || !kt_generated_make_some(&g, m.model, FUNCTIONS, "cc -O1", false))
+        return;
+    draw_state(m.model, &random, &s);
+    for (int body = 6; body < 18; body++) {
+        double parameter[KT_GENERATED_PARAMETERS], a[NV] = {7.0};
+        memcpy(parameter, g.standard, (size_t)g.count * sizeof *parameter);
+        char name[32];
+        snprintf(name, sizeof name, "b%d_armature", body);
+        for (int i = 0; i < g.count; i++)
+            if (strcmp(g.name[i], name) == 0)
+                parameter[i] = -1e6;
+        g.prepare(parameter, g.model);
+        kt_check_equal_int("body", g.forward(g.model, s.q, s.v, s.tau, a), body);
+        kt_check_near("nothing is written", a[0], 7.0, 0.0);
+    }
+    kt_generated_free(&g);
+    repeated_free(&m);
+}
+
+enum { RESULTS = NV * (NV + 2) };
+
+/* Loops that a compiler turns into vectors, or not. */
+KT_TEST(bits_of_loops_are_equal_for_compilers) {
+    static const char *const compile[] = {"gcc -O0", "gcc -O3", "clang -O3", "gcc -O3 -mavx512f"};
+    static kt_generated g;
+    static double first[RESULTS], other[RESULTS];
+    kt_random random = kt_random_of_test();
+    repeated m;
+    repeated_state s;
+    int compared = 0;
+    if (!repeated_make(&m, CHAIN, &random))
+        return;
+    draw_state(m.model, &random, &s);
+    for (size_t k = 0; k < sizeof compile / sizeof *compile; k++) {
+        char name[8];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(compile[k], " "), compile[k]);
+#if defined(__x86_64__)
+        const bool is_able = strstr(compile[k], "avx512") == NULL || __builtin_cpu_supports("avx512f");
+#else
+        const bool is_able = strstr(compile[k], "-m") == NULL;
+#endif
+        if (!kt_generated_has(name) || !is_able) {
+            kt_skip(compile[k], "this machine has no such compiler or no such instructions");
+            continue;
+        }
+        if (kt_generated_make_some(&g, m.model, FUNCTIONS, compile[k], false)) {
+            double *out = compared++ == 0 ? first : other;
+            kt_check_equal_int("forward", g.forward(g.model, s.q, s.v, s.tau, out), 0);
+            kt_check_equal_int("inverse", g.inverse(g.model, s.q, s.v, s.a, out + NV), 0);
+            kt_check_equal_int("mass", g.mass(g.model, s.q, out + 2 * NV), 0);
+        }
+        kt_generated_free(&g);
+        if (compared > 1)
+            kt_check_equal_bits(compile[k], other, first, RESULTS);
+    }
+    repeated_free(&m);
+}
