@@ -288,6 +288,35 @@ static bool closes_released(const struct kt_contacts *c) {
     return closes;
 }
 
+/* Whether slow slip that may stop comes to rest in the solution. */
+static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
+    const kt_coulomb *p = c->problem;
+    bool any = false;
+    for (int i = 0; i < p->n; i++) {
+        const double *slip = u + p->line[p->item[i].across];
+        any = any || (p->item[i].type == KT_COULOMB_CONE && c->solution->mode[i] == KT_COULOMB_STICK &&
+                      kt_hypot(slip[0], slip[1]) > kt_contact_resting);
+    }
+    return any;
+}
+
+/* Solves the problem of one attempt. Slow slip that may stop is at rest in it. If friction holds none of it, slip goes
+ * on in its own directions: those in which it would begin from rest may have other reactions, and press other
+ * contacts. */
+static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    uint64_t *pivots = &simulation->memory.contacts.pivots;
+    const bool stops = c->stops;
+    bool found = kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+    if (!found || !stops || any_comes_to_rest(c, u))
+        return found;
+    c->stops = false;
+    found = kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+    c->stops = stops;
+    return found ||
+           kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+}
+
 kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
                                    kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -301,8 +330,7 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     for (int attempt = 0; attempt < 3 && !found; attempt++) {
         if (attempt == 1 && !leaving)
             continue;
-        kt_coulomb *p = set_problem(simulation, W, u, attempt == 0, attempt == 2);
-        found = kt_coulomb_solve(p, c->solver, true, c->solution, &counts->pivots) && !closes_released(c);
+        found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
     }
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);

@@ -44,7 +44,7 @@
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* Attempts to free a contact that friction wedges. */
-enum { RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
+enum { REST, RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
 
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
@@ -101,7 +101,7 @@ static void open_all(kt_simulation *simulation) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
         simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
-        simulation->contact_state[k].held = -HUGE_VAL;
+        simulation->contact_state[k].held = simulation->contact_state[k].turned_at = -HUGE_VAL;
     }
 }
 
@@ -269,8 +269,28 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
+/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does. */
+static bool stop_slow_slip(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    const uint64_t sticks = counts->sticks;
+    kt_error made = {0};
+    if (!kt_contacts_slip_slowly(simulation))
+        return false;
+    for (int k = 0; k < c->n; k++)
+        c->item[k].meets = c->item[k].leaves = false;
+    c->stops = true;
+    const kt_status status = resolve_once(simulation, &made);
+    c->stops = false;
+    const bool rests = status == KT_OK && counts->sticks > sticks;
+    counts->rested += rests;
+    return rests;
+}
+
 /* Frees the contact that friction wedged in the last evaluation. The attempts are, in this order:
  *
+ *     REST       slow slip comes to rest: it may turn faster than the shortest step, in which an implicit method finds
+ *                no solution, or friction wedges a contact
  *     RELEASE    the contact is released, if it then parts
  *     then       impulses without a collision stop the slip, up to IMPULSES times
  *     HOLD       its slip is held for a short time; once for each contact
@@ -280,6 +300,11 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_ERROR_CONSTRAINT;
     c->wedged = kt_contacts_find_wedged(simulation);
+    if (*attempt == REST) {
+        (*attempt)++;
+        if (stop_slow_slip(simulation))
+            return true;
+    }
     while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
         kt_error made = {0};

@@ -13,8 +13,8 @@
  * resolve it may end with more energy than it began with, although nothing supplies any. Such a step is repeated in the
  * same way, down to `finest` of its length. Between the two, its errors are larger than the work of friction.
  *
- * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step. The
- * contact is then freed (simulation/contacts.c). */
+ * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step, or slow
+ * slip turns within that step. Slow slip then comes to rest, or the contact is freed (simulation/contacts.c). */
 #include "contact/contact.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
@@ -81,6 +81,13 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
         *h = 0.0;
 }
 
+/* An implicit method finds no solution behind the rest of slow slip, whose friction turns there. Such a try counts like
+ * a turn (contact/directions.c), which ignores slip that is faster. */
+static void count_turns(kt_simulation *simulation) {
+    for (size_t k = 0; k < simulation->contact_count; k++)
+        simulation->contact_state[k].turns++;
+}
+
 /* Whether the step may be tried with a part of its length, which becomes its end *t_limit. */
 static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_limit) {
     kt_simulation_memory *memory = &simulation->memory;
@@ -94,6 +101,8 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     if (memory->retries > MOST)
         return false;
     m->counts.rejected++;
+    if (status == KT_ERROR_STEP)
+        count_turns(simulation);
     memory->shortened = h;
     *t_limit = m->t + h;
     return true;
