@@ -2,6 +2,7 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "base/copy.h"
+#include "model/follow.h"
 #include "model/model.h"
 #include "model/switching.h"
 
@@ -85,6 +86,15 @@ void kt_data_rebind(const kt_model *model, kt_data *data) {
     forget_kinematics(model, data);
 }
 #endif
+
+void kt_data_follow(const kt_model *model, kt_data *data) {
+#if KT_HAS_SWITCHES
+    if (data->shape != model->shape)
+        kt_data_rebind(model, data);
+#else
+    (void)model, (void)data; /* there is one model */
+#endif
+}
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
     if (KT_IS_MISSING(error, model, data))

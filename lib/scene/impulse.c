@@ -12,6 +12,7 @@
 
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "model/follow.h"
 
 #include <math.h>
 #include <string.h>
@@ -118,6 +119,7 @@ kt_status kt_impulses_apply(kt_impulses *w, kt_simulation *simulation, kt_data *
     const kt_model *model = model_without_contacts(simulation);
     const int nv = w->nv;
     int columns = 0, rows = 0;
+    kt_data_follow(model, data);
     kt_status status = kt_loop_nullspace(model, data, kt_simulation_time(simulation),
                                          kt_simulation_positions(simulation), w->basis, &columns, error);
     if (status != KT_OK)

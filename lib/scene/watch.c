@@ -4,6 +4,7 @@
 #include "document/pool.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "model/follow.h"
 #include "scene/assignment.h"
 #include "scene/bound.h"
 #include "scene/couple.h"
@@ -67,7 +68,10 @@ static int evaluate_watched(const kt_instant *at, double *value, kt_error *error
 
 /* The simulation's present state, with data of the watch. */
 static kt_instant watched_instant_of(const kt_scene_watch *watch, const kt_simulation *simulation) {
-    return (kt_instant){.model = kt_simulation_model(simulation),
+    const kt_model *model = kt_simulation_model(simulation);
+    if (watch->data != NULL)
+        kt_data_follow(model, watch->data);
+    return (kt_instant){.model = model,
                         .data = watch->data,
                         .t = kt_simulation_time(simulation),
                         .q = kt_simulation_positions(simulation),

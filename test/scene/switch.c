@@ -62,6 +62,26 @@ KT_TEST(a_string_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM("")
 
 KT_TEST(a_slack_rope_that_is_let_go_leaves_a_parabola) { check_parabola(PENDULUM(", slack: true")); }
 
+/* Velocities are set in the models of other sets, too: behind a release, and with a marker in the value. */
+KT_TEST(velocities_are_set_behind_a_release) {
+    rows r;
+    if (run_scene("kinetree: 1\n"
+                  "bodies:\n"
+                  "  - {name: stone, joint: {type: planar, position: [1, 0, 0]}, mass: 1, inertia: [0.1, 0.1, 0.1],\n"
+                  "     markers: {centre: [0, 0, 0]}}\n"
+                  "loops:\n"
+                  "  - {name: pin, type: weld, between: [{body: world, at: [1, 0, 0]}, stone.centre]}\n"
+                  "events:\n"
+                  "  - {name: let go, when: t - 0.5, then: {release: pin}}\n"
+                  "  - {name: push, when: t - 1, then: {set: {\"velocity.stone[1]\": 2 + marker.stone.centre.x}}}\n"
+                  "simulate: {duration: 2, until: t - 1.5, tolerance: 1e-12}\n",
+                  "dopri5", &r) &&
+        kt_check_equal_int("rows", r.count, 5)) {
+        kt_check_near("before, m/s", r.v[2][1], 0.0, 0.0);
+        kt_check_near("behind, m/s", r.v[3][1], 3.0, 1e-14);
+    }
+}
+
 /* ---- a floor and a net ------------------------------------------------------------------------------------------- */
 
 /* Two bodies fall 1 m and lie. The first lies on a stop, and the second lies with friction on a plane. At 1 s, these
