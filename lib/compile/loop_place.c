@@ -19,6 +19,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #if KT_HAS_LOOPS
 
@@ -92,11 +93,25 @@ static void turn_pair(double *x, double *y, double c, double s) {
     *x = turned;
 }
 
-static void place_in_plane(kt_model *m, kt_loop_record *r, int end, double delta) {
+/* Turns the equations from those of the compilation: equal places have equal bits, whatever the places before. */
+static void place_in_plane(kt_model *m, kt_loop_record *r, int end, const kt_pose *from, const kt_pose *to) {
     kt_planar_loop *flat = &m->planar_loop[r - m->loop];
-    const double c = cos(delta), s = sin(delta);
-    for (int i = 0; end == 0 && i < flat->count; i++)
+    if (!flat->placed) {
+        flat->placed = 1;
+        flat->axes0 = from->rotation;
+        flat->c0 = flat->c;
+        flat->s0 = flat->s;
+        for (int i = 0; i < flat->count; i++)
+            memcpy(flat->e0[i], flat->row[i].e, sizeof flat->e0[i]);
+    }
+    const kt_pose compiled = {.rotation = flat->axes0};
+    const double delta = kt_vec3_dot(plane_of(m, r)->basis.z, turn_to(&compiled, to)), c = cos(delta), s = sin(delta);
+    for (int i = 0; end == 0 && i < flat->count; i++) {
+        memcpy(flat->row[i].e, flat->e0[i], sizeof flat->e0[i]);
         turn_pair(&flat->row[i].e[0], &flat->row[i].e[1], c, s);
+    }
+    flat->c = flat->c0;
+    flat->s = flat->s0;
     turn_pair(&flat->c, &flat->s, c, end == 0 ? -s : s);
     kt_planar_ends(m, r, flat);
 }
@@ -107,7 +122,7 @@ void kt_loop_place_put(kt_model *m, int loop, const double *x) {
     const kt_pose from = r->frame[end], to = place_pose_of(x);
     r->frame[end] = to;
     if (is_flat(m, r))
-        place_in_plane(m, r, end, kt_vec3_dot(plane_of(m, r)->basis.z, turn_to(&from, &to)));
+        place_in_plane(m, r, end, &from, &to);
 }
 
 /* The pose of a link in the world, from that of one of its bodies. */

@@ -147,6 +147,7 @@ bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direc
     kt_planar_row rows[KT_PLANAR_ROW_MAX];
     flat->c = 1.0;
     flat->s = 0.0;
+    flat->placed = 0;
     flat->height = end[1].position.z - end[0].position.z;
     flat->count = flat->vanishing_count = 0;
     for (int r = 0; r < count; r++) {
