@@ -79,10 +79,12 @@ typedef struct kt_scene_parameter {
     bool is_used;     /* a number, a formula or another parameter uses it */
 } kt_scene_parameter;
 
-/* A switching action of an event on a loop or an effect: {release: NAME} or {engage: NAME}. */
+/* A switching action of an event on a loop or an effect: {release: NAME}, {engage: NAME} or {engage_here: LOOP}. */
 typedef struct kt_scene_switch {
     const char *name; /* name of the loop or effect, which is switched (kt_switching) */
     bool on;          /* true: engage; false: release */
+    bool here;        /* engage: moves the loop's end on the world to where its body is, unless the loop acts already.
+                       * The place is held by six auxiliary states, NAME_x, _y, _z (m) and NAME_rx, _ry, _rz (rad) */
 } kt_scene_switch;
 
 /* An assignment of an event to a parameter or an auxiliary state. A parameter that an event sets is an auxiliary state

@@ -1,6 +1,7 @@
 /* Parameters that events set, or that a program varies (assignment.h): which numbers of a model follow from them, and
  * their new values. */
 #include "scene/assignment.h"
+#include "scene/foothold.h"
 #include "scene/impulse.h"
 
 #include "base/sum.h"
@@ -12,13 +13,16 @@
 #include <stdint.h>
 #include <string.h>
 
-bool kt_scene_sets(const kt_scene *scene) {
+/* Whether events set parameters or auxiliary states by name. */
+static bool assigns(const kt_scene *scene) {
     bool any = false;
-    for (int i = 0; scene != NULL && i < scene->event_count; i++)
+    for (int i = 0; i < scene->event_count; i++)
         for (int k = 0; k < scene->events[i].set_count; k++)
             any = any || !kt_is_velocity_name(scene->events[i].sets[k].name);
     return any;
 }
+
+bool kt_scene_sets(const kt_scene *scene) { return scene != NULL && (assigns(scene) || kt_footholds_count(scene) > 0); }
 
 /* ---- checksums --------------------------------------------------------------------------------------------------- */
 
@@ -69,7 +73,7 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
     uint64_t sum = kt_sum_add_text(kt_sum_add_text(KT_SUM_START, event->name), event->when);
     sum = kt_sum_add(sum, numbers, sizeof numbers);
     for (int i = 0; i < event->switch_count; i++) {
-        const int on = event->switches[i].on;
+        const int on = event->switches[i].on + 2 * event->switches[i].here;
         sum = kt_sum_add(kt_sum_add_text(sum, event->switches[i].name), &on, sizeof on);
     }
     for (int i = 0; i < event->set_count; i++)
@@ -231,7 +235,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
     const kt_assigned_number *next;
     size_t count = 0;
     *assignments = NULL;
-    if (!kt_scene_sets(scene))
+    if (!assigns(scene))
         return KT_OK;
     for (size_t k = 0; kt_assignments_next(scene, &k) != NULL;)
         count++;

@@ -2,6 +2,7 @@
  * set. */
 #include "effect/effect.h"
 #include "model/parameter_key.h"
+#include "scene/action.h"
 #include "scene/assignment.h"
 #include "scene/fmu_node.h"
 
@@ -12,7 +13,7 @@
 
 /* Whether a mapping {set: {NAME: VALUE, ...}} has this name; NULL: any. */
 static bool sets(const kt_node *action, const char *name) {
-    kt_node *map = action->kind == KT_NODE_MAP ? kt_node_find(action, "set") : NULL;
+    kt_node *map = kt_node_find(action, "set");
     if (map == NULL || map->kind != KT_NODE_MAP)
         return false;
     for (const kt_node *key = map->of.first; key != NULL; key = key->next->next)
@@ -21,23 +22,21 @@ static bool sets(const kt_node *action, const char *name) {
     return false;
 }
 
+typedef struct name_sought {
+    const char *name;
+    bool is_found;
+} name_sought;
+
+static void seek_name(const kt_node *action, void *user) {
+    name_sought *sought = user;
+    sought->is_found = sought->is_found || sets(action, sought->name);
+}
+
 static bool is_set_by_event(const kt_reader *r, const char *name) {
-    if (kt_fmus_set(r, name))
-        return true;
-    kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;
-    if (events == NULL || events->kind != KT_NODE_LIST)
-        return false;
-    for (const kt_node *event = events->of.first; event != NULL; event = event->next) {
-        const kt_node *then = event->kind == KT_NODE_MAP ? kt_node_find(event, "then") : NULL;
-        if (then == NULL)
-            continue;
-        if (sets(then, name))
-            return true;
-        for (const kt_node *one = then->kind == KT_NODE_LIST ? then->of.first : NULL; one != NULL; one = one->next)
-            if (sets(one, name))
-                return true;
-    }
-    return false;
+    name_sought sought = {name, kt_fmus_set(r, name)};
+    if (!sought.is_found)
+        kt_actions_visit(r, seek_name, &sought);
+    return sought.is_found;
 }
 
 bool kt_assignments_exist(const kt_reader *r) { return is_set_by_event(r, NULL); }

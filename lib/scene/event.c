@@ -7,6 +7,7 @@
 
 #include "scene/assignment.h"
 #include "scene/expression.h"
+#include "scene/foothold.h"
 #include "scene/part.h"
 #include "scene/response.h"
 #include "scene/vary.h"
@@ -77,7 +78,7 @@ static const kt_kind kind_when = {.read = read_when, .write = write_when};
 static const char *const action_names[] = {"stop", "record"};
 static const char actions_expected[] =
     "an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or {engage: NAME} of a loop or an "
-    "effect, or {call: NAME} for one of the program's own";
+    "effect, {engage_here: NAME} of a loop, or {call: NAME} for one of the program's own";
 
 static int find_loop(const kt_description *d, const char *name) {
     for (int i = 0; i < d->loop_count; i++)
@@ -201,9 +202,10 @@ static const struct {
     const char *key, *expected;
 } kinds[] = {{"call", "the name of an action of the program"},
              {"release", "the name of a loop or an effect"},
-             {"engage", "the name of a loop or an effect"}};
+             {"engage", "the name of a loop or an effect"},
+             {"engage_here", "the name of a loop"}};
 
-/* {call: NAME}, {release: NAME}, {engage: NAME} */
+/* {call: NAME}, {release: NAME}, {engage: NAME}, {engage_here: NAME} */
 static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
                        const actions_read *to) {
     kt_node *set = node->count == 1 ? kt_node_find(node, "set") : NULL;
@@ -221,10 +223,12 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
             return false;
         if (k > 0 && !check_switched(r, &here, name, text))
             return false;
+        if (k == 3 && !kt_foothold_check(r, &here, name, text))
+            return false;
         if (k == 0)
             to->calls[event->call_count++] = text;
         else
-            to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k == 2};
+            to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k > 1, .here = k == 3};
         return true;
     }
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s", actions_expected);
@@ -238,6 +242,7 @@ static const struct {
                     {"set", "{set: {NAME: VALUE}}"},
                     {"release", "{release: NAME}"},
                     {"engage", "{engage: NAME}"},
+                    {"engage_here", "{engage_here: NAME}"},
                     {"call", "{call: NAME}"}};
 
 /* The action that is a word; -1 after reporting that there is none. */
@@ -346,7 +351,12 @@ static void write_then(kt_emitter *e, const kt_field *field, const void *object,
     if (event->set_count > 0)
         write_set(e, event);
     for (int i = 0; i < event->switch_count; i++)
-        write_event_name(e, event->switches[i].on ? "engage" : "release", event->switches[i].name);
+        write_event_name(e,
+                         kinds[event->switches[i].here ? 3
+                               : event->switches[i].on ? 2
+                                                       : 1]
+                             .key,
+                         event->switches[i].name);
     for (int i = 0; i < event->call_count; i++)
         write_event_name(e, "call", event->call[i]);
     kt_emit_end(e);

@@ -3,6 +3,7 @@
  * Quantities that a scene measures in its initial state have to keep their values. Lengths of springs are those in the
  * assembled state, and distances of loops are those at the given positions. The angle of screw closures counts from the
  * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
+ * Loops that events close where a body is have the places that auxiliary states hold (foothold.h).
  */
 #include "base/require.h"
 #include "document/pool.h"
@@ -11,6 +12,7 @@
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "scene/foothold.h"
 #include "scene/part.h"
 #include "scene/vary.h"
 
@@ -186,6 +188,7 @@ kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *erro
         states[i].initial = x[i];
     kt_numbers_move(scene, d->states, (size_t)d->state_count * sizeof *d->states, states);
     d->states = states;
+    kt_footholds_follow(scene);
     scene->memory = kt_pool_join(pool.chunks, scene->memory);
     return KT_OK;
 }

@@ -16,6 +16,7 @@
 #include "scene/event.h"
 #include "scene/fmu.h"
 #include "scene/fmu_node.h"
+#include "scene/foothold.h"
 #include "scene/named.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
@@ -236,7 +237,9 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     kt_assignments_add_states(r, &scene->description);
     kt_beams_expand(r);
     kt_fmus_expand(r);
+    kt_footholds_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
+    kt_footholds_measure(scene);
     kt_fmus_read(r, scene);
     kt_expressions_check(r);
     check_interval(r, &scene->run);

@@ -5,6 +5,7 @@
 #include "base/copy.h"
 #include "model/formula.h"
 #include "scene/expression.h"
+#include "scene/foothold.h"
 #include "scene/named.h"
 #include "scene/part.h"
 
@@ -95,6 +96,8 @@ static void write_state_list(kt_emitter *e, const kt_field *field, const void *o
     const kt_state rest = kt_state_default();
     kt_emit_map(e, false);
     for (int k = 0; k < d->state_count; k++) {
+        if (kt_is_foothold_state(object, d->states[k].name))
+            continue; /* of an event, which makes it again */
         kt_emit_key(e, d->states[k].name);
         if (d->states[k].rate == NULL)
             kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
@@ -107,7 +110,11 @@ static void write_state_list(kt_emitter *e, const kt_field *field, const void *o
 
 static bool same_states(const kt_field *field, const void *object, const void *standard) {
     (void)field, (void)standard;
-    return ((const kt_scene *)object)->description.state_count == 0;
+    const kt_description *d = &((const kt_scene *)object)->description;
+    bool none = true;
+    for (int k = 0; k < d->state_count; k++)
+        none = none && kt_is_foothold_state(object, d->states[k].name);
+    return none;
 }
 
 const kt_kind kt_kind_states = {read_states, write_state_list, same_states};

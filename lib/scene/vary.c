@@ -10,6 +10,7 @@
 #include "expression/expression.h"
 #include "scene/assignment.h"
 #include "scene/expression.h" /* kt_named_number */
+#include "scene/foothold.h"
 #include "scene/parameter.h"
 
 #include <math.h>
@@ -383,6 +384,7 @@ static const kt_bound_number *put_bound_numbers(kt_scene *scene, const double *v
     for (int k = 0; k < v->parameter_count && v->assigned_count > 0; k++)
         if (v->assigned_state[k] >= 0)
             states[v->assigned_state[k]].initial = v->parameters[k];
+    kt_footholds_measure(scene);
     return NULL;
 }
 

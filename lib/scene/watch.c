@@ -9,6 +9,7 @@
 #include "scene/bound.h"
 #include "scene/couple.h"
 #include "scene/event.h"
+#include "scene/foothold.h"
 #include "scene/impulse.h"
 #include "simulation/feature.h"
 
@@ -25,6 +26,7 @@ typedef struct watched {
     const kt_scene_call **calls;
     int call_count;
     uint64_t on, off;          /* the switches that it engages and releases */
+    uint64_t here;             /* those of loops that it closes where their bodies are */
     uint64_t acting, released; /* likewise of hard stops, contacts, slack ropes and joint friction that sticks */
     kt_bound_formula *values;  /* of the auxiliary states and velocities that it sets */
     int *states;               /* these: the indices of states; those of velocities lie behind them */
@@ -43,6 +45,7 @@ struct kt_scene_watch {
     kt_data *data;               /* of the model; NULL: neither values that are set nor `until` need markers */
     kt_assignments *assignments; /* NULL: events set no parameters and no states */
     kt_impulses *impulses;       /* NULL: events set no velocities */
+    kt_footholds *footholds;     /* NULL: events close no loops where their bodies are */
     kt_responses responses;      /* `a` is NULL: no formula has any */
     kt_binding binding;
     watched **fmus; /* of the events, those of FMUs */
@@ -119,6 +122,8 @@ static int act_on_event(kt_simulation *simulation, const kt_occurrence *what, kt
     if ((w->acting | w->released) != 0 && kt_simulation_release(simulation, released, error) != KT_OK)
         return -1;
     const uint64_t set = (kt_switch_set(kt_simulation_model(simulation)) & ~w->off) | w->on;
+    if (w->here != 0 && kt_footholds_set(w->watch->footholds, simulation, w->watch->data, w->here, error) != KT_OK)
+        return -1;
     if ((w->on | w->off) != 0 && kt_simulation_switch(simulation, set, NULL, error) != KT_OK)
         return -1;
     for (int i = 0; i < w->call_count; i++) {
@@ -185,7 +190,9 @@ static kt_status find_switches(const kt_model *model, const kt_scene_event *even
         if (k < 0)
             return kt_error_set(error, KT_ERROR_SCENE, event->name,
                                 "the model has no loop or effect '%s' that is switched (kt_switching)", name);
-        put_bit(kt_switch_bits(model, k), event->switches[i].on, &to->on, &to->off);
+        const uint64_t bits = kt_switch_bits(model, k);
+        put_bit(bits, event->switches[i].on, &to->on, &to->off);
+        to->here = event->switches[i].here ? to->here | bits : to->here & ~bits;
     }
     return KT_OK;
 }
@@ -300,6 +307,8 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)
         status = find_switches(model, event, to, error);
+    if (status == KT_OK && to->here != 0 && watch->data == NULL)
+        status = kt_data_create(model, &watch->data, error);
     if (status == KT_OK && event->fmu == NULL)
         status = find_sets(watch, in->scene, event, to, error);
     const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
@@ -317,7 +326,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
                             .direction = event->direction,
                             .record = event->record || acts,
                             .stop = event->stop,
-                            .repeatable = to->call_count == 0 && event->set_count == 0,
+                            .repeatable = to->call_count == 0 && event->set_count == 0 && to->here == 0,
                             .limit = (uint64_t)event->limit,
                             .sum = kt_scene_event_sum(in->scene, event)};
     status = kt_simulation_event_add(in->simulation, &added, error);
@@ -344,6 +353,8 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         made->binding = (kt_binding){.pool = &made->pool, .model = model, .responses = &made->responses};
         status = kt_assignments_create(&made->pool, scene, model, &made->assignments, error);
     }
+    if (status == KT_OK)
+        status = kt_footholds_create(&made->pool, scene, model, &made->footholds, error);
     if (status == KT_OK)
         status = make_impulses(made, scene, error);
     const target in = {made, scene, model, simulation, calls, call_count};
@@ -380,7 +391,9 @@ kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simula
     for (int k = 0; k < watch->fmu_count; k++)
         kt_coupled_sync(watch->fmus[k]->coupled, kt_simulation_event_count(simulation, watch->fmus[k]->name),
                         kt_simulation_time(simulation));
-    return watch->assignments != NULL ? kt_assignments_sync(watch->assignments, simulation, error) : KT_OK;
+    const kt_status status = watch->footholds != NULL ? kt_footholds_sync(watch->footholds, simulation, error) : KT_OK;
+    return status == KT_OK && watch->assignments != NULL ? kt_assignments_sync(watch->assignments, simulation, error)
+                                                         : status;
 }
 
 /* Samples the point at the start. */

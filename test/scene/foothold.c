@@ -1,0 +1,323 @@
+/* Footholds: a leg that lands anywhere, and is welded there by {engage_here: LOOP}. Places, checkpoints, a scene that
+ * goes on from a result, files, and rejected actions. */
+#include "kinetree/dynamics.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "collect.h"
+
+static kt_collected faults;
+
+static bool parse(const char *text, kt_scene *scene) {
+    kt_error error = {0};
+    memset(&faults, 0, sizeof faults);
+    return kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) == KT_OK;
+}
+
+/* A simulation of a scene, with its events. */
+typedef struct running {
+    kt_scene scene;
+    kt_model *model;
+    kt_simulation *simulation;
+    kt_scene_watch *watch;
+} running;
+
+/* Starts the scene that has been read. */
+static bool start_read(running *to) {
+    kt_error error = {0};
+    kt_model_options compiled = kt_model_options_default();
+    kt_simulation_options made = kt_simulation_options_default();
+    compiled.settable = kt_scene_sets(&to->scene);
+    made.events = kt_scene_event_room(&to->scene);
+    kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&to->scene, to->model, to->simulation, NULL, 0, &to->watch, &error);
+    return kt_check_text("begins", status == KT_OK ? "" : error.message, "");
+}
+
+static bool start(const char *text, running *to) {
+    *to = (running){.model = NULL};
+    if (!kt_check_true("the scene is read", parse(text, &to->scene))) {
+        kt_note("%s: %s", faults.first.where, faults.first.message);
+        return false;
+    }
+    return start_read(to);
+}
+
+static void stop(running *of) {
+    kt_scene_watch_free(of->watch);
+    kt_simulation_free(of->simulation);
+    kt_model_free(of->model);
+    kt_scene_free(&of->scene);
+}
+
+static bool advance(running *of, double t) {
+    kt_error error = {0};
+    const kt_status status = kt_simulation_advance(of->simulation, t, &error);
+    return kt_check_text("runs", status == KT_OK ? "" : error.message, "");
+}
+
+/* ---- scenes ------------------------------------------------------------------------------------------------------ */
+
+/* A leg with a sole is thrown, lands at an angle that no one knows before, and is welded there. Its trunk swings on.
+ * Later the leg is let go, is thrown once more, and lands at another place. */
+#define LEG(foot, trunk, loop, up, more)                                                                               \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "bodies:\n"                                                                                                        \
+    "  - {name: foot, joint: " foot ", mass: 0.5, inertia: [0.01, 0.02, 0.03], markers: {sole: [0.01, 0, -0.05]}}\n"   \
+    "  - {name: trunk, parent: foot, joint: " trunk ", mass: 2, com: [0, 0, 0.3], inertia: [0.1, 0.2, 0.1]}\n"         \
+    "effects: [{type: joint_spring, joint: trunk, stiffness: 80, damping: 1}]\n"                                       \
+    "loops: [{name: hold, type: " loop ", between: [foot.sole, world], switched: off}]\n"                              \
+    "events:\n"                                                                                                        \
+    "  - {name: lands, when: marker.foot.sole.z, direction: falling, limit: 1, then: {engage_here: hold}}\n"           \
+    "  - {name: lets go, when: t - 0.6, then: {release: hold}}\n"                                                      \
+    "  - {name: jumps, when: t - 0.601, then: {set: {" up "}}}\n"                                                      \
+    "  - {name: lands again, when: marker.foot.sole.z + 10*(t < 0.7), direction: falling, limit: 1, then: "            \
+    "{engage_here: hold}}\n" more "simulate: {duration: 1.5, integrator: dopri5, tolerance: 1e-9}\n"
+
+#define IN_SPACE                                                                                                       \
+    "{type: free, position: {position: [0.3, -0.2, 0.5]}, velocity: {linear: [0.7, 0.4, 0.2], angular: [0.5, -0.3, "   \
+    "1.1]}}"
+#define IN_PLANE "{type: planar, axis: y, position: [0.3, 0.5, 0.2], velocity: [0.7, 0.2, 1.3]}"
+#define HIP "{type: revolute, axis: y, at: [0, 0, 0.1]}"
+
+static const char in_space[] = LEG(IN_SPACE, HIP, "weld", "\"velocity.foot[2]\": 2.5, \"velocity.foot[0]\": 0.8", "");
+static const char in_plane[] = LEG(IN_PLANE, HIP, "weld", "\"velocity.foot[0]\": 2.5, \"velocity.foot[1]\": 2.5", "");
+
+static kt_vec3 sole_of(const running *r) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    kt_vec3 at = {0};
+    if (kt_data_create(r->model, &data, &error) == KT_OK &&
+        kt_kinematics_update(r->model, data, kt_simulation_positions(r->simulation), NULL, NULL, &error) == KT_OK)
+        at = kt_point_position(r->model, data, kt_body_find(r->model, "foot"), kt_vec3_make(0.01, 0.0, -0.05));
+    kt_data_free(data);
+    return at;
+}
+
+static double distance(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_sub(a, b)); }
+
+static kt_vec3 held_place(const running *r) {
+    const double *x = kt_simulation_own_states(r->simulation);
+    return kt_vec3_make(x[0], x[1], x[2]);
+}
+
+/* ---- where it lands ---------------------------------------------------------------------------------------------- */
+
+/* Bounds: the tolerance of projections, 1e-12 of the length; for the height ten times the tolerance of steps. */
+static void check_landings(const char *text) {
+    running r;
+    if (!start(text, &r)) {
+        stop(&r);
+        return;
+    }
+    kt_check_near("described place, m", kt_vec3_norm(held_place(&r)), 0.0, 0.0);
+    if (advance(&r, 0.5)) {
+        const kt_vec3 first = sole_of(&r);
+        kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "lands"), 1);
+        kt_check_near("lands on the ground, m", first.z, 0.0, 1e-8);
+        kt_check_above("far from the described place, m", kt_vec3_norm(first), 0.3);
+        kt_check_near("its states hold the place", distance(first, held_place(&r)), 0.0, 1e-11);
+        if (advance(&r, 0.599))
+            kt_check_near("the sole stays, m", distance(sole_of(&r), first), 0.0, 1e-11);
+        if (advance(&r, 1.5)) {
+            kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "lands again"), 1);
+            kt_check_above("at another place, m", distance(sole_of(&r), first), 0.1);
+            kt_check_near("its states hold the place", distance(sole_of(&r), held_place(&r)), 0.0, 1e-11);
+        }
+    }
+    stop(&r);
+}
+
+KT_TEST(a_leg_is_welded_where_it_lands) { check_landings(in_space); }
+KT_TEST(a_leg_in_a_plane_is_welded_where_it_lands) { check_landings(in_plane); }
+KT_TEST(a_leg_is_pinned_where_it_lands) {
+    check_landings(LEG(IN_SPACE, HIP, "spherical", "\"velocity.foot[2]\": 2.5, \"velocity.foot[0]\": 1", ""));
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* A second simulation goes on from a checkpoint of the first one, in all phases. It has been at other footholds
+ * before. */
+static void check_checkpoints(const char *text) {
+    static const double times[] = {0.0, 0.2, 0.45, 0.55, 0.62, 0.8, 1.4};
+    running a, b;
+    kt_error error = {0};
+    if (!start(text, &a) || !start(text, &b))
+        return;
+    const size_t size = kt_simulation_state_size(a.simulation), nq = (size_t)kt_model_nq(a.model);
+    const size_t count = sizeof times / sizeof *times, nx = (size_t)kt_own_state_count(a.model);
+    char *blocks = malloc(count * size);
+    bool good = kt_check_true("memory", blocks != NULL);
+    for (size_t i = 0; good && i < count; i++) {
+        good = advance(&a, times[i]);
+        kt_simulation_save(a.simulation, blocks + i * size);
+    }
+    good = good && advance(&a, 1.5);
+    for (size_t i = count; good && i-- > 0;) {
+        kt_note("from %g s", times[i]);
+        good = kt_simulation_restore(b.simulation, blocks + i * size, &error) == KT_OK &&
+               kt_scene_watch_sync(b.watch, b.simulation, &error) == KT_OK;
+        for (size_t k = i + 1; good && k < count; k++)
+            good = advance(&b, times[k]);
+        good = kt_check_true("goes on", good && advance(&b, 1.5));
+        kt_check_equal_bits("positions", kt_simulation_positions(b.simulation), kt_simulation_positions(a.simulation),
+                            nq);
+        kt_check_equal_bits("places", kt_simulation_own_states(b.simulation), kt_simulation_own_states(a.simulation),
+                            nx);
+    }
+    free(blocks);
+    stop(&a);
+    stop(&b);
+}
+
+KT_TEST(checkpoints_hold_footholds) { check_checkpoints(in_space); }
+KT_TEST(checkpoints_hold_footholds_in_a_plane) { check_checkpoints(in_plane); }
+
+/* ---- other starts ------------------------------------------------------------------------------------------------ */
+
+KT_TEST(a_state_that_is_set_has_the_described_place) {
+    running r;
+    kt_error error = {0};
+    double place[KT_PARAMETER_MAX];
+    kt_parameter parameter;
+    if (start(in_space, &r) && advance(&r, 0.5)) {
+        kt_check_true("finds", kt_parameter_find(r.model, "loop hold.place", &parameter, &error) == KT_OK);
+        kt_check_true("gets", kt_parameter_get(r.model, &parameter, place, &error) == KT_OK);
+        kt_check_near("at the foothold", distance(kt_vec3_make(place[0], place[1], place[2]), sole_of(&r)), 0.0, 1e-11);
+        kt_status status =
+            kt_simulation_set_state(r.simulation, 0.0, kt_simulation_positions(r.simulation), NULL, &error);
+        if (status == KT_OK)
+            status = kt_scene_watch_sync(r.watch, r.simulation, &error);
+        kt_check_text("sets", status == KT_OK ? "" : error.message, "");
+        kt_check_true("gets", kt_parameter_get(r.model, &parameter, place, &error) == KT_OK);
+        for (int k = 0; k < 6; k++)
+            kt_check_near("described", place[k], 0.0, 0.0);
+    }
+    stop(&r);
+}
+
+/* A scene that goes on from a state in which the foot is held, as `--from` does: nothing moves at the start. */
+KT_TEST(a_scene_goes_on_with_its_foothold) {
+    running a, b = {.model = NULL};
+    kt_error error = {0};
+    if (!start(in_space, &a) || !advance(&a, 0.5) || !kt_check_true("the scene is read", parse(in_space, &b.scene)))
+        return;
+    const double *q = kt_simulation_positions(a.simulation), *v = kt_simulation_velocities(a.simulation);
+    kt_status status = kt_scene_start_from(&b.scene, a.model, q, v, &error);
+    if (status == KT_OK)
+        status = kt_scene_start_states(&b.scene, kt_simulation_own_states(a.simulation), &error);
+    if (kt_check_text("starts from it", status == KT_OK ? "" : error.message, "")) {
+        ((kt_loop *)(uintptr_t)b.scene.description.loops)[0].switching = KT_SWITCHED_ON;
+        if (start_read(&b)) {
+            double worst = 0.0;
+            for (int i = 0; i < kt_model_nq(a.model); i++)
+                worst = fmax(worst, fabs(kt_simulation_positions(b.simulation)[i] - q[i]));
+            kt_check_near("positions", worst, 0.0, 1e-14);
+            kt_check_equal_bits("places", kt_simulation_own_states(b.simulation),
+                                kt_simulation_own_states(a.simulation), 6);
+            if (advance(&b, 0.09))
+                kt_check_near("the sole stays, m", distance(sole_of(&b), sole_of(&a)), 0.0, 1e-11);
+        }
+    }
+    stop(&a);
+    stop(&b);
+}
+
+/* A loop that acts keeps its place, although the event happens again. */
+KT_TEST(an_acting_loop_keeps_its_place) {
+    running r;
+    if (start(LEG(IN_SPACE, HIP, "spherical", "\"velocity.foot[2]\": 2.5",
+                  "  - {name: again, when: t - 0.5, then: {engage_here: hold}}\n"),
+              &r) &&
+        advance(&r, 0.45)) {
+        const kt_vec3 place = held_place(&r);
+        double x[6];
+        memcpy(x, kt_simulation_own_states(r.simulation), sizeof x);
+        if (advance(&r, 0.55)) {
+            kt_check_equal_int("again", (long long)kt_simulation_event_count(r.simulation, "again"), 1);
+            kt_check_equal_bits("place", kt_simulation_own_states(r.simulation), x, 6);
+            kt_check_near("the sole stays, m", distance(sole_of(&r), place), 0.0, 1e-11);
+        }
+    }
+    stop(&r);
+}
+
+/* ---- files ------------------------------------------------------------------------------------------------------- */
+
+/* The described place counts for the states, also with an axis and a rotation; and a written scene is read back. */
+KT_TEST(a_scene_with_a_foothold_is_written_and_read) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "bodies: [{name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}]\n"
+        "loops: [{name: hold, type: revolute, axis: x, between: [{body: world, at: [1, 2, 3], rotation: "
+        "{axis: [0, 0, 1], angle: 0.5}}, foot], switched: off}]\n"
+        "events: [{name: lands, when: \"position.foot[2] + hold_x\", then: {engage_here: hold}}]\n";
+    kt_scene scene, again;
+    kt_error error = {0};
+    char *written = NULL;
+    size_t size = 0;
+    if (!kt_check_true("is read", parse(text, &scene))) {
+        kt_note("%s: %s", faults.first.where, faults.first.message);
+        return;
+    }
+    FILE *stream = open_memstream(&written, &size);
+    const kt_status status = stream != NULL ? kt_scene_write(&scene, stream, &error) : KT_ERROR_MEMORY;
+    if (stream != NULL)
+        (void)fclose(stream);
+    if (kt_check_text("is written", status == KT_OK ? "" : error.message, "") &&
+        kt_check_true(written, parse(written, &again))) {
+        kt_check_equal_int("states", again.description.state_count, 6);
+        kt_check_true("here", again.events[0].switches[0].here);
+        const double expected[] = {1.0, 2.0, 3.0};
+        for (int k = 0; k < 6; k++) {
+            kt_check_near("initial value", again.description.states[k].initial, scene.description.states[k].initial,
+                          1e-15);
+            if (k < 3)
+                kt_check_near("point", scene.description.states[k].initial, expected[k], 0.0);
+        }
+        kt_scene_free(&again);
+    }
+    free(written);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
+    static const struct {
+        const char *loop, *action, *words;
+    } wrong[] = {
+        {"{name: hold, type: distance, between: [world, foot], length: 1}", "{engage_here: hold}",
+         "or write {engage: hold}"},
+        {"{name: hold, type: weld, between: [other, foot]}", "{engage_here: hold}", "only an end on the world"},
+        {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: hald}", "did you mean 'hold'"},
+        {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: push}", "which has no place"},
+        {"{name: hold, type: weld, between: [world, foot]}", "{engage_heer: hold}", "{engage_here: NAME}"},
+        {"{name: hold, type: coupling, coefficients: {slide: 1}}", "{engage_here: hold}", "may be open"},
+    };
+    char text[1024];
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\nbodies:\n"
+                       "  - {name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+                       "  - {name: other, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+                       "  - {name: slide, joint: {type: prismatic}, mass: 1}\n"
+                       "effects: [{name: push, type: joint_spring, joint: slide, stiffness: 1}]\n"
+                       "loops: [%s]\nevents: [{name: a, when: t - 1, then: %s}]\n",
+                       wrong[i].loop, wrong[i].action);
+        if (!kt_check_true(text, !parse(text, &scene)))
+            continue;
+        kt_check_equal_int("faults", (long long)faults.count, 1);
+        kt_check_contains("words", faults.first.message, wrong[i].words);
+    }
+}
