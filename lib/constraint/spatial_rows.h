@@ -192,6 +192,20 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
     }
 }
 
+#ifndef KT_LANES
+/* kt_rows_fill for a group of one coordinate with one relation without a formula. It finds the few matrices alone that
+ * are written. */
+KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size_t g, const double *q, double t) {
+    const kt_group *group = &model->group[g];
+    const kt_loop_record *loop = &model->loop[model->group_loop[group->loop]];
+    const int32_t slot = kt_rows_slots(model, group, loop)[0];
+    kt_group_work w;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    w.a[0] = slot >= 0 ? model->term[loop->term].coefficient : 0.0;
+    kt_rows_relation_value(model, group, &w, loop, slot, q, t);
+}
+#endif
+
 /* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
  * if `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,

@@ -12,6 +12,7 @@
 #include "constraint/spatial_rows.h"
 #include "reduction/front.h"
 #include "reduction/groups.h"
+#include "reduction/half_columns.h"
 #include "reduction/kernel.h"
 #include "reduction/links.h"
 #include "reduction/planar_group.h"
@@ -39,6 +40,11 @@ KT_INLINE void set_motion(const kt_model *model, kt_data *data, const double *q,
 
 KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
                           double t) {
+    if (moving && kt_group_is_locked(model, &model->group[g]) &&
+        !model->loop[model->group_loop[model->group[g].loop]].form) {
+        kt_rows_fill_one(model, data, g, q, t);
+        return;
+    }
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     const bool in_plane = KT_PLANAR && kt_group_is_planar(model, &model->group[g]);
     if (kt_group_has_fronts(&model->group[g]))

@@ -125,7 +125,8 @@ void KT_KERNEL(kt_half_keep)(const kt_model *model, const kt_data *data, size_t 
 void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
-    const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
+    kt_group_work w;
+    kt_group_find(model, data, (size_t)link->group, KT_ROWS_ALL, &w); /* inlined: few of the matrices are read */
     const double acceleration = w.right[0] / w.a[0];
     kt_v4 n, f;
     axis_of(link, m, &n, &f);
