@@ -238,5 +238,6 @@ kt_status kt_mechanism_compile(kt_contact_mechanism *m, bool contacts, kt_isa is
     const kt_description d = kt_mechanism_describe(m, contacts);
     kt_model_options options = kt_model_options_default();
     options.isa = isa;
+    options.contact_switches = KT_SWITCH_MAX;
     return kt_model_compile(&d, &options, model, error);
 }

@@ -86,6 +86,11 @@ typedef enum kt_plan {
         KT_PLAN_COUNT /* how many */
 } kt_plan;
 
+/* A hard contact without friction, a stop and a slack rope have a switch each, a hard contact with friction has two. Up
+ * to so many of these switches, each set of contacts has a compiled model. With more, a simulation makes the models of
+ * sets from two compiled ones, whose memory grows linearly with the number of contacts. */
+enum { KT_CONTACT_SWITCHES = 2 /* switches of contacts */ };
+
 /* Options of the compilation of a description. */
 typedef struct kt_model_options {
     size_t size;                          /* sizeof of this struct, for later versions; 0: as of version 0.2 */
@@ -99,9 +104,13 @@ typedef struct kt_model_options {
                                            * DENSE remains */
     bool settable;                        /* its parameters may be set, as in a copy (kt_parameter_set). The model
                                            * then serves one simulation, or the data of one thread */
+    int contact_switches;                 /* up to so many switches of hard contacts, each set of these has a compiled
+                                           * model (kt_model_switched): 2^n models. At most KT_SWITCH_MAX; at least,
+                                           * and by default, KT_CONTACT_SWITCHES */
 } kt_model_options;
 
-/* Returns the defaults: auto, QR decomposition, identity, auto, auto, none excluded, not settable. */
+/* Returns the defaults: auto, QR decomposition, identity, auto, auto, none excluded, not settable, no more models of
+ * contacts than usual. */
 static inline kt_model_options kt_model_options_default(void) {
     kt_model_options options;
     memset(&options, 0, sizeof options);
@@ -254,9 +263,10 @@ KT_API uint64_t kt_switch_bits(const kt_model *model, int k);
 /* Returns the set of switches that are on in this model. The model that kt_model_compile returns has the set of the
  * description. */
 KT_API uint64_t kt_switch_set(const kt_model *model);
-/* Returns the model with another set, in the same block of memory; NULL if there is none. With more than KT_SWITCH_MAX
- * switches, only a simulation has models for some sets of contacts. The function kt_model_free releases all models at
- * once, kt_model_copy copies all, kt_model_size counts all, and kt_parameter_set sets all.
+/* Returns the model with another set, in the same block of memory; NULL if there is none. With more switches of contacts
+ * than kt_model_options.contact_switches, only a simulation has models for some sets of contacts. The function
+ * kt_model_free releases all models at once, kt_model_copy copies all, kt_model_size counts all, and kt_parameter_set
+ * sets all.
  * Cost: O(1). */
 KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
 

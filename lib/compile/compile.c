@@ -34,6 +34,10 @@ static kt_status check_model_options(const kt_model_options *options, kt_error *
         if (choices[i].value >= choices[i].count)
             return kt_error_set(error, KT_ERROR_ARGUMENT, choices[i].name,
                                 "%u is none of its values; begin with kt_model_options_default", choices[i].value);
+    if (options->contact_switches < 0 || options->contact_switches > KT_SWITCH_MAX)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options.contact_switches",
+                            "%d must not be negative, nor more than %d, which are %d models", options->contact_switches,
+                            KT_SWITCH_MAX, 1 << KT_SWITCH_MAX);
     return KT_OK;
 }
 

@@ -1,9 +1,9 @@
 /* The models of a description whose loops or effects are switched: one for each set of those that are on.
  *
- * These are 2^n models. From KT_SWITCH_MAX switches on, contacts are masked. For each set of the other switches there
- * is then a model with all contacts open, and one with all of them closed. The time and the memory of both grow with
- * the number of contacts. A simulation makes the models of the sets between from the second one (contact/mask.h),
- * whose groups are dense.
+ * These are 2^n models of n loops and effects that the caller switches. Contacts with more than a few switches
+ * (kt_model_options.contact_switches) are masked. For each set of the other switches there is then a model with all
+ * contacts open, and one with all of them closed. The time and the memory of both grow with the number of contacts. A
+ * simulation makes the models of the sets between from the second one (contact/mask.h), whose groups are dense.
  *
  * Each model is compiled separately, from the description in which the others are off. Constraint groups, their ranks
  * and forms, and the planes of trees follow from the loops that are on. A model is therefore as fast as one that never
@@ -82,14 +82,22 @@ static bool is_contact(const compilation *c, const kt_loop *loop) {
     return loop->side != KT_SIDE_NONE || sticks;
 }
 
-/* Too many switches for a model of each set: contacts are masked. */
-static kt_status mask_contacts(compilation *c, kt_error *error) {
-    int others = c->switches.count;
+static bool is_of_contact(const compilation *c, int k) {
+    return c->item[k].loop >= 0 && is_contact(c, &c->loops[c->item[k].loop]);
+}
+
+/* Masks contacts if their switches are too many for a model of each set. */
+static kt_status mask_contacts(compilation *c, const kt_model_options *options, kt_error *error) {
+    const int most =
+        options->contact_switches > KT_CONTACT_SWITCHES ? options->contact_switches : (int)KT_CONTACT_SWITCHES;
+    int others = 0;
     for (int k = 0; k < c->switches.count; k++)
-        if (c->item[k].loop >= 0 && is_contact(c, &c->loops[c->item[k].loop])) {
+        others += !is_of_contact(c, k);
+    if (c->switches.count <= KT_SWITCH_MAX && c->switches.count - others <= most)
+        return KT_OK;
+    for (int k = 0; k < c->switches.count; k++)
+        if (is_of_contact(c, k))
             c->switches.masked |= k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
-            others--;
-        }
     if (others < KT_SWITCH_MAX)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_MODEL, "switching",
@@ -132,7 +140,8 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
     return shares ? reject_released(d, error) : KT_OK;
 }
 
-static kt_status begin_compilation(compilation *c, const kt_description *d, kt_error *error) {
+static kt_status begin_compilation(compilation *c, const kt_description *d, const kt_model_options *options,
+                                   kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
     c->description = *d;
@@ -146,8 +155,8 @@ static kt_status begin_compilation(compilation *c, const kt_description *d, kt_e
     c->description.loops = c->loops;
     c->description.effects = c->effects;
     kt_status status = list_switches(c, d, count, error);
-    if (status == KT_OK && count > KT_SWITCH_MAX)
-        status = mask_contacts(c, error);
+    if (status == KT_OK)
+        status = mask_contacts(c, options, error);
     if (status != KT_OK)
         return status;
     c->model = calloc((size_t)kt_switches_models(&c->switches), sizeof(kt_model *));
@@ -322,7 +331,7 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
 kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
                               kt_compile_call *compile, kt_model **model, kt_error *error) {
     compilation c = {.initial = 0};
-    kt_status status = begin_compilation(&c, description, error);
+    kt_status status = begin_compilation(&c, description, options, error);
     for (uint64_t k = 0; status == KT_OK && k < kt_switches_models(&c.switches); k++)
         status = compile_one_set(&c, options, compile, k, error);
     if (status == KT_OK)

@@ -1,6 +1,6 @@
 /* Masks: models of sets of contacts between none and all.
  *
- * Beyond KT_SWITCH_MAX switches, the compiler does not make a model of each set. A mask has its own loops, with those
+ * The compiler makes a model of each set of few contacts alone (compile/variants.c). A mask has its own loops, with those
  * of open contacts off, its own groups, and its own order of their equations. It shares all else with the model in
  * which all contacts are closed. The groups of that model have dense matrices, which factor any subset of their
  * equations.

@@ -61,7 +61,8 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
     const kt_model *to = kt_model_switched(*model, on ? (*model)->set | bit : (*model)->set & ~bit);
     if (!to || k >= (*model)->variants->switches.own)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, call,
-                            "it is one of more than %d contacts and switches, which only a simulation closes and opens",
+                            "it is one of the contacts that only a simulation closes and opens; compile the model with "
+                            "kt_model_options.contact_switches for up to %d switches of contacts",
                             KT_SWITCH_MAX);
     if (data && data->bytes < (*model)->variants->data)
         return kt_error_set(error, KT_ERROR_MEMORY, call,

@@ -12,9 +12,10 @@ typedef struct kt_switch {
 /* The most switches that each have a bit in a set. With more switches, contacts share the two bits above. */
 enum { KT_SWITCH_BITS = 62 };
 
-/* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more switches, those of
- * contacts are masked. Then each set of the other switches has two models, one with no contact and one with all
- * contacts. A simulation makes the sets between from the second one (contact/mask.h).
+/* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more than a few switches
+ * of contacts (kt_model_options.contact_switches), these are masked. Then each set of the other switches has two
+ * models, one with no contact and one with all contacts. A simulation makes the sets between from the second one
+ * (contact/mask.h).
  *
  * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more, the masked ones come
  * last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */

@@ -124,13 +124,6 @@ static kt_status check_differentiated_simulation(const kt_simulation *simulation
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "the simulation uses equations or a projection of the caller, or another formulation, "
                             "whose derivatives are unknown; use those of the engine");
-#if KT_HAS_SWITCHES
-    if (simulation->model->variants != NULL && simulation->model->variants->switches.masked != 0)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
-                            "derivatives of a motion are limited to %d contacts and switches; use differences, or "
-                            "leave out contacts that never close",
-                            KT_SWITCH_MAX);
-#endif
     if (kt_motion_work_size(simulation) == 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "a step of '%s' depends on earlier steps, and has no derivatives by a state; without "
@@ -188,8 +181,8 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
                           .tau = simulation->tau,
                           .external = simulation->external,
                           .unprojected = simulation->unprojected};
-    if (KT_HAS_SWITCHES && simulation->model != m->model)
-        kt_data_rebind(simulation->model, m->data);
+    if (KT_HAS_SWITCHES && (simulation->model != m->model || simulation->size.mask > 0))
+        kt_data_rebind(simulation->model, m->data); /* a mask may have changed in its place */
     m->model = simulation->model;
     kt_auxiliary_states_put(m->model, m->data, m->start);
     kt_step_work w;
@@ -325,13 +318,17 @@ static kt_status move_and_fire(motion *m, double t, kt_error *error) {
 
 /* The outcome of an event, which must be equal for its neighbours. */
 typedef struct outcome {
-    const kt_model *model;
+    uint64_t set, loops; /* a hash of the loops that are on: a set may not tell all contacts apart */
     uint64_t impacts;
     int touching;
 } outcome;
 
 static outcome outcome_of(const kt_simulation *simulation) {
-    outcome end = {.model = simulation->model};
+    static const uint64_t prime = 0x100000001b3; /* G. Fowler, L. C. Noll, K.-P. Vo, FNV-1a */
+    const kt_model *model = simulation->model;
+    outcome end = {.set = model->set};
+    for (size_t i = 0; i < model->n.loop; i++)
+        end.loops = (end.loops ^ (kt_loop_is_off(&model->loop[i]) ? 1 : 2)) * prime;
 #if KT_HAS_EVENTS
     end.impacts = simulation->memory.contacts.impacts;
     end.touching = simulation->contacts != NULL ? simulation->contacts->touching : 0;
@@ -358,7 +355,8 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
         if (status != KT_OK)
             return status;
         const outcome its = outcome_of(simulation);
-        if (its.model != end->model || its.impacts != end->impacts || its.touching != end->touching)
+        if (its.set != end->set || its.loops != end->loops || its.impacts != end->impacts ||
+            its.touching != end->touching)
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
                 "neighbouring motions come out of it with other contacts closed, and there is no derivative", error);

@@ -86,7 +86,9 @@ static bool grow(subject *s, int bodies, kt_random *random) {
     kt_description d = s->tree.description;
     d.effects = s->effect;
     d.effect_count = CONTACTS;
-    return kt_tree_fine("contacts", kt_model_compile(&d, NULL, &s->model, &e), &e);
+    kt_model_options options = kt_model_options_default();
+    options.contact_switches = 2 * CONTACTS;
+    return kt_tree_fine("contacts", kt_model_compile(&d, &options, &s->model, &e), &e);
 }
 
 static const kt_model *model_of(const subject *s, const contact_state *state) {
@@ -346,7 +348,9 @@ static bool slide_boxes(int first, int count, double *a) {
     d.effects = b.effect;
     d.effect_count = CORNERS * count;
     d.gravity = kt_vec3_make(0.5, 0.0, -9.81);
-    if (!kt_tree_fine("boxes", kt_model_compile(&d, NULL, &made, &e), &e))
+    kt_model_options options = kt_model_options_default();
+    options.contact_switches = KT_SWITCH_MAX;
+    if (!kt_tree_fine("boxes", kt_model_compile(&d, &options, &made, &e), &e))
         return false;
     for (int k = 0; k < CORNERS * count; k++)
         set |= kt_switch_bits(made, 2 * k);

@@ -1,5 +1,5 @@
-/* More hard contacts, stops and ropes than there are models of their sets: the same motion as by these, and closed
- * forms. */
+/* Hard contacts, stops and ropes whose sets have no models of their own: the same motion as by these, and closed forms.
+ */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -50,7 +50,7 @@ static kt_effect *add_effect(scene *s, kt_effect_type type) {
     return effect;
 }
 
-/* Sliders that never come to their stops, two each: with six of them each other set of contacts is a mask. */
+/* Sliders that never come to their stops, two each. */
 static void add_far_stops(scene *s, int count) {
     for (int i = 0; i < count; i++) {
         const char *name = add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0))->name;
@@ -265,12 +265,16 @@ typedef struct end {
     kt_contact_counts counts;
 } end;
 
-/* The motion to the end of the first interval behind an impact, at which events have happened; false where it fails. */
-static bool run(const scene *s, double time, const char *method, end *to) {
-    kt_model *model = kt_scene_compile(&s->description);
-    kt_simulation *simulation = start(model, method, 0.0);
+/* The motion to the end of the first interval behind an impact, at which events have happened; false where it fails.
+ * switches: up to so many of contacts have a model of each set. */
+static bool run(const scene *s, int switches, double time, const char *method, end *to) {
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
     kt_error error = {0};
     kt_record record = {0};
+    options.contact_switches = switches;
+    (void)kt_fine("model", kt_model_compile(&s->description, &options, &model, &error), &error);
+    kt_simulation *simulation = start(model, method, 0.0);
     kt_status status = simulation != NULL ? kt_simulation_advance(simulation, time, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
         status = kt_simulation_sense(simulation, &record, &error);
@@ -290,7 +294,7 @@ static bool run(const scene *s, double time, const char *method, end *to) {
     return status == KT_OK;
 }
 
-/* The same trees with stops that are never met, so that sets of contacts are masks: the same motion. */
+/* The same trees, whose sets of contacts have models or are masks: the same motion. */
 KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5"};
     kt_random random = kt_random_named("masks");
@@ -302,9 +306,8 @@ KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
         kt_loop loop;
         end few, many;
         scene_tree(&s, &loop, &random);
-        bool fine = run(&s, 0.7, methods[n % 3], &few);
-        add_far_stops(&s, 3);
-        fine = run(&s, 0.7, methods[n % 3], &many) && fine;
+        bool fine = run(&s, KT_SWITCH_MAX, 0.7, methods[n % 3], &few);
+        fine = run(&s, 0, 0.7, methods[n % 3], &many) && fine;
         failed += !fine;
         for (int i = 0; fine && i < LINKS; i++) {
             kt_worst_near(&place, many.q[i], few.q[i], 1e-7, "tree %d joint %d", n, i);
@@ -318,6 +321,60 @@ KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
     kt_check_worst(&rate);
     kt_check_equal_int("failed", failed, 0);
     kt_check_equal_int("impacts", impacts > 50, 1);
+}
+
+/* ---- models ------------------------------------------------------------------------------------------------------ */
+
+/* Two models serve any number of contacts. Their memory grows by that of a contact for each. */
+KT_TEST(models_of_contacts_grow_with_their_number) {
+    static const int counts[] = {10, 20, 50, 200};
+    for (int way = 0; way < 3; way++) {
+        double size[4] = {0.0};
+        for (int i = 0; i < 4; i++) {
+            scene s;
+            if (way < 2)
+                scene_plate(&s, counts[i], way == 0 ? 0.0 : 0.4);
+            else
+                scene_make(&s);
+            if (way == 2)
+                add_far_stops(&s, counts[i] / 2);
+            kt_model *model = kt_scene_compile(&s.description);
+            size[i] = (double)kt_model_size(model);
+            kt_model_free(model);
+        }
+        kt_note("%s: %.1f, %.1f, %.1f, %.1f kB",
+                way == 0   ? "feet"
+                : way == 1 ? "feet with friction"
+                           : "stops",
+                1e-3 * size[0], 1e-3 * size[1], 1e-3 * size[2], 1e-3 * size[3]);
+        kt_check_below("bytes of ten", size[0], 200e3);
+        kt_check_below("growth from 50 to 200, over 15 times that from 10 to 20",
+                       (size[3] - size[2]) / (15.0 * (size[1] - size[0])), 1.05);
+    }
+}
+
+/* Options choose how many switches of contacts have models of all sets. */
+KT_TEST(options_make_models_of_all_sets) {
+    for (int switches = 0; switches <= 4; switches += 2) {
+        scene s;
+        kt_model_options options = kt_model_options_default();
+        kt_model *model = NULL;
+        kt_error error = {0};
+        scene_plate(&s, 4, 0.0);
+        options.contact_switches = switches;
+        if (kt_fine("model", kt_model_compile(&s.description, &options, &model, &error), &error)) {
+            int sets = 0;
+            for (uint64_t set = 0; set < 16; set++)
+                sets += kt_model_switched(model, set) != NULL;
+            kt_check_equal_int("sets with a model", sets, switches < 4 ? 2 : 16);
+        }
+        kt_model_free(model);
+        model = NULL;
+        options.contact_switches = switches < 4 ? -1 - switches : KT_SWITCH_MAX + 1;
+        kt_check_equal_int("out of range", kt_model_compile(&s.description, &options, &model, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_text("where", error.where, "options.contact_switches");
+    }
 }
 
 /* ---- memory, checkpoints, limits --------------------------------------------------------------------------------- */
@@ -398,22 +455,6 @@ KT_TEST(masks_take_parameters_over) {
     kt_simulation_free(simulation);
     free(memory);
     kt_model_free(compiled);
-}
-
-/* Memory of models grows with the number of contacts, not with that of their sets. */
-KT_TEST(models_of_masks_grow_with_the_number_of_contacts) {
-    static const int feet[] = {50, 100, 200};
-    size_t size[3] = {0, 0, 0};
-    for (int i = 0; i < 3; i++) {
-        scene s;
-        scene_plate(&s, feet[i], 0.4);
-        kt_model *model = kt_scene_compile(&s.description);
-        size[i] = kt_model_size(model);
-        kt_model_free(model);
-    }
-    kt_check_below("200 feet over 50", (double)size[2] / (double)size[0], 4.0);
-    kt_check_below("growth by 100 feet, over that by 50", (double)(size[2] - size[1]) / (double)(size[1] - size[0]),
-                   2.0 * 1.1);
 }
 
 /* All contacts may strike at once, yet matrices have room for a number of them that depends on the degrees of freedom.
@@ -515,7 +556,7 @@ KT_TEST(single_contacts_are_closed_by_a_simulation_alone) {
     if (model != NULL) {
         kt_check_equal_int("one", kt_loop_enable(&model, NULL, kt_loop_find(model, "p0"), true, &error),
                            KT_ERROR_UNSUPPORTED);
-        kt_check_contains("words", error.message, "which only a simulation closes and opens");
+        kt_check_contains("words", error.message, "that only a simulation closes and opens");
         kt_check_true("the model stays", model == compiled);
     }
     kt_model_free(compiled);

@@ -263,22 +263,12 @@ static json_t *describe_evaluation(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
-/* Returns the model of the set in which `run` begins: contacts that touch and press are closed. */
-static const kt_model *model_of_start(const kt_scene *scene, const kt_model *model) {
-    kt_simulation *simulation = NULL;
-    kt_error ignored;
-    const kt_model *set = NULL;
-    if (kt_simulation_create(model, &scene->run, NULL, &simulation, &ignored) == KT_OK)
-        set = kt_model_switched(model, kt_switch_set(kt_simulation_model(simulation)));
-    kt_simulation_free(simulation);
-    return set != NULL ? set : model;
-}
-
+/* model: of the set in which `run` begins. */
 static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
     kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
-    if (!allocate_evaluation(&e, model_of_start(scene, model))) {
+    if (!allocate_evaluation(&e, model)) {
         kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;
     }
@@ -320,7 +310,11 @@ int kt_command_evaluate(int argc, char **argv) {
     if (code != KT_EXIT_DONE)
         return code;
     kt_say_fmus_left_out(&scene);
-    code = evaluate_instant(&arguments, &scene, model);
+    kt_simulation *start = NULL; /* has the model in which contacts that touch and press are closed */
+    kt_error ignored;
+    const bool begins = kt_simulation_create(model, &scene.run, NULL, &start, &ignored) == KT_OK;
+    code = evaluate_instant(&arguments, &scene, begins ? kt_simulation_model(start) : model);
+    kt_simulation_free(start);
     kt_model_free(model);
     kt_scene_free(&scene);
     return code;

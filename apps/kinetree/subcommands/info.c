@@ -257,11 +257,20 @@ static void show_masses(const kt_model *model, kt_data *data, const double *q, c
         puts("gravity    none");
 }
 
+/* Whether a model of each set of switches is compiled. */
+static bool has_all_sets(const kt_model *model) {
+    const int count = kt_switch_count(model);
+    bool all = count <= KT_SWITCH_MAX;
+    for (int k = 0; all && k < count; k++)
+        all = kt_model_switched(model, kt_switch_bits(model, k)) != NULL;
+    return all;
+}
+
 /* Shows the number of switched loops and effects, the number of models for their sets, and the memory of these
  * models. */
 static void show_sets(const kt_model *model) {
     const int count = kt_switch_count(model);
-    if (count > KT_SWITCH_MAX)
+    if (count > 0 && !has_all_sets(model))
         printf("switched   %d loops and effects: sets of contacts are made while it runs; %.3g MB, compiled before\n",
                count, 1e-6 * (double)kt_model_size(model));
     else if (count > 0)
