@@ -86,9 +86,10 @@ typedef enum kt_plan {
         KT_PLAN_COUNT /* how many */
 } kt_plan;
 
-/* A hard contact without friction, a stop and a slack rope have a switch each, a hard contact with friction has two. Up
- * to so many of these switches, each set of contacts has a compiled model. With more, a simulation makes the models of
- * sets from two compiled ones, whose memory grows linearly with the number of contacts. */
+/* A hard contact without friction, a stop and a slack rope have a switch each. A hard contact with friction and
+ * friction of a joint that sticks have two. Up to so many of these switches, each set of contacts has a compiled model.
+ * With more, a simulation makes the models of sets from two compiled ones, whose memory grows linearly with the number
+ * of contacts. */
 enum { KT_CONTACT_SWITCHES = 2 /* switches of contacts */ };
 
 /* Options of the compilation of a description. */
@@ -263,8 +264,8 @@ KT_API uint64_t kt_switch_bits(const kt_model *model, int k);
 /* Returns the set of switches that are on in this model. The model that kt_model_compile returns has the set of the
  * description. */
 KT_API uint64_t kt_switch_set(const kt_model *model);
-/* Returns the model with another set, in the same block of memory; NULL if there is none. With more switches of contacts
- * than kt_model_options.contact_switches, only a simulation has models for some sets of contacts. The function
+/* Returns the model with another set, in the same block of memory; NULL if there is none. With more switches of
+ * contacts than kt_model_options.contact_switches, only a simulation has models for some sets of contacts. The function
  * kt_model_free releases all models at once, kt_model_copy copies all, kt_model_size counts all, and kt_parameter_set
  * sets all.
  * Cost: O(1). */

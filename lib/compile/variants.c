@@ -48,9 +48,10 @@ typedef struct compilation {
     kt_loop *loops;
     kt_effect *effects;
     kt_switches switches;
-    kt_switch *item; /* of the switches */
-    uint64_t initial;
-    kt_model **model; /* by their indices */
+    kt_switch *item;            /* of the switches */
+    int bits;                   /* of switches that do not share any, which may be too many */
+    uint64_t initial, released; /* sets: of the description; masked friction of joints that a simulation releases */
+    kt_model **model;           /* by their indices */
 } compilation;
 
 /* The effect whose friction sticks by the loop of switch k; -1: none. */
@@ -82,8 +83,11 @@ static bool is_contact(const compilation *c, const kt_loop *loop) {
     return loop->side != KT_SIDE_NONE || sticks;
 }
 
+/* Whether switch k belongs to a contact, or to friction of a joint that sticks. */
 static bool is_of_contact(const compilation *c, int k) {
-    return c->item[k].loop >= 0 && is_contact(c, &c->loops[c->item[k].loop]);
+    const kt_switch *item = &c->item[k];
+    return item->loop >= 0 ? is_contact(c, &c->loops[item->loop]) || effect_of_stick(c, k) >= 0
+                           : kt_effect_sticks(&c->effects[item->effect]);
 }
 
 /* Masks contacts if their switches are too many for a model of each set. */
@@ -97,13 +101,22 @@ static kt_status mask_contacts(compilation *c, const kt_model_options *options, 
         return KT_OK;
     for (int k = 0; k < c->switches.count; k++)
         if (is_of_contact(c, k))
-            c->switches.masked |= k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
-    if (others < KT_SWITCH_MAX)
-        return KT_OK;
-    return kt_error_set(error, KT_ERROR_MODEL, "switching",
-                        "%d loops and effects are switched besides contacts (friction that sticks in a joint counts "
-                        "twice), which would be %.0f models; switch at most %d",
-                        others, exp2(others + (c->switches.masked != 0)), KT_SWITCH_MAX - (c->switches.masked != 0));
+            *(c->item[k].loop >= 0 ? &c->switches.masked : &c->switches.back) |=
+                k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
+    if (others >= KT_SWITCH_MAX)
+        return kt_error_set(error, KT_ERROR_MODEL, "switching",
+                            "%d loops and effects are switched besides contacts and friction, which would be %.0f "
+                            "models; switch at most %d",
+                            others, exp2(others + (c->switches.masked != 0)),
+                            KT_SWITCH_MAX - (c->switches.masked != 0));
+    if (c->bits > KT_SWITCH_BITS)
+        return kt_error_set(error, KT_ERROR_MODEL, "switching",
+                            "friction that sticks in joints needs %d switches, two a joint, besides %d others; there "
+                            "are %d, so leave `stick` out in some joints",
+                            c->bits - others, others, KT_SWITCH_BITS);
+    c->released = c->initial & c->switches.masked;
+    c->initial &= ~(c->switches.masked | c->switches.back);
+    return KT_OK;
 }
 
 /* Lists the switches of loops, of contacts alone or of the others alone if those are told apart. */
@@ -130,6 +143,7 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
     c->switches.own = count;
     for (int i = 0; shares && i < d->loop_count; i++)
         c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, &d->loops[i]);
+    c->bits = c->switches.own;
     if (c->switches.own > KT_SWITCH_BITS)
         c->switches.own = KT_SWITCH_BITS;
     add_loop_switches(c, d, shares, false);
@@ -222,11 +236,16 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     for (int j = 0; j < c->switches.count; j++)
         backwards = backwards || (c->item[j].effect == effect && kt_switches_has(&c->switches, set, j));
     const bool is_on = kt_switches_has(&c->switches, set, k);
-    c->effects[effect].switching = is_on ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
+    const bool is_masked = (c->switches.masked & kt_switches_bit(&c->switches, k)) != 0;
+    c->effects[effect].switching = is_on && !is_masked ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
     c->loops[loop].switching = is_on && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
+    if (model && is_masked) /* rates have no contact of a wheel: whether the friction acts at first */
+        model->loop[loop].contact = (c->released & kt_switches_bit(&c->switches, k)) == 0;
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
-        if (model->effect[i].source == effect)
+        if (model->effect[i].source == effect) {
             model->effect[i].direction = backwards ? -1.0 : 1.0;
+            model->effect[i].idle = is_on && is_masked;
+        }
 }
 
 /* The sets between are taken from the model in which all contacts are closed: its groups have the form of any set. */

@@ -102,7 +102,7 @@ static bool find_penetrating(kt_simulation *simulation, const double *W, const r
 kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contacts_let_slip(c);
-    const kt_model *slipping = kt_model_switched(simulation->model, kt_contacts_set(simulation));
+    const kt_model *slipping = kt_contacts_model(simulation, true);
     kt_data_rebind(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
     kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,

@@ -1,8 +1,8 @@
 /* Masks: models of sets of contacts between none and all.
  *
- * The compiler makes a model of each set of few contacts alone (compile/variants.c). A mask has its own loops, with those
- * of open contacts off, its own groups, and its own order of their equations. It shares all else with the model in
- * which all contacts are closed. The groups of that model have dense matrices, which factor any subset of their
+ * The compiler makes a model of each set of few contacts alone (compile/variants.c). A mask has its own loops, with
+ * those of open contacts off, its own groups, and its own order of their equations. It shares all else with the model
+ * in which all contacts are closed. The groups of that model have dense matrices, which factor any subset of their
  * equations.
  *
  * The number of independent equations of a group follows from the state at which contacts close, which satisfies these
@@ -27,16 +27,21 @@
  * relative to their scales. */
 static const double near = 0.01, closed = 1e-9;
 
-KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n)
+KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects)
 
 static const kt_model *closed_model(const kt_model *model) {
     const bool masks = KT_HAS_LOOPS && model->variants != NULL && model->variants->switches.masked != 0;
     return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;
 }
 
+/* The effects of a mask that differ from those of the model in which all contacts are closed, and what follows them. */
+static size_t count_of_effects(const kt_model *all) {
+    return all->variants->switches.back != 0 ? all->n.effect + all->n.effect_off : 0;
+}
+
 size_t kt_mask_size(const kt_model *model) {
     const kt_model *all = closed_model(model);
-    return all != NULL ? lay_out(NULL, &all->n) : 0;
+    return all != NULL ? lay_out(NULL, &all->n, count_of_effects(all)) : 0;
 }
 
 /* The count of the ranks and usual sizes of all groups, and of the weights. */
@@ -49,7 +54,7 @@ size_t kt_mask_ranks_size(const kt_model *model) {
 
 kt_mask *kt_mask_init(const kt_model *model, void *memory) {
     const kt_model *all = closed_model(model);
-    return all != NULL && lay_out(memory, &all->n) > 0 ? memory : NULL;
+    return all != NULL && lay_out(memory, &all->n, count_of_effects(all)) > 0 ? memory : NULL;
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
@@ -83,6 +88,27 @@ static void set_slip(kt_mask *mask) {
         contact->slips = slips ? contact->rubs : 0;
         if (contact->slips > 0)
             kt_slip_add(model);
+    }
+}
+
+/* Sets the directions of friction of joints: forwards, backwards, or no force if it sticks or is released. */
+static void set_friction(kt_mask *mask, uint64_t set) {
+    kt_model *model = &mask->model;
+    const size_t count = count_of_effects(mask->all);
+    if (count == 0)
+        return;
+    memcpy(mask->effect, mask->all->effect, count * sizeof *mask->effect);
+    model->effect = mask->effect;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const int effect = model->loop[i].friction - 1;
+        if (effect < 0 || model->loop[i].type != KT_LOOP_RATES)
+            continue;
+        const bool is_back = (set & kt_switch_bits(model, kt_effect_switch(model, effect))) != 0;
+        for (size_t k = 0; k < count; k++)
+            if (mask->effect[k].source == effect) {
+                mask->effect[k].idle = (set & kt_switch_bits(model, kt_loop_switch(model, (int)i))) != 0;
+                mask->effect[k].direction = is_back ? -1.0 : 1.0;
+            }
     }
 }
 
@@ -156,6 +182,7 @@ void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set) {
     model->slot = mask->slot;
     model->weight = mask->weight;
     set_loops(mask);
+    set_friction(mask, set);
     set_slip(mask);
     set_groups(mask);
     kt_model_seal(model);

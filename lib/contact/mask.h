@@ -5,10 +5,12 @@
 
 #include "model/model.h"
 
-/* Every array: type, name, count, meaning. n: of the model in which all contacts are closed. */
+/* Every array: type, name, count, meaning. n: of the model in which all contacts are closed; effects: their number if
+ * friction of joints sticks, or 0. */
 #define KT_MASK_FIELDS(X)                                                                                              \
     X(kt_loop_record, loop, n->loop, "those of contacts that are open are off")                                        \
-    X(bool, open, n->loop, "whether it is a contact that is open, an input")                                           \
+    X(bool, open, n->loop, "whether it is a contact that is open, or friction that does not stick, an input")          \
+    X(kt_effect_record, effect, effects, "friction of joints has the direction of the set")                            \
     X(kt_group, group, n->group, "of the loops that are on")                                                           \
     X(int, group_loop, n->loop, "these loops, group by group")                                                         \
     X(int32_t, slot, n->row, "of their equations")                                                                     \

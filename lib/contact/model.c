@@ -13,8 +13,9 @@ static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
  * that the model lacks, or if no contacts are masked. */
 static const kt_model *all_closed(const kt_simulation *simulation, uint64_t set) {
     const kt_variants *variants = simulation->model->variants;
-    return variants != NULL && variants->switches.masked != 0 ? compiled(simulation, set | variants->switches.masked)
-                                                              : NULL;
+    return variants != NULL && variants->switches.masked != 0
+               ? compiled(simulation, (set | variants->switches.masked) & ~variants->switches.back)
+               : NULL;
 }
 
 static kt_mask *contact_mask_of(const kt_simulation *simulation, int k) {
@@ -30,8 +31,7 @@ static void set_open(const kt_simulation *simulation, kt_mask *mask, const kt_co
     const struct kt_contacts *c = simulation->contacts;
     kt_clear(mask->open, simulation->model->n.loop * sizeof *mask->open);
     for (int k = 0; k < c->n; k++)
-        if (k < c->sides || kt_contact_rubs(c, k))
-            mask->open[c->item[k].loop] = from != NULL ? !from[k].closed : c->item[k].next != KT_CONTACT_ON;
+        mask->open[c->item[k].loop] = from != NULL ? !from[k].closed : c->item[k].next != KT_CONTACT_ON;
 }
 
 /* Whether the simulation runs on the model in which contacts are as they are to be. */
@@ -53,18 +53,38 @@ void kt_contacts_init_masks(kt_simulation *simulation) {
         (void)kt_mask_init(simulation->model, contact_mask_of(simulation, k));
 }
 
+/* Makes a mask of a set in which contacts are as they are to be. q: a position at which its loops are closed. */
+static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const kt_model *all, uint64_t set,
+                                 const double *q) {
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    set_open(simulation, mask, NULL);
+    kt_mask_make(mask, all, set);
+    kt_data_rebind(&mask->model, simulation->data);
+    kt_mask_rank(mask, simulation->data, t, q);
+    return &mask->model;
+}
+
 const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
     const uint64_t set = kt_contacts_set(simulation);
     const kt_model *model = is_present(simulation, set) ? simulation->model : compiled(simulation, set);
-    if (model != NULL)
-        return model;
     kt_mask *mask = tried ? contact_mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
-    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
-    set_open(simulation, mask, NULL);
-    kt_mask_make(mask, all_closed(simulation, set), set);
-    kt_data_rebind(&mask->model, simulation->data);
-    kt_mask_rank(mask, simulation->data, t, kt_integrator_state(simulation->integrator));
-    return &mask->model;
+    return model != NULL ? model
+                         : make_mask(simulation, mask, all_closed(simulation, set), set,
+                                     kt_integrator_state(simulation->integrator));
+}
+
+const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set, const double *q) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = compiled(simulation, set), *all = model == NULL ? all_closed(simulation, set) : NULL;
+    for (int k = 0; k < c->n && all != NULL; k++)
+        c->item[k].next = KT_CONTACT_OFF;
+    if (all == NULL)
+        return model;
+    model = make_mask(simulation, spare(simulation), all, set, q != NULL ? q : all->q0);
+    kt_data_rebind(simulation->model, simulation->data);
+    simulation->contact_calls->follow(simulation);
+    simulation->cached = KT_CACHED_NOTHING;
+    return model;
 }
 
 const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,

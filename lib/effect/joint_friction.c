@@ -42,7 +42,7 @@ static kt_real joint_friction_force(const kt_effect_record *effect, const double
     }
 #if KT_HAS_SWITCHES
     if (effect->direction != 0.0) { /* it slips, and this is the sign of v, which may have just become zero */
-        const kt_real slipping = -effect->direction * dry - effect->viscous * v;
+        const kt_real slipping = effect->idle ? kt_real_of(0.0) : -effect->direction * dry - effect->viscous * v;
         if (balance)
             *balance = (kt_effect_power){.dissipated = -slipping * v};
         return slipping;
@@ -73,7 +73,11 @@ static void joint_friction_jacobian(const kt_effect_record *effect, const double
         dry += more;
         change = -2.0 * more * ratio / effect->stribeck;
     }
-    derivative[0] = 0.0;
+    derivative[0] = derivative[1] = 0.0;
+#if KT_HAS_SWITCHES
+    if (effect->idle)
+        return;
+#endif
     derivative[1] = -change * sign - dry * (1.0 - sign * sign) / effect->smoothing - effect->viscous;
 }
 #endif

@@ -42,7 +42,8 @@ static kt_model *copy_variants(const kt_model *model, void *memory) {
     if (index >= 0)
         return kt_variants_model(to, (uint64_t)index);
     /* a set within a mask: the model without contacts */
-    return kt_variants_model(to, (uint64_t)kt_switches_index(&to->switches, model->set & ~to->switches.masked));
+    return kt_variants_model(
+        to, (uint64_t)kt_switches_index(&to->switches, model->set & ~(to->switches.masked | to->switches.back)));
 }
 #endif
 

@@ -301,6 +301,7 @@ typedef struct kt_effect_record {
     int32_t loops;    /* their number */
     bool disc;        /* contact: of the rim of a disc, not of a sphere */
     double direction; /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
+    bool idle;        /* joint_friction that sticks or is released, in a mask: it exerts no force */
 #endif
     kt_relative_record relative;
     int32_t path_point, path_count;     /* expression along a path: in model->path_point; 0: it is along none */

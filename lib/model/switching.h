@@ -12,10 +12,10 @@ typedef struct kt_switch {
 /* The most switches that each have a bit in a set. With more switches, contacts share the two bits above. */
 enum { KT_SWITCH_BITS = 62 };
 
-/* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more than a few switches
- * of contacts (kt_model_options.contact_switches), these are masked. Then each set of the other switches has two
- * models, one with no contact and one with all contacts. A simulation makes the sets between from the second one
- * (contact/mask.h).
+/* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more than a few
+ * switches of contacts (kt_model_options.contact_switches), these are masked. Then each set of the other switches has
+ * two models, one with no contact and one with all contacts. A simulation makes the sets between from the second one
+ * (contact/mask.h). Friction of a joint that sticks is one of the contacts; in the model of none, it slips forwards.
  *
  * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more, the masked ones come
  * last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */
@@ -23,6 +23,8 @@ typedef struct kt_switches {
     int32_t count;
     int32_t own;     /* the first switches, which have a bit each */
     uint64_t masked; /* bits of contacts whose sets have no models of their own; 0: all sets have */
+    uint64_t back;   /* bits of effects: masked friction of joints that slips backwards, or with its loop is released.
+                        No set with one of these has a model of its own */
 } kt_switches;
 
 static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (uint64_t)3 << 62;
@@ -56,7 +58,7 @@ static inline bool kt_switches_has(const kt_switches *of, uint64_t set, int k) {
 static inline uint64_t kt_switches_models(const kt_switches *of) {
     int count = of->masked != 0;
     for (int k = 0; k < of->own; k++)
-        count += (of->masked >> k & 1) == 0;
+        count += ((of->masked | of->back) >> k & 1) == 0;
     return (uint64_t)1 << count;
 }
 
@@ -64,7 +66,7 @@ static inline uint64_t kt_switches_set(const kt_switches *of, uint64_t index) {
     uint64_t set = 0;
     int bit = 0;
     for (int k = 0; k < of->own; k++)
-        if ((of->masked >> k & 1) == 0)
+        if (((of->masked | of->back) >> k & 1) == 0)
             set |= (index >> bit++ & 1) << k;
     return set | ((index >> bit & 1) != 0 ? of->masked : 0);
 }
@@ -74,10 +76,10 @@ static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     const uint64_t contacts = set & of->masked, known = (((uint64_t)1 << of->own) - 1) | of->masked;
     uint64_t index = 0;
     int bit = 0;
-    if ((set & ~known) != 0 || (contacts != 0 && contacts != of->masked))
+    if ((set & ~known) != 0 || (set & of->back) != 0 || (contacts != 0 && contacts != of->masked))
         return -1;
     for (int k = 0; k < of->own; k++)
-        if ((of->masked >> k & 1) == 0)
+        if (((of->masked | of->back) >> k & 1) == 0)
             index |= (set >> k & 1) << bit++;
     return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
 }

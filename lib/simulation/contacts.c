@@ -95,7 +95,7 @@ static void open_all(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
                          (simulation->memory.released & simulation->contact_friction);
     if (set != simulation->model->set)
-        kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, NULL));
     simulation->memory.set = set;
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
@@ -346,6 +346,7 @@ static bool rest(kt_simulation *simulation, size_t k) {
 static const kt_contact_calls calls = {.rest = rest,
                                        .ends = kt_contact_slip_ends,
                                        .open = open_all,
+                                       .model = kt_contacts_open_model,
                                        .resolve = resolve_contacts,
                                        .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,

@@ -198,7 +198,8 @@ static double inclination_of(const kt_loop_record *loop, const kt_link_kinematic
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error) {
     if (error == NULL) /* no message is needed */
         return status;
-    const kt_model *model = simulation->model, *all = kt_model_switched(model, model->set | simulation->contact_mask);
+    const kt_model *model = simulation->model, *closed = kt_variants_closed(model);
+    const kt_model *all = closed != NULL ? closed : model;
     const double *y = kt_integrator_state(simulation->integrator);
     const kt_error from = *error;
     double least = flat;

@@ -264,7 +264,7 @@ const struct kt_leap kt_moreau_leap = {leap, accept_moreau};
 static void take_open_model(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) | simulation->contact_friction;
     if (set != simulation->model->set)
-        kt_simulation_take_model(simulation, kt_model_switched(simulation->model, set));
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, NULL));
     simulation->memory.set = set;
 }
 
@@ -296,6 +296,7 @@ static bool rest_never(kt_simulation *simulation, size_t k) {
 
 const kt_contact_calls kt_moreau_calls = {.rest = rest_never,
                                           .open = begin_anew,
+                                          .model = kt_contacts_open_model,
                                           .resolve = commit_steps,
                                           .follow = follow_nothing,
                                           .check = check_nothing,

@@ -81,6 +81,7 @@ static void set_law(const kt_simulation *simulation, int i, double h) {
 /* The dry force of a joint that slips at the rate v: that of its effect, without the viscous part. */
 static double dry_force_of(const kt_simulation *simulation, const kt_contact *item, double v) {
     kt_effect_record effect = *kt_effect_record_find(simulation->model, item->effect);
+    effect.idle = false;
     if (fabs(v) <= kt_contact_resting)
         return kt_contact_limit(simulation->model, item);
     effect.direction = v > 0.0 ? 1.0 : -1.0;

@@ -99,13 +99,19 @@ static kt_status close_switched_state(kt_simulation *simulation, kt_simulation_e
     return KT_OK;
 }
 
+static const kt_model *model_of_set(kt_simulation *simulation, uint64_t set) {
+    return simulation->contacts == NULL
+               ? kt_model_switched(simulation->model, set)
+               : simulation->contact_calls->model(simulation, set, kt_integrator_state(simulation->integrator));
+}
+
 kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     const kt_model *from = simulation->model;
     set &= ~simulation->contact_mask; /* contacts close and open on their own */
     set |= simulation->memory.released & simulation->contact_friction;
-    const kt_model *to = simulation->transformation == NULL ? kt_model_switched(from, set) : NULL;
+    const kt_model *to = simulation->transformation == NULL ? model_of_set(simulation, set) : NULL;
     kt_simulation_energy before, after = {0.0, 0.0};
     if (to == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_switch",

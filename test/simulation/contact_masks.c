@@ -90,6 +90,11 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
     run.step = step;
     run.duration = 100.0;
     run.relative = run.absolute = 1e-11;
+    if (method != NULL && strcmp(method, "steps") == 0) { /* time stepping */
+        options.contact = KT_CONTACT_STEPS;
+        run.integrator = NULL;
+        run.step = 1e-3;
+    }
     options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION;
     return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
@@ -321,6 +326,111 @@ KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
     kt_check_worst(&rate);
     kt_check_equal_int("failed", failed, 0);
     kt_check_equal_int("impacts", impacts > 50, 1);
+}
+
+/* ---- friction of joints ------------------------------------------------------------------------------------------ */
+
+/* Sliders with dry friction, half of which slip backwards. The last one is released at first. */
+static void scene_sliders(scene *s, int sliders) {
+    scene_make(s);
+    for (int i = 0; i < sliders; i++) {
+        kt_body *body = add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0));
+        kt_effect *friction = add_effect(s, KT_EFFECT_JOINT_FRICTION);
+        body->joint.velocity[0] = (i % 2 == 0 ? 1.0 : -1.0) * (0.5 + 0.2 * i);
+        friction->joint = body->name;
+        friction->coulomb = 1.0 + 0.2 * i;
+        friction->stribeck = 0.0;
+        friction->restitution = kt_effect_default().restitution;
+        friction->stick = true;
+        friction->switching = i == sliders - 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
+    }
+}
+
+/* A slider comes to rest after v^2 / (2 C). The one that is released goes on until it is engaged. At that time, the
+ * second of many is released, and goes on at its speed. */
+static void check_friction(int sliders, const char *method) {
+    const double engaged = 0.55, last_time = 2.0;
+    scene s;
+    scene_sliders(&s, sliders);
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, method, 0.0);
+    kt_error error = {0};
+    kt_status status = simulation != NULL ? kt_simulation_advance(simulation, engaged, &error) : KT_ERROR_MEMORY;
+    const double energy = status == KT_OK ? kt_scene_balance(simulation) : 0.0;
+    if (status == KT_OK) {
+        const int last = kt_effect_stick(model, sliders - 1);
+        kt_check_equal_int("released", kt_simulation_released(simulation) != 0, 1);
+        kt_check_equal_int("its switch",
+                           kt_simulation_released(simulation) == kt_switch_bits(model, kt_loop_switch(model, last)), 1);
+        const int second = sliders > 1 ? kt_loop_switch(model, kt_effect_stick(model, 1)) : -1;
+        status = kt_simulation_release(simulation, kt_switch_bits(model, second), &error);
+    }
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, last_time, &error);
+    kt_worst place = kt_worst_make("place, m"), rate = kt_worst_make("rate, m/s");
+    for (int i = 0; kt_fine(method, status, &error) && i < sliders; i++) {
+        const double v = s.body[i].joint.velocity[0], C = copysign(s.effect[i].coulomb, v), left = v - C * engaged;
+        const double far = 0.5 * (v + left) * engaged + left * (last_time - engaged);
+        const double path = i == 1 ? far : 0.5 * v * v / C;
+        const int at = kt_body_coordinates(model, kt_body_find(model, s.name[i])).q;
+        kt_worst_near(&place, kt_simulation_positions(simulation)[at], path + (i == sliders - 1 ? engaged * v : 0.0),
+                      1e-9, "slider %d", i);
+        kt_worst_near(&rate, kt_simulation_velocities(simulation)[at], i == 1 ? left : 0.0, i == 1 ? 1e-12 : 0.0,
+                      "slider %d", i);
+    }
+    if (status == KT_OK)
+        kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-9);
+    kt_check_worst(&place);
+    kt_check_worst(&rate);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(friction_of_one_joint_or_of_many_stops_them) {
+    static const char *const methods[] = {"dopri5", "radau5", "auto"};
+    for (int m = 0; m < 3; m++) {
+        check_friction(1, methods[m]);
+        check_friction(12, methods[m]);
+    }
+}
+
+KT_TEST(friction_that_sticks_in_more_joints_than_bits_is_rejected) {
+    scene s;
+    scene_sliders(&s, 32);
+    kt_scene_check_rejected("32 joints", &s.description, "friction that sticks in joints needs 64 switches");
+}
+
+/* A chain of three joints with friction swings, sticks and slips by models of sets and by masks alike. */
+KT_TEST(masks_move_joints_with_friction_as_the_models_of_their_sets_do) {
+    static const char *const methods[] = {"dopri5", "radau5", "steps"};
+    for (int n = 0; n < 6; n++) {
+        kt_random random = kt_random_named("joints");
+        scene s;
+        kt_loop none;
+        end few, many;
+        for (int i = 0; i <= n; i++)
+            scene_tree(&s, &none, &random);
+        s.description.effect_count = s.description.loop_count = 0;
+        for (int i = 0; i < LINKS; i++) {
+            kt_effect *friction = add_effect(&s, KT_EFFECT_JOINT_FRICTION);
+            friction->joint = s.name[i];
+            friction->coulomb = kt_random_uniform(&random, 0.5, 4.0);
+            friction->breakaway = friction->coulomb * kt_random_uniform(&random, 1.0, 1.5);
+            friction->stribeck = 0.0;
+            friction->viscous = 0.1;
+            friction->restitution = kt_effect_default().restitution;
+            friction->stick = true;
+        }
+        const bool fine = run(&s, KT_SWITCH_MAX, 1.5, methods[n % 3], &few) && run(&s, 0, 1.5, methods[n % 3], &many);
+        kt_check_equal_int("runs", fine, 1);
+        for (int i = 0; fine && i < LINKS; i++) {
+            kt_check_near("position", many.q[i], few.q[i], 1e-7);
+            kt_check_near("rate", many.v[i], few.v[i], 1e-6);
+        }
+        if (fine)
+            kt_note("%llu sticks, %llu slips", (unsigned long long)many.counts.sticks,
+                    (unsigned long long)many.counts.slips);
+    }
 }
 
 /* ---- models ------------------------------------------------------------------------------------------------------ */
