@@ -152,12 +152,13 @@ static kt_status try_watched_step(kt_simulation *simulation, double t_limit, kt_
 static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
 #if KT_HAS_EVENTS
     kt_retry retry = {.t_limit = t_limit};
-    if (simulation->contacts != NULL)
+    const bool retries = simulation->contacts != NULL && simulation->contact_calls->retry != NULL;
+    if (retries)
         simulation->contact_calls->limit(simulation, &t_limit);
 #endif
     kt_status status = try_watched_step(simulation, t_limit, error);
 #if KT_HAS_EVENTS
-    while (status != KT_OK && simulation->contacts != NULL && !simulation->integrator->used_up &&
+    while (status != KT_OK && retries && !simulation->integrator->used_up &&
            simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
         simulation->cause.code = error->code = KT_OK;
         status = try_watched_step(simulation, t_limit, error);
