@@ -181,8 +181,10 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
                           .tau = simulation->tau,
                           .external = simulation->external,
                           .unprojected = simulation->unprojected};
-    if (KT_HAS_SWITCHES && (simulation->model != m->model || simulation->size.mask > 0))
-        kt_data_rebind(simulation->model, m->data); /* a mask may have changed in its place */
+    const kt_variants *variants = simulation->model->variants;
+    const bool masks = KT_HAS_SWITCHES && variants != NULL && variants->switches.masked != 0;
+    if (KT_HAS_SWITCHES && (simulation->model != m->model || masks)) /* a mask may have changed in its place */
+        kt_data_rebind(simulation->model, m->data);
     m->model = simulation->model;
     kt_auxiliary_states_put(m->model, m->data, m->start);
     kt_step_work w;
