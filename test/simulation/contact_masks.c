@@ -1,5 +1,4 @@
-/* Hard contacts, stops and ropes whose sets have no models of their own: the same motion as by these, and closed forms.
- */
+/* Hard contacts, stops and ropes whose sets have no models of their own: closed forms, memory and checkpoints. */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -11,50 +10,17 @@
 
 #include "check.h"
 #include "interpose.h"
+#include "masks.h"
 #include "scenes.h"
 
-enum { FEET = 8, SLIDERS = 8, LINKS = 4, MOST = 400, EFFECTS = MOST + 24, BODIES = MOST + 24 };
-static const double g = 9.81;
-
-typedef struct scene {
-    kt_body body[BODIES];
-    kt_marker marker[MOST];
-    kt_effect effect[EFFECTS];
-    char name[BODIES + MOST][8];
-    kt_description description;
-} scene;
-
-static void scene_make(scene *s) {
-    *s = (scene){.description = kt_description_default()};
-    s->description.bodies = s->body;
-    s->description.effects = s->effect;
-    s->description.gravity = kt_vec3_make(0.0, 0.0, -g);
-}
-
-static kt_body *add_body(scene *s, kt_joint_type type, kt_vec3 axis) {
-    const int i = s->description.body_count++;
-    (void)snprintf(s->name[i], sizeof s->name[i], "b%d", i);
-    s->body[i] = kt_body_default();
-    s->body[i].name = s->name[i];
-    s->body[i].joint.type = type;
-    s->body[i].joint.axis = axis;
-    s->body[i].mass = 1.0;
-    return &s->body[i];
-}
-
-static kt_effect *add_effect(scene *s, kt_effect_type type) {
-    kt_effect *effect = &s->effect[s->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
-    effect->restitution = 0.0;
-    return effect;
-}
+enum { FEET = 8, SLIDERS = 8, MOST = MASKS_CONTACTS };
+static const double g = MASKS_GRAVITY;
 
 /* Sliders that never come to their stops, two each. */
-static void add_far_stops(scene *s, int count) {
+static void add_far_stops(masks_scene *s, int count) {
     for (int i = 0; i < count; i++) {
-        const char *name = add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0))->name;
-        kt_effect *stop = add_effect(s, KT_EFFECT_JOINT_LIMIT);
+        const char *name = masks_add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0))->name;
+        kt_effect *stop = masks_add_effect(s, KT_EFFECT_JOINT_LIMIT);
         stop->joint = name;
         stop->lower = -100.0;
         stop->upper = 100.0;
@@ -62,9 +28,9 @@ static void add_far_stops(scene *s, int count) {
 }
 
 /* A plate on feet in a circle below it. */
-static void scene_plate(scene *s, int feet, double friction) {
-    scene_make(s);
-    kt_body *plate = add_body(s, KT_JOINT_FREE, kt_vec3_make(0.0, 0.0, 1.0));
+static void scene_plate(masks_scene *s, int feet, double friction) {
+    masks_make(s);
+    kt_body *plate = masks_add_body(s, KT_JOINT_FREE, kt_vec3_make(0.0, 0.0, 1.0));
     plate->inertia.xx = plate->inertia.yy = 0.1;
     plate->inertia.zz = 0.2;
     plate->markers = s->marker;
@@ -72,31 +38,15 @@ static void scene_plate(scene *s, int feet, double friction) {
     plate->joint.position[2] = 0.1;
     for (int i = 0; i < feet; i++) {
         const double angle = 6.283185307179586 * i / feet;
-        char *name = s->name[BODIES + i];
+        char *name = s->name[MASKS_BODIES + i];
         (void)snprintf(name, sizeof s->name[0], "p%d", i);
         s->marker[i] = (kt_marker){.name = name, .at = kt_vec3_make(0.3 * cos(angle), 0.3 * sin(angle), -0.1)};
-        kt_effect *foot = add_effect(s, KT_EFFECT_CONTACT);
+        kt_effect *foot = masks_add_effect(s, KT_EFFECT_CONTACT);
         foot->name = name;
         foot->between[0].body = plate->name;
         foot->between[0].marker = name;
         foot->friction = friction;
     }
-}
-
-static kt_simulation *start(const kt_model *model, const char *method, double step) {
-    kt_run run = kt_run_default();
-    kt_simulation_options options = kt_simulation_options_default();
-    run.integrator = method;
-    run.step = step;
-    run.duration = 100.0;
-    run.relative = run.absolute = 1e-11;
-    if (method != NULL && strcmp(method, "steps") == 0) { /* time stepping */
-        options.contact = KT_CONTACT_STEPS;
-        run.integrator = NULL;
-        run.step = 1e-3;
-    }
-    options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION;
-    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
@@ -106,13 +56,14 @@ static kt_simulation *start(const kt_model *model, const char *method, double st
 KT_TEST(plate_on_eight_feet_slides_to_rest) {
     static const char *const methods[] = {"dopri5", "rk4", "radau5", "auto", NULL};
     const double mu = 0.3, v0 = 1.2, path = v0 * v0 / (2.0 * mu * g), time = v0 / (mu * g);
-    scene s;
+    masks_scene s;
     scene_plate(&s, FEET, mu);
     s.body[0].joint.velocity[0] = 0.6 * v0;
     s.body[0].joint.velocity[1] = -0.8 * v0;
     kt_model *model = kt_scene_compile(&s.description);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
-        kt_simulation *simulation = start(model, methods[m], methods[m] && strcmp(methods[m], "rk4") == 0 ? 0.01 : 0.0);
+        kt_simulation *simulation =
+            masks_start(model, methods[m], methods[m] && strcmp(methods[m], "rk4") == 0 ? 0.01 : 0.0);
         kt_error error = {0};
         const double energy = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
         const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, 1.0, &error) : KT_ERROR_MEMORY;
@@ -146,7 +97,7 @@ KT_TEST(plate_on_eight_feet_slides_to_rest) {
 KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
     static const char *const methods[] = {"dopri5", "radau5", "auto"};
     for (int feet = 6; feet <= 8; feet += 2) {
-        scene s;
+        masks_scene s;
         scene_plate(&s, feet, 0.3);
         s.body[0].joint.position[2] = 0.22;
         s.body[0].joint.velocity[0] = 1.0;
@@ -157,7 +108,7 @@ KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
             s.effect[i].restitution = 0.3;
         kt_model *model = kt_scene_compile(&s.description);
         for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
-            kt_simulation *simulation = start(model, methods[m], 0.0);
+            kt_simulation *simulation = masks_start(model, methods[m], 0.0);
             kt_error error = {0};
             const double energy = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
             kt_status status = KT_ERROR_MEMORY;
@@ -187,11 +138,11 @@ KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
 /* Sliders fall on stops of their own: between impacts parabolas, of which each is lower by e^2. */
 static void check_sliders(int sliders) {
     const double end = 1.5;
-    scene s;
-    scene_make(&s);
+    masks_scene s;
+    masks_make(&s);
     for (int i = 0; i < sliders; i++) {
-        kt_body *body = add_body(&s, KT_JOINT_PRISMATIC, kt_vec3_make(0.0, 0.0, 1.0));
-        kt_effect *stop = add_effect(&s, KT_EFFECT_JOINT_LIMIT);
+        kt_body *body = masks_add_body(&s, KT_JOINT_PRISMATIC, kt_vec3_make(0.0, 0.0, 1.0));
+        kt_effect *stop = masks_add_effect(&s, KT_EFFECT_JOINT_LIMIT);
         body->joint.position[0] = 0.3 + 0.05 * (i % SLIDERS) + 1e-4 * i;
         stop->joint = body->name;
         stop->lower = 0.0;
@@ -199,7 +150,7 @@ static void check_sliders(int sliders) {
         stop->restitution = i % SLIDERS < 4 ? 0.0 : 0.5 + 0.03 * (i % SLIDERS);
     }
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = start(model, "dopri5", 0.0);
+    kt_simulation *simulation = masks_start(model, "dopri5", 0.0);
     kt_error error = {0};
     kt_worst place = kt_worst_make("height, m"), rate = kt_worst_make("rate, m/s");
     const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, end, &error) : KT_ERROR_MEMORY;
@@ -228,211 +179,6 @@ KT_TEST(eight_sliders_bounce_each_by_its_own_restitution) { check_sliders(SLIDER
 /* More than 62 contacts share two bits of a set. */
 KT_TEST(seventy_sliders_bounce_each_by_its_own_restitution) { check_sliders(70); }
 
-/* ---- against the models of sets ---------------------------------------------------------------------------------- */
-
-/* A tree of links with a stop each, a foot with friction, and perhaps a slack rope: seven switches. */
-static void scene_tree(scene *s, kt_loop *loop, kt_random *random) {
-    scene_make(s);
-    for (int i = 0; i < LINKS; i++) {
-        double axis[3];
-        kt_random_direction(random, 3, axis);
-        const kt_joint_type type = kt_random_int(random, 0, 3) == 0 ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
-        kt_body *body = add_body(s, type, kt_vec3_make(axis[0], axis[1], axis[2]));
-        body->parent = i > 0 ? s->name[kt_random_int(random, 0, i - 1)] : NULL;
-        body->joint.at = kt_vec3_make(i > 0 ? 0.5 : 0.0, 0.0, 0.0);
-        body->joint.velocity[0] = kt_random_uniform(random, -2.0, 2.0);
-        body->mass = kt_random_uniform(random, 0.3, 2.0);
-        body->com = kt_vec3_make(kt_random_uniform(random, -0.4, 0.4), kt_random_uniform(random, -0.4, 0.4), 0.2);
-        body->inertia.xx = body->inertia.yy = body->inertia.zz = kt_random_uniform(random, 0.05, 0.3);
-        kt_effect *stop = add_effect(s, KT_EFFECT_JOINT_LIMIT);
-        stop->joint = body->name;
-        stop->lower = -kt_random_uniform(random, 0.1, 1.0);
-        stop->restitution = kt_random_int(random, 0, 2) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.9);
-    }
-    kt_effect *foot = add_effect(s, KT_EFFECT_CONTACT);
-    foot->between[0] = (kt_end){.body = s->name[LINKS - 1], .at = kt_vec3_make(0.4, 0.1, 0.0)};
-    foot->between[1].at = kt_vec3_make(0.0, 0.0, -kt_random_uniform(random, 1.2, 1.8));
-    foot->friction = kt_random_uniform(random, 0.1, 0.8);
-    foot->restitution = kt_random_int(random, 0, 1) == 0 ? 0.0 : 0.3;
-    *loop = kt_loop_default();
-    loop->name = "rope";
-    loop->type = KT_LOOP_DISTANCE;
-    loop->slack = true;
-    loop->between[0].at = kt_vec3_make(0.3, 0.2, 2.0);
-    loop->between[1] = (kt_end){.body = s->name[LINKS - 1], .at = kt_vec3_make(0.2, 0.0, 0.0)};
-    loop->function = kt_function_constant(kt_random_uniform(random, 3.0, 4.0));
-    s->description.loops = loop;
-    s->description.loop_count = kt_random_int(random, 0, 1);
-}
-
-typedef struct end {
-    double q[LINKS], v[LINKS], reaction[LINKS];
-    kt_contact_counts counts;
-} end;
-
-/* The motion to the end of the first interval behind an impact, at which events have happened; false where it fails.
- * switches: up to so many of contacts have a model of each set. */
-static bool run(const scene *s, int switches, double time, const char *method, end *to) {
-    kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
-    kt_error error = {0};
-    kt_record record = {0};
-    options.contact_switches = switches;
-    (void)kt_fine("model", kt_model_compile(&s->description, &options, &model, &error), &error);
-    kt_simulation *simulation = start(model, method, 0.0);
-    kt_status status = simulation != NULL ? kt_simulation_advance(simulation, time, &error) : KT_ERROR_MEMORY;
-    if (status == KT_OK)
-        status = kt_simulation_sense(simulation, &record, &error);
-    if (status != KT_OK)
-        kt_note("%s: %s", error.where, error.message);
-    for (int i = 0; status == KT_OK && i < LINKS; i++) {
-        const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, s->name[i]));
-        to->q[i] = kt_simulation_positions(simulation)[at.q];
-        to->v[i] = kt_simulation_velocities(simulation)[at.v];
-    }
-    for (int i = 0, k = 0; status == KT_OK && i < kt_loop_count(model) && k < LINKS; i++)
-        if (kt_loop_side(model, i) != KT_SIDE_NONE)
-            to->reaction[k++] = kt_vec3_norm(record.loop_reactions[i].force);
-    to->counts = kt_simulation_contacts(simulation);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    return status == KT_OK;
-}
-
-/* The same trees, whose sets of contacts have models or are masks: the same motion. */
-KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
-    static const char *const methods[] = {"dopri5", "dop853", "radau5"};
-    kt_random random = kt_random_named("masks");
-    kt_worst place = kt_worst_make("positions, m and rad"), rate = kt_worst_make("rates, m/s and rad/s");
-    unsigned long long impacts = 0, sticks = 0;
-    int failed = 0;
-    for (int n = 0; n < 24; n++) {
-        scene s;
-        kt_loop loop;
-        end few, many;
-        scene_tree(&s, &loop, &random);
-        bool fine = run(&s, KT_SWITCH_MAX, 0.7, methods[n % 3], &few);
-        fine = run(&s, 0, 0.7, methods[n % 3], &many) && fine;
-        failed += !fine;
-        for (int i = 0; fine && i < LINKS; i++) {
-            kt_worst_near(&place, many.q[i], few.q[i], 1e-7, "tree %d joint %d", n, i);
-            kt_worst_near(&rate, many.v[i], few.v[i], 1e-6, "tree %d joint %d", n, i);
-        }
-        impacts += fine ? many.counts.impacts : 0;
-        sticks += fine ? many.counts.sticks : 0;
-    }
-    kt_note("%llu impacts, %llu sticks", impacts, sticks);
-    kt_check_worst(&place);
-    kt_check_worst(&rate);
-    kt_check_equal_int("failed", failed, 0);
-    kt_check_equal_int("impacts", impacts > 50, 1);
-}
-
-/* ---- friction of joints ------------------------------------------------------------------------------------------ */
-
-/* Sliders with dry friction, half of which slip backwards. The last one is released at first. */
-static void scene_sliders(scene *s, int sliders) {
-    scene_make(s);
-    for (int i = 0; i < sliders; i++) {
-        kt_body *body = add_body(s, KT_JOINT_PRISMATIC, kt_vec3_make(1.0, 0.0, 0.0));
-        kt_effect *friction = add_effect(s, KT_EFFECT_JOINT_FRICTION);
-        body->joint.velocity[0] = (i % 2 == 0 ? 1.0 : -1.0) * (0.5 + 0.2 * i);
-        friction->joint = body->name;
-        friction->coulomb = 1.0 + 0.2 * i;
-        friction->stribeck = 0.0;
-        friction->restitution = kt_effect_default().restitution;
-        friction->stick = true;
-        friction->switching = i == sliders - 1 ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
-    }
-}
-
-/* A slider comes to rest after v^2 / (2 C). The one that is released goes on until it is engaged. At that time, the
- * second of many is released, and goes on at its speed. */
-static void check_friction(int sliders, const char *method) {
-    const double engaged = 0.55, last_time = 2.0;
-    scene s;
-    scene_sliders(&s, sliders);
-    kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = start(model, method, 0.0);
-    kt_error error = {0};
-    kt_status status = simulation != NULL ? kt_simulation_advance(simulation, engaged, &error) : KT_ERROR_MEMORY;
-    const double energy = status == KT_OK ? kt_scene_balance(simulation) : 0.0;
-    if (status == KT_OK) {
-        const int last = kt_effect_stick(model, sliders - 1);
-        kt_check_equal_int("released", kt_simulation_released(simulation) != 0, 1);
-        kt_check_equal_int("its switch",
-                           kt_simulation_released(simulation) == kt_switch_bits(model, kt_loop_switch(model, last)), 1);
-        const int second = sliders > 1 ? kt_loop_switch(model, kt_effect_stick(model, 1)) : -1;
-        status = kt_simulation_release(simulation, kt_switch_bits(model, second), &error);
-    }
-    if (status == KT_OK)
-        status = kt_simulation_advance(simulation, last_time, &error);
-    kt_worst place = kt_worst_make("place, m"), rate = kt_worst_make("rate, m/s");
-    for (int i = 0; kt_fine(method, status, &error) && i < sliders; i++) {
-        const double v = s.body[i].joint.velocity[0], C = copysign(s.effect[i].coulomb, v), left = v - C * engaged;
-        const double far = 0.5 * (v + left) * engaged + left * (last_time - engaged);
-        const double path = i == 1 ? far : 0.5 * v * v / C;
-        const int at = kt_body_coordinates(model, kt_body_find(model, s.name[i])).q;
-        kt_worst_near(&place, kt_simulation_positions(simulation)[at], path + (i == sliders - 1 ? engaged * v : 0.0),
-                      1e-9, "slider %d", i);
-        kt_worst_near(&rate, kt_simulation_velocities(simulation)[at], i == 1 ? left : 0.0, i == 1 ? 1e-12 : 0.0,
-                      "slider %d", i);
-    }
-    if (status == KT_OK)
-        kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-9);
-    kt_check_worst(&place);
-    kt_check_worst(&rate);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-}
-
-KT_TEST(friction_of_one_joint_or_of_many_stops_them) {
-    static const char *const methods[] = {"dopri5", "radau5", "auto"};
-    for (int m = 0; m < 3; m++) {
-        check_friction(1, methods[m]);
-        check_friction(12, methods[m]);
-    }
-}
-
-KT_TEST(friction_that_sticks_in_more_joints_than_bits_is_rejected) {
-    scene s;
-    scene_sliders(&s, 32);
-    kt_scene_check_rejected("32 joints", &s.description, "friction that sticks in joints needs 64 switches");
-}
-
-/* A chain of three joints with friction swings, sticks and slips by models of sets and by masks alike. */
-KT_TEST(masks_move_joints_with_friction_as_the_models_of_their_sets_do) {
-    static const char *const methods[] = {"dopri5", "radau5", "steps"};
-    for (int n = 0; n < 6; n++) {
-        kt_random random = kt_random_named("joints");
-        scene s;
-        kt_loop none;
-        end few, many;
-        for (int i = 0; i <= n; i++)
-            scene_tree(&s, &none, &random);
-        s.description.effect_count = s.description.loop_count = 0;
-        for (int i = 0; i < LINKS; i++) {
-            kt_effect *friction = add_effect(&s, KT_EFFECT_JOINT_FRICTION);
-            friction->joint = s.name[i];
-            friction->coulomb = kt_random_uniform(&random, 0.5, 4.0);
-            friction->breakaway = friction->coulomb * kt_random_uniform(&random, 1.0, 1.5);
-            friction->stribeck = 0.0;
-            friction->viscous = 0.1;
-            friction->restitution = kt_effect_default().restitution;
-            friction->stick = true;
-        }
-        const bool fine = run(&s, KT_SWITCH_MAX, 1.5, methods[n % 3], &few) && run(&s, 0, 1.5, methods[n % 3], &many);
-        kt_check_equal_int("runs", fine, 1);
-        for (int i = 0; fine && i < LINKS; i++) {
-            kt_check_near("position", many.q[i], few.q[i], 1e-7);
-            kt_check_near("rate", many.v[i], few.v[i], 1e-6);
-        }
-        if (fine)
-            kt_note("%llu sticks, %llu slips", (unsigned long long)many.counts.sticks,
-                    (unsigned long long)many.counts.slips);
-    }
-}
-
 /* ---- models ------------------------------------------------------------------------------------------------------ */
 
 /* Two models serve any number of contacts. Their memory grows by that of a contact for each. */
@@ -441,11 +187,11 @@ KT_TEST(models_of_contacts_grow_with_their_number) {
     for (int way = 0; way < 3; way++) {
         double size[4] = {0.0};
         for (int i = 0; i < 4; i++) {
-            scene s;
+            masks_scene s;
             if (way < 2)
                 scene_plate(&s, counts[i], way == 0 ? 0.0 : 0.4);
             else
-                scene_make(&s);
+                masks_make(&s);
             if (way == 2)
                 add_far_stops(&s, counts[i] / 2);
             kt_model *model = kt_scene_compile(&s.description);
@@ -466,7 +212,7 @@ KT_TEST(models_of_contacts_grow_with_their_number) {
 /* Options choose how many switches of contacts have models of all sets. */
 KT_TEST(options_make_models_of_all_sets) {
     for (int switches = 0; switches <= 4; switches += 2) {
-        scene s;
+        masks_scene s;
         kt_model_options options = kt_model_options_default();
         kt_model *model = NULL;
         kt_error error = {0};
@@ -492,7 +238,7 @@ KT_TEST(options_make_models_of_all_sets) {
 /* A checkpoint holds the origin of a mask. At any time, the simulation and its restored copy go on with the same
  * bits. */
 static void check_checkpoints(int feet) {
-    scene s;
+    masks_scene s;
     scene_plate(&s, feet, 0.4);
     s.body[0].joint.position[2] = 0.22;
     s.body[0].joint.velocity[0] = 1.0;
@@ -500,7 +246,7 @@ static void check_checkpoints(int feet) {
     for (int i = 0; i < feet; i++)
         s.effect[i].restitution = 0.3;
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *one = start(model, "dopri5", 0.0), *other = start(model, "dopri5", 0.0);
+    kt_simulation *one = masks_start(model, "dopri5", 0.0), *other = masks_start(model, "dopri5", 0.0);
     const size_t size = one != NULL ? kt_simulation_state_size(one) : 0;
     void *block = malloc(size + 1);
     kt_error error = {0};
@@ -536,7 +282,7 @@ KT_TEST(masks_of_shared_bits_go_on_from_a_checkpoint) { check_checkpoints(33); }
 
 /* A changed gravity takes effect while contacts are closed: the mask has it, too. */
 KT_TEST(masks_take_parameters_over) {
-    scene s;
+    masks_scene s;
     scene_plate(&s, 7, 0.5);
     kt_model *compiled = kt_scene_compile(&s.description), *model = NULL;
     const size_t size = kt_model_size(compiled);
@@ -546,7 +292,7 @@ KT_TEST(masks_take_parameters_over) {
     kt_record record = {0};
     const double lighter[3] = {0.0, 0.0, -1.5};
     kt_status status = memory != NULL ? kt_model_copy(compiled, memory, size, &model, &error) : KT_ERROR_MEMORY;
-    kt_simulation *simulation = status == KT_OK ? start(model, "dopri5", 0.0) : NULL;
+    kt_simulation *simulation = status == KT_OK ? masks_start(model, "dopri5", 0.0) : NULL;
     status = simulation != NULL ? kt_simulation_advance(simulation, 0.1, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
         status = kt_parameter_find(model, "gravity", &gravity, &error);
@@ -581,7 +327,7 @@ KT_TEST(simulations_grow_with_the_number_of_contacts) {
         run.step = stepping ? 1e-3 : 0.0;
         options.contact = stepping ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
         for (int i = 0; i < 3; i++) {
-            scene s;
+            masks_scene s;
             scene_plate(&s, feet[i], way < 2 ? 0.4 : 0.0);
             kt_model *model = kt_scene_compile(&s.description);
             size[i] = (double)kt_simulation_size(model, &run, &options);
@@ -601,12 +347,12 @@ KT_TEST(plate_on_many_feet_slides_as_on_three) {
     static const int feet[] = {32, 33, 70, MOST, 70, MOST};
     for (int i = 0; i < 6; i++) {
         const bool slides = i < 4;
-        scene s;
+        masks_scene s;
         scene_plate(&s, feet[i], slides ? mu : 0.0);
         s.body[0].joint.velocity[0] = 0.6 * v0;
         s.body[0].joint.velocity[1] = -0.8 * v0;
         kt_model *model = kt_scene_compile(&s.description);
-        kt_simulation *simulation = start(model, "dopri5", 0.0);
+        kt_simulation *simulation = masks_start(model, "dopri5", 0.0);
         kt_error error = {0};
         const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, 1.0, &error) : KT_ERROR_MEMORY;
         kt_note("%d feet", feet[i]);
@@ -634,7 +380,7 @@ KT_TEST(plate_falls_on_many_feet_at_once) {
         run.duration = 1.0;
         run.relative = run.absolute = 1e-11;
         options.contact = stepping ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
-        scene s;
+        masks_scene s;
         scene_plate(&s, feet[way % 3], mu);
         s.body[0].joint.position[2] = 0.1 + drop;
         s.body[0].joint.velocity[0] = v0;
@@ -657,7 +403,7 @@ KT_TEST(plate_falls_on_many_feet_at_once) {
 
 /* A set between none and all has no model without a simulation: closing one of its contacts by hand is rejected. */
 KT_TEST(single_contacts_are_closed_by_a_simulation_alone) {
-    scene s;
+    masks_scene s;
     scene_plate(&s, 7, 0.0);
     add_far_stops(&s, 2);
     kt_model *compiled = kt_scene_compile(&s.description);
