@@ -80,13 +80,6 @@ static const char actions_expected[] =
     "an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or {engage: NAME} of a loop or an "
     "effect, {engage_here: NAME} of a loop, or {call: NAME} for one of the program's own";
 
-static int find_loop(const kt_description *d, const char *name) {
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].name != NULL && strcmp(d->loops[i].name, name) == 0)
-            return i;
-    return -1;
-}
-
 static int find_effect(const kt_description *d, const char *name) {
     for (int i = 0; i < d->effect_count; i++)
         if (d->effects[i].name != NULL && strcmp(d->effects[i].name, name) == 0)
@@ -105,7 +98,7 @@ static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, c
         if (other != NULL && !kt_name_is_valid(other))
             return true; /* which the check will report */
     }
-    const bool is_loop = find_loop(d, name) >= 0, is_effect = find_effect(d, name) >= 0;
+    const bool is_loop = kt_find_loop(d, name) >= 0, is_effect = find_effect(d, name) >= 0;
     kt_nearest near = kt_nearest_make(name, &r->effort);
     if (is_loop != is_effect)
         return true;
@@ -428,7 +421,7 @@ static void check_event_names(kt_reader *r, const kt_scope *scope, kt_node **nod
  * on. */
 static void mark_switches(kt_scene *scene, const kt_scene_event *event) {
     for (int i = 0; i < event->switch_count; i++) {
-        const int loop = find_loop(&scene->description, event->switches[i].name);
+        const int loop = kt_find_loop(&scene->description, event->switches[i].name);
         const int effect = find_effect(&scene->description, event->switches[i].name);
         kt_switching *switching = NULL;
         if (loop >= 0) /* these arrays are the scene's own */

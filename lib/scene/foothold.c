@@ -9,6 +9,7 @@
 #include "model/follow.h"
 #include "scene/action.h"
 #include "scene/expand.h"
+#include "scene/part.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -82,13 +83,6 @@ void kt_footholds_expand(kt_reader *r) {
         kt_actions_visit(r, expand_action, &list);
 }
 
-static int find_loop_named(const kt_description *d, const char *name) {
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].name != NULL && strcmp(d->loops[i].name, name) == 0)
-            return i;
-    return -1;
-}
-
 /* The end of a loop that lies on the world at a place of its own; -1: none. */
 static int world_end(const kt_loop *loop) {
     for (int k = 0; k < 2; k++)
@@ -106,7 +100,7 @@ static bool closes_where_ends_coincide(kt_loop_type type) {
 }
 
 bool kt_foothold_check(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
-    const int i = find_loop_named(r->scene->description, name);
+    const int i = kt_find_loop(r->scene->description, name);
     const kt_loop *loop = i >= 0 ? &r->scene->description->loops[i] : NULL;
     if (loop == NULL)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
@@ -169,7 +163,7 @@ static kt_state *find_place_state(kt_scene *scene, const char *loop, int k) {
 /* The loop of an action, its end, and the rotation of the end's frame to the loop's axis. Returns NULL if they have
  * faults. */
 static kt_loop *moved_loop(kt_scene *scene, const char *name, int *end, kt_mat3 *to_axis) {
-    const int i = find_loop_named(&scene->description, name);
+    const int i = kt_find_loop(&scene->description, name);
     kt_loop *loop = i >= 0 ? (kt_loop *)(uintptr_t)&scene->description.loops[i] : NULL;
     *end = loop != NULL ? world_end(loop) : -1;
     if (*end < 0)

@@ -1,5 +1,7 @@
-/* The names of bodies, joints and markers, which other items refer to. */
+/* The names of bodies, joints, markers and loops, which other items refer to. */
 #include "scene/part.h"
+
+#include <string.h>
 
 bool kt_index_bodies(kt_pool *pool, kt_names *names, const kt_body *bodies, int count) {
     size_t most = 2 * (size_t)count;
@@ -42,4 +44,11 @@ bool kt_body_is_hidden(const kt_reader *r, int body) {
 
 int kt_find_marker(const kt_reader *r, int body, const char *name) {
     return kt_names_find(&r->scene->names, body + 1, name);
+}
+
+int kt_find_loop(const kt_description *description, const char *name) {
+    for (int i = 0; i < description->loop_count; i++)
+        if (description->loops[i].name != NULL && strcmp(description->loops[i].name, name) == 0)
+            return i;
+    return -1;
 }

@@ -61,6 +61,9 @@ int kt_find_body(const kt_reader *r, const char *name);
 int kt_find_joint(const kt_reader *r, const char *name);
 int kt_find_marker(const kt_reader *r, int body, const char *name);
 
+/* The index of a loop; -1 if there is none. O(loops). */
+int kt_find_loop(const kt_description *description, const char *name);
+
 /* Whether markers or joint of a body could not be read: then references to them cannot be checked. */
 bool kt_body_is_hidden(const kt_reader *r, int body);
 

@@ -10,6 +10,7 @@
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/joint_name.h"
+#include "scene/part.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -92,9 +93,8 @@ static int find_response_joint(const kt_description *d, const char *name) {
 
 /* A loop, or the beginning of the name of a loop that belongs to an effect. */
 static bool is_loop(const kt_description *d, const char *name) {
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].name != NULL && strcmp(d->loops[i].name, name) == 0)
-            return true;
+    if (kt_find_loop(d, name) >= 0)
+        return true;
     for (int i = 0; i < d->effect_count; i++) {
         const char *effect = d->effects[i].name;
         const size_t length = effect != NULL ? strlen(effect) : 0;
