@@ -295,7 +295,7 @@ KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model 
                                                 const double *v, kt_error *error);
 
 /* Makes the auxiliary states x (description.state_count numbers) the initial ones of the scene. The scene's states are
- * replaced; other pointers into the scene remain valid.
+ * replaced, and loops of `engage_here` move to the places in these states. Other pointers into the scene remain valid.
  * Errors: KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. The scene is unchanged on failure.
  * Cost: O(states). */
 KT_API KT_CHECKED kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *error);
@@ -315,7 +315,7 @@ typedef struct kt_scene_call {
  * Cost: O(1). */
 KT_API int kt_scene_event_room(const kt_scene *scene);
 
-/* Returns whether events of the scene set parameters. The model must then be settable (kt_model_options), or a copy.
+/* Returns whether events set parameters, states or places (`engage_here`). If so, the model must be settable or a copy.
  * Cost: O(events). */
 KT_API bool kt_scene_sets(const kt_scene *scene);
 
@@ -378,8 +378,8 @@ KT_API void *kt_scene_watch_coupled(const kt_scene_watch *watch, int k);
  * Cost: O(1). */
 KT_API double kt_scene_next_sample(double step, double t);
 /* Sets the parameters of the model to the values in the auxiliary states of the simulation. Call this function after
- * kt_simulation_restore and kt_simulation_set_state if events of the scene set parameters. Other scenes do not need
- * this call.
+ * kt_simulation_restore and kt_simulation_set_state if kt_scene_sets is true, or if the scene has FMUs. Other scenes do
+ * not need this call.
  * Errors: those of kt_parameter_set.
  * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
