@@ -154,7 +154,7 @@ static kt_phrase did_you_mean(kt_reader *r, const char *name) {
         if (kept != NULL)
             (void)kt_nearest_try(&near, kept);
     }
-    if (near.best != NULL)
+    if (near.best != NULL && kt_foothold_named(r, near.best) == NULL)
         kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
     return phrase;
 }
@@ -180,6 +180,11 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
                                "there is no parameter, state or velocity %s%s; an event sets a name of `parameters` or "
                                "`states`, or velocity.JOINT",
                                kt_name_quote(key->of.text).text, did_you_mean(r, key->of.text).text);
+        const char *loop = kt_foothold_named(r, key->of.text);
+        if (loop != NULL)
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, key,
+                               "%s holds the place of the loop %s, which no value moves; use {engage_here: %.60s}",
+                               kt_name_quote(key->of.text).text, kt_name_quote(loop).text, loop);
         set->name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (set->name == NULL)
             return kt_reader_out_of_memory(r);

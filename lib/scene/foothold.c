@@ -9,6 +9,8 @@
 #include "model/follow.h"
 #include "scene/action.h"
 #include "scene/expand.h"
+#include "scene/expression.h"
+#include "scene/named.h"
 #include "scene/part.h"
 
 #include <stdio.h>
@@ -45,20 +47,51 @@ static void count_action(const kt_node *action, void *user) {
     ((action_list *)user)->count += kt_node_find(action, "engage_here") != NULL;
 }
 
-/* Names that are wrong are reported when the event is read. */
+/* The loop of an action; NULL if there is none, or if its name is wrong, which the reader of the event reports. */
+static const kt_node *loop_of_action(const kt_node *action) {
+    const kt_node *loop = kt_node_find(action, "engage_here");
+    return loop != NULL && loop->kind == KT_NODE_TEXT && kt_name_is_valid(loop->of.text) && loop->count <= NAME_MOST
+               ? loop
+               : NULL;
+}
+
+/* The items of the file that have this name; NULL: none. */
+static const char *users_of_name(const kt_reader *r, const char *name) {
+    const kt_node *states = kt_node_find(r->root, "states");
+    if (kt_is_parameter(r, name))
+        return "parameters";
+    if (kt_is_named(r, name))
+        return "expressions";
+    return states != NULL && states->kind == KT_NODE_MAP && kt_node_find(states, name) != NULL ? "states" : NULL;
+}
+
+/* Reports the name of a state that the file uses for another item. */
+static bool check_place_name(kt_reader *r, const kt_node *loop, const char *name) {
+    static const kt_scope events = {.key = "events"}, scope = {.outer = &events, .key = "engage_here"};
+    const char *users = users_of_name(r, name);
+    return users == NULL || kt_fault_at(r, KT_ERROR_SCENE, &scope, (kt_node *)(uintptr_t)loop, /* the reader's own */
+                                        "this action of %s makes the state '%s', which is one of `%s` already; rename "
+                                        "that one, or the loop",
+                                        kt_name_quote(loop->of.text).text, name, users);
+}
+
 static void expand_action(const kt_node *action, void *user) {
     action_list *list = user;
-    const kt_node *loop = kt_node_find(action, "engage_here");
+    const kt_node *loop = loop_of_action(action);
     char text[NUMBERS * (NAME_MOST + 20)], *to = text;
-    if (loop == NULL || loop->kind != KT_NODE_TEXT || !kt_name_is_valid(loop->of.text) || loop->count > NAME_MOST)
+    if (loop == NULL)
         return;
     for (int i = 0; i < list->count; i++)
         if (strcmp(list->names[i], loop->of.text) == 0)
             return;
     list->names[list->count++] = loop->of.text;
-    for (int k = 0; k < NUMBERS; k++)
-        to += snprintf(to, sizeof text - (size_t)(to - text), "%s%s: {rate: \"0\"}", k == 0 ? "{" : ", ",
-                       name_place_state(loop->of.text, k).text);
+    *to++ = '{';
+    for (int k = 0; k < NUMBERS; k++) {
+        const state_name name = name_place_state(loop->of.text, k);
+        if (check_place_name(list->r, loop, name.text))
+            to += snprintf(to, sizeof text - (size_t)(to - text), "%s%s: {rate: \"0\"}", to[-1] == '{' ? "" : ", ",
+                           name.text);
+    }
     (void)snprintf(to, sizeof text - (size_t)(to - text), "}");
     const char *kept = kt_pool_text(&list->r->scratch, text, strlen(text));
     kt_node *states = kept != NULL ? kt_nodes_parse(list->r, kept, strlen(kept)) : NULL;
@@ -81,6 +114,27 @@ void kt_footholds_expand(kt_reader *r) {
         (void)kt_reader_out_of_memory(r);
     else
         kt_actions_visit(r, expand_action, &list);
+}
+
+/* A name in search of the action that makes a state of this name. */
+typedef struct place_search {
+    const char *name, *loop;
+} place_search;
+
+static void compare_action(const kt_node *action, void *user) {
+    place_search *search = user;
+    const kt_node *loop = loop_of_action(action);
+    if (loop == NULL || loop->faulty || strncmp(search->name, loop->of.text, loop->count) != 0)
+        return;
+    for (int k = 0; k < NUMBERS; k++)
+        if (strcmp(search->name, name_place_state(loop->of.text, k).text) == 0)
+            search->loop = loop->of.text;
+}
+
+const char *kt_foothold_named(const kt_reader *r, const char *state) {
+    place_search search = {.name = state};
+    kt_actions_visit(r, compare_action, &search);
+    return search.loop;
 }
 
 /* The end of a loop that lies on the world at a place of its own; -1: none. */
@@ -112,10 +166,11 @@ bool kt_foothold_check(kt_reader *r, const kt_scope *scope, kt_node *node, const
                            "prismatic, cylindrical or planar one, or write {engage: %.60s}",
                            kt_name_quote(name).text, name);
     if (world_end(loop) < 0)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                           "the loop %s joins two bodies, and only an end on the world can be moved; put one end of "
-                           "`between` on the world",
-                           kt_name_quote(name).text);
+        return kt_fault_at(
+            r, KT_ERROR_SCENE, scope, node,
+            "no end of the loop %s is a point of the world, and only such an end can be moved; put one end "
+            "of `between` on the world, as `world` or {body: world, at: [x, y, z]}",
+            kt_name_quote(name).text);
     if (node->count > NAME_MOST)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                            "%s has more than %d characters, which names of its states have no room for; take a shorter "

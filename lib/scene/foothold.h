@@ -17,6 +17,9 @@ void kt_footholds_expand(kt_reader *r);
 /* Checks the loop of an action. */
 bool kt_foothold_check(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name);
 
+/* The loop whose action makes the state of this name; NULL: there is none. */
+const char *kt_foothold_named(const kt_reader *r, const char *state);
+
 /* ---- of a scene -------------------------------------------------------------------------------------------------- */
 
 /* The number of such actions. */

@@ -298,20 +298,33 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
     } wrong[] = {
         {"{name: hold, type: distance, between: [world, foot], length: 1}", "{engage_here: hold}",
          "or write {engage: hold}"},
-        {"{name: hold, type: weld, between: [other, foot]}", "{engage_here: hold}", "only an end on the world"},
+        {"{name: hold, type: weld, between: [other, foot]}", "{engage_here: hold}", "no end of the loop 'hold'"},
+        {"{name: hold, type: weld, between: [slab, foot]}", "{engage_here: hold}", "no end of the loop 'hold'"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: hald}", "did you mean 'hold'"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: push}", "which has no place"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_heer: hold}", "{engage_here: NAME}"},
+        {"{name: hold, type: weld, between: [world, foot]}", "[{engage_here: hold}, {set: {hold_x: 1}}]",
+         "'hold_x' holds the place of the loop 'hold'"},
+        {"{name: hold, type: weld, between: [world, foot]}", "[{set: {hold_rz: 1}}, {engage_here: hold}]",
+         "use {engage_here: hold}"},
+        {"{name: gain, type: weld, between: [world, foot]}", "{engage_here: gain}",
+         "makes the state 'gain_x', which is one of `parameters`"},
+        {"{name: angle, type: weld, between: [world, foot]}", "{engage_here: angle}",
+         "makes the state 'angle_rx', which is one of `expressions`"},
+        {"{name: heat, type: weld, between: [world, foot]}", "[{engage_here: heat}, {set: {heat_z: 1}}]",
+         "makes the state 'heat_z', which is one of `states`"},
         {"{name: hold, type: coupling, coefficients: {slide: 1}}", "{engage_here: hold}", "may be open"},
     };
     char text[1024];
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         kt_scene scene;
         (void)snprintf(text, sizeof text,
-                       "kinetree: 1\nbodies:\n"
+                       "kinetree: 1\nparameters: {gain_x: 2}\nexpressions: {angle_rx: 2*t}\n"
+                       "states: {heat_z: {rate: \"angle_rx + gain_x\"}}\nbodies:\n"
                        "  - {name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
                        "  - {name: other, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
                        "  - {name: slide, joint: {type: prismatic}, mass: 1}\n"
+                       "  - {name: slab, joint: {type: fixed}, mass: 1}\n"
                        "effects: [{name: push, type: joint_spring, joint: slide, stiffness: 1}]\n"
                        "loops: [%s]\nevents: [{name: a, when: t - 1, then: %s}]\n",
                        wrong[i].loop, wrong[i].action);
