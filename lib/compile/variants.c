@@ -99,10 +99,13 @@ static kt_status mask_contacts(compilation *c, const kt_model_options *options, 
         others += !is_of_contact(c, k);
     if (c->switches.count <= KT_SWITCH_MAX && c->switches.count - others <= most)
         return KT_OK;
-    for (int k = 0; k < c->switches.count; k++)
-        if (is_of_contact(c, k))
-            *(c->item[k].loop >= 0 ? &c->switches.masked : &c->switches.back) |=
-                k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
+    for (int k = 0; k < c->switches.count; k++) {
+        const uint64_t bits = k < c->switches.own ? (uint64_t)1 << k : kt_switches_all;
+        if (is_of_contact(c, k) && c->item[k].loop >= 0)
+            c->switches.masked |= bits;
+        else if (is_of_contact(c, k))
+            c->switches.back |= bits;
+    }
     if (others >= KT_SWITCH_MAX)
         return kt_error_set(error, KT_ERROR_MODEL, "switching",
                             "%d loops and effects are switched besides contacts and friction, which would be %.0f "

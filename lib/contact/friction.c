@@ -302,7 +302,8 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
 
 /* Solves the problem of one attempt. Slow slip that may stop is at rest in it. If friction holds none of it, slip goes
  * on in its own directions: those in which it would begin from rest may have other reactions, and press other
- * contacts. */
+ * contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller uses.
+ */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     uint64_t *pivots = &simulation->memory.contacts.pivots;
