@@ -301,8 +301,8 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
                                            const kt_contact_memory *state);
 /* Saves the ranks of the present model for a checkpoint. */
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
-/* Copies parameters that have been set to the model that the simulation runs on. */
-void kt_contacts_renew_model(kt_simulation *simulation);
+/* Copies parameters that have been set since it was made to the model that the simulation runs on. */
+void kt_contacts_renew_model(const kt_simulation *simulation);
 
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

@@ -67,10 +67,10 @@ static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const
 const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
     const uint64_t set = kt_contacts_set(simulation);
     const kt_model *model = is_present(simulation, set) ? simulation->model : compiled(simulation, set);
+    if (model != NULL)
+        return model;
     kt_mask *mask = tried ? contact_mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
-    return model != NULL ? model
-                         : make_mask(simulation, mask, all_closed(simulation, set), set,
-                                     kt_integrator_state(simulation->integrator));
+    return make_mask(simulation, mask, all_closed(simulation, set), set, kt_integrator_state(simulation->integrator));
 }
 
 const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set, const double *q) {
@@ -105,11 +105,13 @@ void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks) {
                            ranks);
 }
 
-void kt_contacts_renew_model(kt_simulation *simulation) {
+void kt_contacts_renew_model(const kt_simulation *simulation) {
     if (!is_masked(simulation))
         return;
     kt_mask *mask = contact_mask_of(simulation, simulation->model != &contact_mask_of(simulation, 0)->model);
     double *ranks = simulation->ranks;
+    if (mask->model.revision == mask->all->revision)
+        return;
     kt_mask_take_ranks(mask, ranks);
     kt_mask_make(mask, mask->all, mask->model.set);
     kt_mask_put_ranks(mask, ranks);

@@ -309,8 +309,9 @@ typedef struct kt_retry {
 
 /* The operations on hard contacts (simulation/contacts.c). */
 typedef struct kt_contact_calls {
-    /* Opens all contacts, before a state is set that may lie anywhere. */
-    void (*open)(kt_simulation *simulation);
+    /* Opens all contacts, before a state is set that may lie anywhere. q: a position at which the other loops are
+     * closed; NULL: that of the model. */
+    void (*open)(kt_simulation *simulation, const double *q);
     /* The model of a set in which all contacts are open (kt_contacts_open_model). */
     const kt_model *(*model)(kt_simulation *simulation, uint64_t set, const double *q);
     /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
@@ -328,8 +329,8 @@ typedef struct kt_contact_calls {
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
     void (*undo)(kt_simulation *simulation);
-    /* Comes after parameters have been set. */
-    void (*renew)(kt_simulation *simulation);
+    /* Takes parameters over that have been set. Costs a comparison if there are none. */
+    void (*renew)(const kt_simulation *simulation);
     /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
     bool (*free_wedged)(kt_simulation *simulation, int *attempt);
     /* Whether the last fixed step gained energy on contacts that slip, although nothing supplies any, and may be

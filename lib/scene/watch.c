@@ -12,6 +12,7 @@
 #include "scene/foothold.h"
 #include "scene/impulse.h"
 #include "simulation/feature.h"
+#include "simulation/renew.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -391,9 +392,11 @@ kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simula
     for (int k = 0; k < watch->fmu_count; k++)
         kt_coupled_sync(watch->fmus[k]->coupled, kt_simulation_event_count(simulation, watch->fmus[k]->name),
                         kt_simulation_time(simulation));
-    const kt_status status = watch->footholds != NULL ? kt_footholds_sync(watch->footholds, simulation, error) : KT_OK;
-    return status == KT_OK && watch->assignments != NULL ? kt_assignments_sync(watch->assignments, simulation, error)
-                                                         : status;
+    kt_status status = watch->footholds != NULL ? kt_footholds_sync(watch->footholds, simulation, error) : KT_OK;
+    if (status == KT_OK && watch->assignments != NULL)
+        status = kt_assignments_sync(watch->assignments, simulation, error);
+    kt_simulation_renew_model(simulation);
+    return status;
 }
 
 /* Samples the point at the start. */

@@ -261,15 +261,16 @@ const struct kt_leap kt_moreau_leap = {leap, accept_moreau};
 /* ---- operations on contacts -------------------------------------------------------------------------------------- */
 
 /* The model without contacts. Dry friction of joints does not act in it: it is released (compile/variants.c). */
-static void take_open_model(kt_simulation *simulation) {
+static void take_open_model(kt_simulation *simulation, const double *q) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) | simulation->contact_friction;
     if (set != simulation->model->set)
-        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, NULL));
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, q));
+    kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
 }
 
-static void begin_anew(kt_simulation *simulation) {
-    take_open_model(simulation);
+static void begin_anew(kt_simulation *simulation, const double *q) {
+    take_open_model(simulation, q);
     for (size_t k = 0; k < simulation->size.contacts; k++) {
         kt_clear(simulation->contact_state[k].force, sizeof simulation->contact_state[k].force);
         simulation->contact_state[k].closed = false;
@@ -278,7 +279,7 @@ static void begin_anew(kt_simulation *simulation) {
 
 static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
     (void)error;
-    take_open_model(simulation);
+    take_open_model(simulation, kt_integrator_state(simulation->integrator));
     return KT_OK;
 }
 
@@ -302,6 +303,6 @@ const kt_contact_calls kt_moreau_calls = {.rest = rest_never,
                                           .check = check_nothing,
                                           .keep = kt_simulation_keep,
                                           .undo = kt_simulation_undo_change,
-                                          .renew = follow_nothing,
+                                          .renew = kt_contacts_renew_model,
                                           .begin_record = kt_moreau_begin_record,
                                           .end_record = kt_moreau_end_record};

@@ -2,6 +2,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -193,7 +194,16 @@ static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_err
 }
 
 /* Begins and ends a call that may take steps_per_call steps. */
+void kt_simulation_renew_model(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->renew(simulation);
+#endif
+    (void)simulation;
+}
+
 static void begin_call(kt_simulation *simulation) {
+    kt_simulation_renew_model(simulation);
     simulation->memory.stopped = 0;
     simulation->event_latest = simulation->event_count;
     kt_integrator_limit_call(simulation->integrator, simulation->steps_per_call);
@@ -291,7 +301,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
 #if KT_HAS_EVENTS
     simulation->memory.released = simulation->contact_released;
     if (simulation->contacts != NULL)
-        simulation->contact_calls->open(simulation);
+        simulation->contact_calls->open(simulation, NULL);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->size.contacts};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
@@ -473,7 +483,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        simulation->contact_calls->open(simulation);
+        simulation->contact_calls->open(simulation, kt_integrator_state(simulation->integrator));
 #endif
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
@@ -555,10 +565,7 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
         status = kt_parameter_set(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->renew(simulation);
-#endif
+    kt_simulation_renew_model(simulation);
     simulation->memory.pending = simulation->memory.changed = true;
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;

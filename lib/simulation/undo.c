@@ -68,6 +68,7 @@ void kt_simulation_undo_change(kt_simulation *simulation) {
     KT_UNDO_PARTS(KT_UNDO_RETURN)
 #undef KT_UNDO_RETURN
     simulation->contact_calls->follow(simulation);
+    simulation->contact_calls->renew(simulation); /* parameters have been undone before */
     simulation->gap_time = simulation->event_time = simulation->contact_time = (double)NAN;
     simulation->cached = KT_CACHED_NOTHING;
     data->iterations = counts.iterations;

@@ -184,6 +184,29 @@ static void check_checkpoints(const char *text) {
 KT_TEST(checkpoints_hold_footholds) { check_checkpoints(in_space); }
 KT_TEST(checkpoints_hold_footholds_in_a_plane) { check_checkpoints(in_plane); }
 
+/* Two pendulums beside the leg rest on hard stops of theirs, and a third one never does: sets of stops are masked, and
+ * the model of a checkpoint is made before the foothold is known. */
+KT_TEST(checkpoints_hold_footholds_beside_stops) {
+    static const char stops[] =
+        "  - {name: b1, joint: {type: revolute, axis: y, at: [3, 0, 0]}, mass: 1, com: [0.2, 0, "
+        "0], inertia: [0.1, 0.1, 0.1]}\n"
+        "  - {name: b2, joint: {type: revolute, axis: y, at: [3, 0, 0]}, mass: 1, com: [0.3, 0, "
+        "0], inertia: [0.1, 0.1, 0.1]}\n"
+        "  - {name: b3, joint: {type: revolute, axis: y, at: [3, 0, 0]}, mass: 1, com: [0, 0, "
+        "-0.2], inertia: [0.1, 0.1, 0.1]}\n"
+        "effects:\n"
+        "  - {type: joint_limit, joint: b1, upper: 0.1, restitution: 0}\n"
+        "  - {type: joint_limit, joint: b2, upper: 0.2, restitution: 0}\n"
+        "  - {type: joint_limit, joint: b3, upper: 1, restitution: 0}\n"
+        "  - ";
+    char text[sizeof in_space + sizeof stops];
+    const char *effects = strstr(in_space, "effects: [");
+    const char *rest = strchr(effects, ']');
+    (void)snprintf(text, sizeof text, "%.*s%s%.*s%s", (int)(effects - in_space), in_space, stops,
+                   (int)(rest - effects) - 10, effects + 10, rest + 1);
+    check_checkpoints(text);
+}
+
 /* ---- other starts ------------------------------------------------------------------------------------------------ */
 
 KT_TEST(a_state_that_is_set_has_the_described_place) {

@@ -1,0 +1,201 @@
+/* Friction of joints that is released, in models whose sets of contacts are masked: it does not act, and the model of
+ * its set has the parameters that are set. */
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/scene.h"
+#include "kinetree/simulation.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "scenes.h"
+
+enum { SLIDERS = 2, METHODS = 4 };
+
+static const char *const methods[METHODS] = {"dopri5", "radau5", "rk4", "steps"};
+static const double coulomb = 0.8, pull = 1.5;
+static const double speeds[SLIDERS] = {0.7, 0.0};
+
+/* Sliders with dry friction that is released at first, on an axis along which nothing acts. */
+typedef struct scene {
+    kt_body body[SLIDERS];
+    kt_effect effect[SLIDERS + 1];
+    kt_description description;
+} scene;
+
+static void scene_make(scene *s) {
+    static const char *const names[SLIDERS] = {"a", "b"};
+    *s = (scene){.description = kt_description_default()};
+    s->description.bodies = s->body;
+    s->description.effects = s->effect;
+    s->description.body_count = s->description.effect_count = SLIDERS;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    for (int i = 0; i < SLIDERS; i++) {
+        s->body[i] = kt_body_default();
+        s->body[i].name = names[i];
+        s->body[i].joint.type = KT_JOINT_PRISMATIC;
+        s->body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        s->body[i].joint.velocity[0] = speeds[i];
+        s->body[i].mass = 1.0;
+        s->effect[i] = kt_effect_default();
+        s->effect[i].type = KT_EFFECT_JOINT_FRICTION;
+        s->effect[i].joint = names[i];
+        s->effect[i].coulomb = coulomb;
+        s->effect[i].stribeck = 0.0;
+        s->effect[i].stick = true;
+        s->effect[i].switching = KT_SWITCHED_OFF;
+    }
+}
+
+static kt_simulation *start(const kt_model *model, const char *method) {
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    const bool steps = strcmp(method, "steps") == 0; /* time stepping */
+    run.integrator = steps ? NULL : method;
+    run.step = steps || strcmp(method, "rk4") == 0 ? 1e-3 : 0.0;
+    run.duration = 100.0;
+    run.relative = run.absolute = 1e-11;
+    options.contact = steps ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
+    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+}
+
+static kt_status advance(kt_simulation *simulation, double t, kt_error *error) {
+    return simulation != NULL ? kt_simulation_advance(simulation, t, error) : KT_ERROR_MEMORY;
+}
+
+/* Speeds stay as they are at first. From 0.5 s on friction acts: both come to rest, and stay there. */
+static void check_release(const scene *s, const char *method) {
+    kt_model *model = kt_scene_compile(&s->description);
+    kt_simulation *simulation = start(model, method);
+    kt_error error = {0};
+    kt_note("%s, %d switches", method, model != NULL ? kt_switch_count(model) : 0);
+    if (kt_fine("released", advance(simulation, 0.5, &error), &error)) {
+        const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+        for (int i = 0; i < s->description.body_count; i++) {
+            kt_check_near("its speed stays, m/s", v[i], speeds[i], 1e-14);
+            kt_check_near("its path, m", q[i], 0.5 * speeds[i], 1e-12);
+        }
+        kt_status status = kt_simulation_release(simulation, 0, &error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(simulation, 1.0, &error);
+        if (kt_fine("engaged", status, &error))
+            for (int i = 0; i < s->description.body_count; i++)
+                kt_check_near("is braked, m/s", v[i], speeds[i] - (speeds[i] > 0.0 ? 0.5 * coulomb : 0.0), 1e-12);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+KT_TEST(friction_that_is_released_at_first_does_not_act) {
+    for (int m = 0; m < METHODS; m++) {
+        scene s;
+        scene_make(&s);
+        check_release(&s, methods[m]);
+    }
+}
+
+/* One slider with a stop on one side that is far away: three switches. */
+KT_TEST(friction_that_is_released_at_first_does_not_act_with_a_far_stop) {
+    for (int m = 0; m < METHODS; m++) {
+        scene s;
+        scene_make(&s);
+        s.description.body_count = 1;
+        s.effect[1] = kt_effect_default();
+        s.effect[1].type = KT_EFFECT_JOINT_LIMIT;
+        s.effect[1].joint = "a";
+        s.effect[1].lower = -100.0;
+        s.effect[1].upper = 100.0;
+        s.effect[1].restitution = 0.0;
+        check_release(&s, methods[m]);
+    }
+}
+
+/* ---- parameters -------------------------------------------------------------------------------------------------- */
+
+enum { BY_SIMULATION, BY_CHANGE, BEFORE_STATE, WAYS };
+static const char *const way_names[WAYS] = {"kt_simulation_set_parameter", "kt_simulation_change",
+                                            "kt_parameter_set, kt_simulation_set_state"};
+
+static kt_status set_gravity(kt_simulation *simulation, kt_model *model, int way, kt_error *error) {
+    kt_parameter_change change = {.values = {pull, 0.0, 0.0}};
+    kt_status status = kt_parameter_find(model, "gravity", &change.parameter, error);
+    if (status != KT_OK)
+        return status;
+    if (way == BY_SIMULATION)
+        return kt_simulation_set_parameter(simulation, model, &change.parameter, change.values, error);
+    if (way == BY_CHANGE)
+        return kt_simulation_change(simulation, model, &change, 1, NULL, error);
+    status = kt_parameter_set(model, &change.parameter, change.values, error);
+    return status == KT_OK ? kt_simulation_set_state(simulation, kt_simulation_time(simulation),
+                                                     kt_simulation_positions(simulation),
+                                                     kt_simulation_velocities(simulation), error)
+                           : status;
+}
+
+/* Gravity along the axis, however it is set, accelerates both sliders from 0.25 s on. */
+KT_TEST(parameters_that_are_set_act_while_friction_is_released) {
+    for (int k = 0; k < METHODS * WAYS; k++) {
+        const char *method = methods[k / WAYS];
+        scene s;
+        scene_make(&s);
+        kt_model *compiled = kt_scene_compile(&s.description), *model = NULL;
+        const size_t size = kt_model_size(compiled);
+        void *memory = aligned_alloc(KT_ALIGNMENT, size);
+        kt_error error = {0};
+        kt_status status = memory != NULL ? kt_model_copy(compiled, memory, size, &model, &error) : KT_ERROR_MEMORY;
+        kt_simulation *simulation = status == KT_OK ? start(model, method) : NULL;
+        kt_note("%s, %s", method, way_names[k % WAYS]);
+        status = advance(simulation, 0.25, &error);
+        if (status == KT_OK)
+            status = set_gravity(simulation, model, k % WAYS, &error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(simulation, 0.75, &error);
+        for (int i = 0; kt_fine("runs", status, &error) && i < SLIDERS; i++)
+            kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[i], speeds[i] + 0.5 * pull, 1e-12);
+        kt_simulation_free(simulation);
+        free(memory);
+        kt_model_free(compiled);
+    }
+}
+
+/* A scene whose events release and engage friction, by time stepping: two sliders are braked but between 0.2 s and
+ * 0.5 s. */
+KT_TEST(events_release_and_engage_friction_in_time_stepping) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, 0]\n"
+        "bodies:\n"
+        "  - {name: a, joint: {type: prismatic, axis: x, velocity: 1}, mass: 1}\n"
+        "  - {name: b, joint: {type: prismatic, axis: x, velocity: -1}, mass: 1}\n"
+        "effects:\n"
+        "  - {name: fa, type: joint_friction, joint: a, coulomb: 0.8, stribeck: 0, stick: true}\n"
+        "  - {name: fb, type: joint_friction, joint: b, coulomb: 0.4, stribeck: 0, stick: true}\n"
+        "events:\n"
+        "  - {name: off, when: t - 0.2, then: [{release: fa}, {release: fb}]}\n"
+        "  - {name: on, when: t - 0.5, then: [{engage: fa}, {engage: fb}]}\n"
+        "simulate: {duration: 1, contact: steps, step: 0.001}\n";
+    kt_scene read;
+    kt_error error = {0};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_scene_watch *watch = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &read, NULL, NULL, &error), &error))
+        return;
+    options.contact = KT_CONTACT_STEPS;
+    options.events = kt_scene_event_room(&read);
+    kt_status status = kt_model_compile(&read.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &read.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);
+    if (kt_fine("runs", status == KT_OK ? kt_simulation_advance(simulation, 1.0, &error) : status, &error)) {
+        kt_check_near("a, m/s", kt_simulation_velocities(simulation)[0], 1.0 - 0.7 * 0.8, 1e-10);
+        kt_check_near("b, m/s", kt_simulation_velocities(simulation)[1], -1.0 + 0.7 * 0.4, 1e-10);
+    }
+    kt_scene_watch_free(watch);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&read);
+}
