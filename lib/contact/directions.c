@@ -8,10 +8,9 @@
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
  * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. An instant
  * counts once, however often a step from it is repeated, except for tries in which an implicit method finds no solution
- * (simulation/retry.c). After TURNS
- * of them, contacts that slip below their rest velocity come to rest at the beginning of a step, like slip that comes
- * to rest in ever shorter parts (simulation/contacts.c). If friction can hold only some of them, the others begin to
- * slip again. If it can hold none, all of them slip on as before.
+ * (simulation/retry.c). After TURNS of them, contacts that slip below their rest velocity come to rest at the beginning
+ * of a step, like slip that comes to rest in ever shorter parts (simulation/contacts.c). If friction can hold only some
+ * of them, the others begin to slip again. If it can hold none, all of them slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
@@ -74,14 +73,13 @@ int kt_contacts_find_wedged(const kt_simulation *simulation) {
     return contact;
 }
 
-/* Whether contact k slips in a model. */
-static bool contact_is_slipping(const kt_simulation *simulation, int k) {
+bool kt_contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++)
-        if (contact_is_slipping(simulation, k))
+        if (kt_contact_is_slipping(simulation, k))
             memcpy(simulation->data->slip + 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]),
                    simulation->contact_state[k].slip, sizeof simulation->contact_state[k].slip);
 }
@@ -102,7 +100,7 @@ static void take_directions(kt_simulation *simulation) {
     const double unresolved = unresolved_speed(simulation);
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
-        if (!contact_is_slipping(simulation, k)) {
+        if (!kt_contact_is_slipping(simulation, k)) {
             memory->turns = memory->reversals = 0;
             continue;
         }
@@ -177,7 +175,7 @@ bool kt_contacts_slip_slowly(const kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     bool any = false;
     for (int k = 0; k < c->sides; k++)
-        any = any || (contact_is_slipping(simulation, k) &&
+        any = any || (kt_contact_is_slipping(simulation, k) &&
                       simulation->contact_state[k].speed <= simulation->model->loop[c->item[k].loop].rest_velocity);
     return any;
 }

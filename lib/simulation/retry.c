@@ -84,8 +84,9 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
 /* An implicit method finds no solution behind the rest of slow slip, whose friction turns there. Such a try counts like
  * a turn (contact/directions.c), which ignores slip that is faster. */
 static void count_turns(kt_simulation *simulation) {
-    for (size_t k = 0; k < simulation->contact_count; k++)
-        simulation->contact_state[k].turns++;
+    for (int k = 0; k < simulation->contacts->sides; k++)
+        if (kt_contact_is_slipping(simulation, k))
+            simulation->contact_state[k].turns++;
 }
 
 /* Whether the step may be tried with a part of its length, which becomes its end *t_limit. */
