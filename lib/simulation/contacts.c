@@ -270,9 +270,11 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
-/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does. */
+/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does, or other contacts are
+ * closed from now on. */
 static bool stop_slow_slip(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
+    const kt_model *before = simulation->model;
     kt_contact_counts *counts = &simulation->memory.contacts;
     const uint64_t sticks = counts->sticks;
     kt_error made = {0};
@@ -285,7 +287,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     c->stops = false;
     const bool rests = status == KT_OK && counts->sticks > sticks;
     counts->rested += rests;
-    return rests;
+    return rests || (status == KT_OK && simulation->model != before);
 }
 
 /* Frees the contact that friction wedged in the last evaluation. The attempts are, in this order:
