@@ -43,6 +43,15 @@ static kt_status reject_wrong_friction(const kt_model *model, size_t loop, doubl
                         rate);
 }
 
+/* Masked friction that is released at first (compile/variants.c): it slips in the compiled model. */
+static kt_status reject_released_friction(const kt_model *model, size_t loop, double t, kt_error *error) {
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                        "it is released at first, which the compiled model leaves to a simulation; take the model of a "
+                        "simulation (kt_simulation_model), or compile with more contact_switches");
+}
+
 /* The state that is checked, and data with its poses; with its velocities if `moves`. */
 typedef struct open_contacts {
     const kt_model *all;
@@ -97,7 +106,10 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
     const double rate = v[all->link[all->loop[i].link[0]].v];
     const bool is_wrong = (on & stick) == 0 && (on != 0 ? -rate : rate) <= parting;
-    return is_wrong ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
+    if (!is_wrong)
+        return KT_OK;
+    const bool is_released = (model->variants->switches.masked & stick) != 0 && !model->loop[i].contact;
+    return is_released ? reject_released_friction(model, i, t, error) : reject_wrong_friction(model, i, t, rate, error);
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

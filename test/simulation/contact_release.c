@@ -199,3 +199,20 @@ KT_TEST(events_release_and_engage_friction_in_time_stepping) {
     kt_model_free(model);
     kt_scene_free(&read);
 }
+
+/* Without a simulation, the compiled model has this friction slip: it is rejected at rest, with the remedy. */
+KT_TEST(released_friction_of_a_compiled_model_is_rejected_at_rest) {
+    scene s;
+    scene_make(&s);
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_data *data = NULL;
+    kt_error error = {0};
+    double a[SLIDERS], q[SLIDERS] = {0.0}, v[SLIDERS] = {0.0};
+    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error)) {
+        const kt_status status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error);
+        kt_check_equal_int("rejected", status, KT_ERROR_UNSUPPORTED);
+        kt_check_contains("words", error.message, "it is released at first");
+    }
+    kt_data_free(data);
+    kt_model_free(model);
+}
