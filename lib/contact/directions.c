@@ -6,11 +6,11 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. An instant
- * counts once, however often a step from it is repeated, except for tries in which an implicit method finds no solution
- * (simulation/retry.c). After TURNS of them, contacts that slip below their rest velocity come to rest at the beginning
- * of a step, like slip that comes to rest in ever shorter parts (simulation/contacts.c). If friction can hold only some
- * of them, the others begin to slip again. If it can hold none, all of them slip on as before.
+ * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. It also counts
+ * tries in which an implicit method finds no solution (simulation/retry.c). After TURNS of them, contacts that slip
+ * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
+ * (simulation/contacts.c). If friction can hold only some of them, the others begin to slip again. If it can hold none,
+ * all of them slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
@@ -96,7 +96,6 @@ static double unresolved_speed(const kt_simulation *simulation) {
 
 /* Takes the directions from the data, and counts the turns of slow slip. */
 static void take_directions(kt_simulation *simulation) {
-    const double t = kt_integrator_time(simulation->integrator);
     const double unresolved = unresolved_speed(simulation);
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
@@ -111,9 +110,7 @@ static void take_directions(kt_simulation *simulation) {
         const double rest = simulation->model->loop[contact->loop].rest_velocity;
         const bool is_slow = speed <= (rest > 0.0 ? fmax(rest, unresolved) : 0.0);
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
-        const bool counts = t != memory->turned_at && (turns || speed <= memory->speed);
-        memory->turns = is_slow ? memory->turns + counts : 0;
-        memory->turned_at = t;
+        memory->turns = is_slow ? memory->turns + (turns || speed <= memory->speed) : 0;
         memory->speed = speed;
         memcpy(memory->slip, d, sizeof memory->slip);
     }

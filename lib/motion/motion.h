@@ -92,7 +92,6 @@ typedef struct kt_contact_memory {
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
-    double turned_at;      /* s, when turns were counted last */
     double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */

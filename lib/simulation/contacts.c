@@ -102,7 +102,7 @@ static void open_all(kt_simulation *simulation, const double *q) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
         simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
-        simulation->contact_state[k].held = simulation->contact_state[k].turned_at = -HUGE_VAL;
+        simulation->contact_state[k].held = -HUGE_VAL;
     }
 }
 
