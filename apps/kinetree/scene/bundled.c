@@ -40,14 +40,14 @@ static bool find_near_program(char *folder, size_t size) {
     return length > 0 && (size_t)length < size && is_folder(folder);
 }
 
-bool kt_bundled_find(char *folder, size_t size, bool says) {
+bool kt_bundled_find(char *folder, size_t size, bool reports) {
     static const char *const configured[] = {KT_SCENES_SOURCE, KT_SCENES_INSTALLED};
     const char *given = getenv("KINETREE_SCENES");
     if (given != NULL && *given != '\0') {
         snprintf(folder, size, "%s", given);
         if (is_folder(folder))
             return true;
-        if (says)
+        if (reports)
             kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
         return false;
     }
@@ -58,7 +58,7 @@ bool kt_bundled_find(char *folder, size_t size, bool says) {
         if (is_folder(folder))
             return true;
     }
-    if (says)
+    if (reports)
         kt_say("demo: the bundled scenes are neither next to the program (%s) nor in %s; set KINETREE_SCENES=FOLDER to "
                "their folder",
                KT_SCENES_FROM_PROGRAM, KT_SCENES_INSTALLED);

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Writes the path of the folder. If there is none, prints an error if `says`, and returns false. */
-bool kt_bundled_find(char *folder, size_t size, bool says);
+/* Writes the path of the folder. If there is none, prints an error if `reports`, and returns false. */
+bool kt_bundled_find(char *folder, size_t size, bool reports);
 
 #endif

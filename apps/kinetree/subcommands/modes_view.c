@@ -20,7 +20,7 @@ typedef struct shown_modes {
     kt_twist *twists;
 } shown_modes;
 
-static int say_view_memory(void) {
+static int report_no_memory_for_view(void) {
     kt_say("there is not enough memory for the view");
     return KT_EXIT_INTEGRATION;
 }
@@ -123,7 +123,7 @@ int kt_modes_view(const kt_small_motion *motion, const char *state, const char *
                             ? kt_motion_start(&motion->scene, &columns, 1, false)
                             : NULL;
     if (frames == NULL || !allocate_shown_modes(&shown, motion, count)) {
-        code = say_view_memory();
+        code = report_no_memory_for_view();
     } else if (shown.count == 0) {
         kt_say("%s is not written: there is no mode to be shown", path);
     } else {

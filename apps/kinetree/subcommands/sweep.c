@@ -177,8 +177,8 @@ static void say_columns(const char *name, const char *header, const char *own, c
 
 /* Reads the lines that a broken sweep has left. *next: the first run without a line, or `end`. The file ends before
  * this run. */
-static int take_up_lines(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end,
-                         int64_t *next) {
+static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end,
+                        int64_t *next) {
     char *header = kt_sweep_header(sweep), *line = NULL;
     size_t room = 0;
     long whole = 0;
@@ -264,7 +264,7 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
     if (arguments->resume && keep->file != NULL)
         code = kt_keep_resume(keep, first, end, &kept);
     if (code < 0 && arguments->resume)
-        code = take_up_lines(sweep, file, name, first, kept, &next);
+        code = resume_lines(sweep, file, name, first, kept, &next);
     if (code < 0 && arguments->resume && keep->file != NULL && next < kept)
         code = kt_keep_resume(keep, first, next, &kept);
     if (code < 0 && arguments->resume)

@@ -128,7 +128,7 @@ static kt_status compile_varied(made *m, kt_error *error) {
     return status;
 }
 
-static kt_status no_run_memory(kt_error *error) {
+static kt_status report_no_run_memory(kt_error *error) {
     return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
 }
 
@@ -136,7 +136,7 @@ static kt_status no_run_memory(kt_error *error) {
 static kt_status list_run_columns(made *m, unsigned *record, kt_error *error) {
     return kt_columns_list(&m->columns, m->scene, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
                ? kt_columns_add_own(&m->columns, m->scene, record, error)
-               : no_run_memory(error);
+               : report_no_run_memory(error);
 }
 
 /* With --native: passes the numbers of the run to the file, if its structure is that of the first run. */
@@ -166,7 +166,7 @@ static kt_status prepare_run(made *m, kt_error *error) {
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
     if (status == KT_OK && (m->ranges = kt_sweep_ranges_create(m->sweep->column_count)) == NULL)
-        status = no_run_memory(error);
+        status = report_no_run_memory(error);
     return status;
 }
 
@@ -250,7 +250,7 @@ static int take_record(const kt_record *record, void *user) {
 /* The end of a run with the `status` of its simulation. */
 static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
-        return no_run_memory(error);
+        return report_no_run_memory(error);
     if (m->excess.code != KT_OK) {
         *error = m->excess;
         return error->code;
@@ -264,7 +264,7 @@ static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     return status;
 }
 
-static const char *line_status_name(kt_status status) {
+static const char *status_name_of_line(kt_status status) {
     switch (kt_exit_code(status)) {
     case KT_EXIT_DONE:
         return "done";
@@ -339,7 +339,7 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     for (int i = 0; i < sweep->plan.count; i++)
         add_cell(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
-    kt_bytes_print(&line, ",%s", line_status_name(status));
+    kt_bytes_print(&line, ",%s", status_name_of_line(status));
     add_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     add_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
@@ -502,7 +502,7 @@ static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scen
 }
 
 /* The first run whose scene is right; 0 if none of the first thousand is. */
-static int64_t find_right_run(const kt_sweep *sweep) {
+static int64_t find_first_valid_run(const kt_sweep *sweep) {
     const int64_t runs = kt_sweep_plan_runs(&sweep->plan), most = runs < 1000 ? runs : 1000;
     for (int64_t run = 0; run < most; run++) {
         made m = {.scene = NULL};
@@ -548,7 +548,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     made m = {.scene = NULL};
     kt_error error = {0};
     int code = -1;
-    kt_status status = make_model(sweep, find_right_run(sweep), &m, say_fault, NULL, &error);
+    kt_status status = make_model(sweep, find_first_valid_run(sweep), &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
     unsigned record;
     if (status == KT_OK)
@@ -560,9 +560,9 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (status == KT_OK && !add_all(sweep, &m.columns))
-        status = no_run_memory(&error);
+        status = report_no_run_memory(&error);
     if (status == KT_OK && !add_events_of(sweep, m.scene))
-        status = no_run_memory(&error);
+        status = report_no_run_memory(&error);
     if (status == KT_OK && m.scene->from != NULL && code < 0) {
         kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
                "scene",

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int say_no_plan_memory(void) {
+static int report_no_plan_memory(void) {
     kt_say("there is not enough memory");
     return KT_EXIT_INTEGRATION;
 }
@@ -141,14 +141,14 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     axis->path = strndup(text, length);
     *rest = equals + 1;
     if (axis->path == NULL)
-        *code = say_no_plan_memory();
+        *code = report_no_plan_memory();
     return axis->path != NULL ? axis : NULL;
 }
 
 static int read_list(const char *text, const char *rest, kt_axis *axis) {
     axis->values = calloc(strlen(rest) + 1, sizeof *axis->values);
     if (axis->values == NULL)
-        return say_no_plan_memory();
+        return report_no_plan_memory();
     for (bool more = true; more;) {
         more = take_axis_number(&rest, ',', &axis->values[axis->count]);
         if (!more && !take_axis_number(&rest, '\0', &axis->values[axis->count]))
@@ -242,7 +242,7 @@ static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, co
         if ((plan->points & (plan->points - 1)) == 0) { /* room grows by two */
             double *more = realloc(axis->values, (size_t)(plan->points > 0 ? 2 * plan->points : 1) * sizeof *more);
             if (more == NULL)
-                return say_no_plan_memory();
+                return report_no_plan_memory();
             axis->values = more;
         }
         if (!take_axis_number(&text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
@@ -283,7 +283,7 @@ static int permute(kt_sweep_plan *plan, int i) {
     kt_axis *axis = &plan->axes[i];
     axis->permutation = malloc((size_t)plan->points * sizeof *axis->permutation);
     if (axis->permutation == NULL)
-        return say_no_plan_memory();
+        return report_no_plan_memory();
     for (int64_t k = 0; k < plan->points; k++)
         axis->permutation[k] = k;
     for (int64_t k = plan->points - 1; k > 0; k--) {

@@ -1,6 +1,6 @@
 /* Names of the files of scenes, and suggestions for one that does not exist. */
-#ifndef KT_COMMAND_SCENE_MISSING_H
-#define KT_COMMAND_SCENE_MISSING_H
+#ifndef KT_COMMAND_SCENE_NAME_H
+#define KT_COMMAND_SCENE_NAME_H
 
 #include <stdbool.h>
 

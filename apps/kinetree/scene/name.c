@@ -1,5 +1,5 @@
 /* Names of files: robots by their endings, and suggestions for a path that does not exist. */
-#include "scene/missing.h"
+#include "scene/name.h"
 #include "base/names.h"
 #include "command.h"
 #include "scene/bundled.h"
