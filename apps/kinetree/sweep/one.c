@@ -555,13 +555,13 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
         code = kt_sweep_plan_check(&sweep->plan, m.scene);
     if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = make_native_file(sweep, &m);
-    if (status == KT_OK)
+    if (code < 0 && status == KT_OK)
         status = list_run_columns(&m, &record, &error);
     if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
-    else if (status == KT_OK && !add_all(sweep, &m.columns))
+    else if (code < 0 && status == KT_OK && !add_all(sweep, &m.columns))
         status = report_no_run_memory(&error);
-    if (status == KT_OK && !add_events_of(sweep, m.scene))
+    if (code < 0 && status == KT_OK && !add_events_of(sweep, m.scene))
         status = report_no_run_memory(&error);
     if (status == KT_OK && m.scene->from != NULL && code < 0) {
         kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
