@@ -62,7 +62,7 @@ KT_TEST(info_tells_how_many_models_what_is_switched_takes) {
     kt_check_contains("switched", ran.out, "\nswitched   2 loops and effects: 2^2 = 4 models, 0.");
     ran = describe_stops("1 2");
     kt_check_contains("more contacts", ran.out,
-                      "\nswitched   4 loops and effects: sets of contacts are made while it runs; 0.");
+                      "\nswitched   4 loops and effects; a run makes the models of contact sets; 0.");
     kt_check_true("of others nothing", strstr(kt_shell("$K make pendulum | $K info -").out, "switched") == NULL);
 }
 

@@ -271,7 +271,7 @@ static bool has_all_sets(const kt_model *model) {
 static void show_sets(const kt_model *model) {
     const int count = kt_switch_count(model);
     if (count > 0 && !has_all_sets(model))
-        printf("switched   %d loops and effects: sets of contacts are made while it runs; %.3g MB, compiled before\n",
+        printf("switched   %d loops and effects; a run makes the models of contact sets; %.3g MB of compiled models\n",
                count, 1e-6 * (double)kt_model_size(model));
     else if (count > 0)
         printf("switched   %d loops and effects: 2^%d = %d models, %.3g MB, compiled before the run begins\n", count,
