@@ -85,7 +85,9 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, newer, NAME, "versions of SDF that are newer than 1.12, read as if they were that:"),
     KT_NOTE(kt_sdf, older, DETAIL, "versions of SDF that are older than 1.4, converted to that:"),
     KT_NOTE(kt_sdf, others, START, "worlds and models after the first, which are left out:"),
-    KT_NOTE(kt_sdf, missing, MOTION, "models that are neither in the model's folder nor on the search path, left out:"),
+    KT_NOTE(kt_sdf, missing, MOTION,
+            "models that are neither in the model's folder nor on the search path nor where Gazebo keeps models of "
+            "servers, left out:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
@@ -178,11 +180,16 @@ static const kt_element *choose(kt_sdf *m) {
 
 /* A world whose models were not found may have no bodies left. */
 static void require_bodies(kt_sdf *m, const kt_element *chosen) {
-    if (m->draft.bodies.count == 0 && m->missing.count > 0)
-        (void)kt_robot_fault(m->r, chosen,
-                             "no body is left, since its included models were not found: %d, the first is %s; name "
-                             "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or --search",
-                             m->missing.count, m->missing.what);
+    if (m->draft.bodies.count > 0 || m->missing.count == 0)
+        return;
+    const bool is_served = strncmp(m->missing.what, "https://", 8) == 0 || strncmp(m->missing.what, "http://", 7) == 0;
+    (void)kt_robot_fault(m->r, chosen,
+                         "no body is left, since its included models were not found: %d, the first is %s; name "
+                         "their folder by GZ_SIM_RESOURCE_PATH, GAZEBO_MODEL_PATH or --search%s",
+                         m->missing.count, m->missing.what,
+                         is_served ? ", or open the world once in Gazebo, which keeps models of servers "
+                                     "(GZ_FUEL_CACHE_PATH)"
+                                   : "");
 }
 
 static void make_items(kt_sdf *m) {

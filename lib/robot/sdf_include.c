@@ -4,11 +4,12 @@
  * `model://NAME` is the folder NAME in that of the robot. Other paths start from the folder of the file that includes
  * them. A file that is not there is searched on the search path, as FOLDER/NAME. A file that is found nowhere is left
  * out and noted, since worlds name models that simulators provide. A file of lights and actors alone changes no motion.
+ * The URI `package://NAME` is FOLDER/NAME on the search path. Files of other schemes are left out and noted, too.
  *
  * A URI `https://HOST/API/OWNER/models/NAME/VERSION` names a model on a server. Gazebo keeps what it has loaded from
- * there as HOST/OWNER/models/NAME/VERSION, in small letters, in a folder of its own (LocalCache.cc of gz-fuel-tools).
- * Without VERSION, the newest one is meant. That folder is on the search path of the command. A folder NAME on the
- * search path is taken, too.
+ * there as HOST/OWNER/models/NAME/VERSION, in lower case, in a folder of its own (LocalCache.cc of gz-fuel-tools).
+ * Without VERSION, the newest one up to 100 is meant. That folder is on the search path of the command. A folder NAME
+ * on the search path is taken, too.
  */
 #include "robot/sdf.h"
 
@@ -59,24 +60,36 @@ static const char *join_folder(kt_sdf *m, const char *folder, const char *name) 
 
 enum { SERVED_NAME = 400, VERSIONS_MOST = 100 };
 
-/* Copies a part of a URI, with `%20` as a blank. */
-static void copy_part(char *to, const char *from, size_t length) {
+/* Copies a part of a URI, and decodes `%XX`, where XX are two hexadecimal digits. Returns false if a decoded character
+ * is a slash or the end of a text. No name of a folder has these. */
+static bool copy_part(char *to, const char *from, size_t length) {
     size_t used = 0;
     for (size_t i = 0; i < length && used + 1 < SERVED_NAME; i++) {
-        const bool is_blank = i + 2 < length && strncmp(from + i, "%20", 3) == 0;
-        to[used++] = is_blank ? ' ' : from[i];
-        i += is_blank ? 2 : 0;
+        const bool is_code = from[i] == '%' && i + 2 < length && isxdigit((unsigned char)from[i + 1]) != 0 &&
+                             isxdigit((unsigned char)from[i + 2]) != 0;
+        if (is_code) {
+            const char digits[] = {from[i + 1], from[i + 2], '\0'};
+            to[used] = (char)strtol(digits, NULL, 16);
+            if (to[used] == '\0' || to[used] == '/')
+                return false;
+            i += 2;
+        } else
+            to[used] = from[i];
+        used++;
     }
     to[used] = '\0';
+    return true;
 }
 
-/* The newest version in the folder of a model; NULL: none. */
+/* The newest version in the folder of a model, up to VERSIONS_MOST; NULL: none. */
 static const char *newest_of(kt_sdf *m, const char *folder) {
-    char name[16];
-    for (int version = VERSIONS_MOST; version > 0; version--) {
-        (void)snprintf(name, sizeof name, "%d", version);
-        const char *path = join_folder(m, folder, name);
-        if (path == NULL || kt_include_exists(path, true))
+    const size_t room = strlen(folder) + sizeof "/100";
+    char *path = kt_pool_take(&m->r->scratch, room, 1);
+    if (path == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    for (int version = VERSIONS_MOST; path != NULL && version > 0; version--) {
+        (void)snprintf(path, room, "%s/%d", folder, version);
+        if (kt_include_exists(path, true))
             return path;
     }
     return NULL;
@@ -92,8 +105,8 @@ static const char *kept_model(kt_sdf *m, const char *plain) {
     while (owner > plain && owner[-1] != '/')
         owner--;
     const char *own = at + strlen(models), *version = own + strcspn(own, "/");
-    copy_part(name, own, (size_t)(version - own));
-    copy_part(part, owner, (size_t)(at - owner));
+    if (!copy_part(name, own, (size_t)(version - own)) || !copy_part(part, owner, (size_t)(at - owner)))
+        return NULL;
     const bool is_given = version[0] == '/' && isdigit((unsigned char)version[1]) != 0;
     (void)snprintf(kept, sizeof kept, "%.*s/%s/models/%s%s", (int)strcspn(plain, "/"), plain, part, name,
                    is_given ? version : "");
@@ -112,7 +125,10 @@ static const char *uri_path_of(kt_sdf *m, const kt_element *e, const char *uri) 
         return NULL;
     const bool is_served = strncmp(uri, "https://", 8) == 0 || strncmp(uri, "http://", 7) == 0;
     if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0) {
-        const char *served = is_served ? kept_model(m, plain) : kt_search_path(m->r, m->source, plain);
+        const bool is_package = strncmp(uri, "package://", 10) == 0;
+        const char *served = is_served    ? kept_model(m, plain)
+                             : is_package ? kt_search_path(m->r, m->source, plain)
+                                          : NULL;
         return served != NULL ? kt_include_path(m->r, m->source, e, served) : NULL;
     }
     const char *own = scheme != NULL ? plain : kt_include_relative(m->r, m->source, e, uri);

@@ -192,6 +192,19 @@ KT_TEST(run_reads_robots_with_their_ground) {
     kt_expect(1, "--ground is a height in m, such as 0, not 'low'", "$K run ball.urdf --contacts --ground low");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --contacts");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --ground 0");
+    kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K check p.yaml ball.urdf --floating");
+}
+
+/* Servers are the place of some models only: the remedy of the others is a folder. */
+KT_TEST(a_world_without_its_models_names_the_remedy) {
+    static const char world[] = "printf \"<sdf version='1.9'><world name='w'><include><uri>%s</uri></include></world>"
+                                "</sdf>\" $u > w.sdf; HOME=none GZ_FUEL_CACHE_PATH= $K check w.sdf";
+    kt_ran ran = kt_shell("u=https://fuel.gazebosim.org/1.0/a/models/b; %s", world);
+    kt_check_contains("of a server", ran.err, "or --search, or open the world once in Gazebo, which keeps models of");
+    kt_check_contains("of a server", ran.err, "servers (GZ_FUEL_CACHE_PATH)");
+    ran = kt_shell("u=model://b; %s", world);
+    kt_check_contains("of a folder", ran.err, "GAZEBO_MODEL_PATH or --search");
+    kt_check_true("of a folder, no server", strstr(ran.err, "open the world") == NULL);
 }
 
 /* Every subcommand that reads a robot finds its files in the same folders. The world and its model lie apart, and the

@@ -2,7 +2,7 @@
 
 A file may be included from the folder of the robot, from folders of --allow and of --search, links followed, any number of times, but not within
 itself. MJCF looks for a name next to the robot, then next to the file that has it. SDF looks for NAME or model://NAME, a folder or a file, next to the robot,
-then in folders of --search. It looks for package://NAME in folders of --search alone, and for a model of a server where Gazebo keeps it, then there. What is
+then in folders of --search. It looks for package://NAME in folders of --search alone, for other://NAME nowhere, and for a model of a server where Gazebo keeps it, then there. What is
 nowhere is left out, and a world of which nothing is left is an error. A light is not missed.
 """
 import os
@@ -93,10 +93,18 @@ def make_sdf(rng, root):
             (older / "model.sdf").write_text(f"<sdf version='1.9'><model name='old'>{LINK.format('l')}{LINK.format('k')}</model></sdf>")
         prefix = rng.choice(("model://", "")) if place != "found/models" or rng.random() < 0.7 else "package://"
         name_there = name.upper() if place == "kept" else name
-        uri = f"https://fuel.gazebosim.org/1.0/The%20Owner/models/{name_there}{f'/{version}' if version else ''}" if is_served else prefix + name
+        is_other = prefix == "package://" and rng.random() < 0.3
+        prefix = "other://" if is_other else prefix
+        if is_served and rng.random() < 0.3:  # codes of letters
+            name_there = f"%{ord(name_there[0]):02X}{name_there[1:]}"
+        owner = "The%20Owner"
+        if is_served and rng.random() < 0.2:  # a slash, or the end of a text, is no part of a name
+            owner, is_other = rng.choice(("%2E%2fThe%20Owner", "The%20Owner%00")), True
+        uri = f"https://fuel.gazebosim.org/1.0/{owner}/models/{name_there}{f'/{version}' if version else ''}" if is_served else prefix + name
         includes += f"<include><uri>{uri}</uri></include>"
         is_there = place == "kept" and version in (None, newest) or place == "robot" and not is_served
-        included.append((is_light, is_there, is_there or place == "found/models"))
+        is_there = is_there and not is_other
+        included.append((is_light, is_there, is_there or (place == "found/models" and not is_other)))
     own = rng.random() < 0.3
     pathlib.Path(f"{root}/robot/robot.sdf").write_text(
         f"<sdf version='1.9'><world name='w'>{includes}{f'<model name=' + repr('own') + '>' + LINK.format('l') + '</model>' if own else ''}</world></sdf>")
@@ -115,7 +123,8 @@ def run_import(root, file, rng):
         folders = ":".join(folder for name, folder in named if name == option)
         words += [option, folders] if folders else []
     clean = {key: value for key, value in os.environ.items() if key not in ("KINETREE_SEARCH", "ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH")}
-    clean["GZ_FUEL_CACHE_PATH"] = f"{root}/kept"
+    clean.pop("GZ_FUEL_CACHE_PATH", None)
+    clean[rng.choice(("GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"))] = f"{root}/kept"
     run = subprocess.run([KINETREE, "import", f"{root}/{file}", *words], capture_output=True, text=True, env=clean)
     count = run.stdout.count("\n  - name: ") if run.returncode == 0 else None
     return count, run.stderr, [folder for _, folder in named], any(name == "--search" for name, _ in named)

@@ -102,10 +102,14 @@ static char *add_folders(char *path, const char *more) {
 /* Adds the folders in which Gazebo keeps models of servers. */
 static char *add_kept_models(char *path) {
     static const char *const folders[] = {".gz/fuel", ".ignition/fuel"};
-    const char *given = getenv("GZ_FUEL_CACHE_PATH"), *home = getenv("HOME");
+    static const char *const variables[] = {"GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH"};
+    const char *home = getenv("HOME");
     char folder[4096];
-    if (given != NULL && *given != '\0')
-        return add_folders(path, given);
+    for (size_t i = 0; i < sizeof variables / sizeof *variables; i++) {
+        const char *given = getenv(variables[i]);
+        if (given != NULL && *given != '\0')
+            return add_folders(path, given);
+    }
     for (size_t i = 0; i < sizeof folders / sizeof *folders && home != NULL && path != NULL; i++)
         if ((size_t)snprintf(folder, sizeof folder, "%s/%s", home, folders[i]) < sizeof folder)
             path = add_folders(path, folder);

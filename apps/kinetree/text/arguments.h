@@ -86,8 +86,8 @@ typedef struct kt_option {
          offsetof(type, settings.robot.search),                                                                        \
          "FOLDER:FOLDER",                                                                                              \
          "find meshes of package:// and model://, and models that SDF includes, in these folders first; then in"       \
-         " those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, that of the robot"  \
-         " and those around it",                                                                                       \
+         " those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, those in which"     \
+         " Gazebo keeps models, that of the robot and those around it",                                                \
          NULL},                                                                                                        \
     {                                                                                                                  \
         "allow", KT_OPTION_TEXT, offsetof(type, settings.robot.allow), "FOLDER:FOLDER",                                \
