@@ -405,11 +405,12 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
             print_body(&p, name, k, &f[k]);
         }
     fine = fine && print_steps(memory, tree, name, functions);
-    fine = memory != NULL && fclose(memory) == 0 && fine;
+    fine = memory != NULL && fclose(memory) == 0 && fine && !p.failed;
     p.file = source;
     if (fine) {
         print_source(&p, name, text, has_angles, has_math);
         print_header(header, tree, name, functions, p.prepared_count);
+        fine = !p.failed;
     }
     kt_code_printer_free(&p);
     free(text);

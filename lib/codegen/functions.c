@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONG_FUNCTION = 2000 }; /* sums and products; it may have loops */
+enum { KEEPS_SIGNS_FROM = 2000 }; /* sums and products of a function that may have loops */
 
 /* Factors products, with the guards behind the outputs. */
 static void factor_function(kt_graph *g, kt_code_function *f) {
@@ -181,7 +181,7 @@ static bool may_have_loops(const kt_graph *g, int k, const kt_code_function *f) 
     const bool is_recursion = k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_INVERSE_INDEX ||
                               k == KT_CODEGEN_BIAS_INDEX || k == KT_CODEGEN_MASS_INDEX ||
                               k == KT_CODEGEN_ACCELERATION_INDEX;
-    return is_recursion && n.multiply + n.add > LONG_FUNCTION;
+    return is_recursion && n.multiply + n.add > KEEPS_SIGNS_FROM;
 }
 
 bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
@@ -196,7 +196,8 @@ bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_fun
     bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
     if (fine && !tree->graph->failed)
         factor_function(tree->graph, f);
-    if (fine && !tree->graph->failed && rows == 0 && may_have_loops(tree->graph, k, f)) {
+    f->may_roll = fine && !tree->graph->failed && rows == 0 && may_have_loops(tree->graph, k, f);
+    if (f->may_roll) {
         tree->graph->keeps_signs = true;
         tree->graph->scope++;
         fine = fill_any(tree, k, work, f);

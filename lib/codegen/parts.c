@@ -106,6 +106,12 @@ kt_op kt_code_guard_node(const kt_code_printer *p, const kt_code_guard *guard) {
 
 static bool is_sign(const kt_code_printer *p, kt_op i) { return p->graph->node[i].kind == KT_OP_NEGATE; }
 
+/* A node of a loop has a variable in all iterations: their texts are asked for, although one of them is printed. */
+static void keep_in_loop(kt_code_printer *p, const kt_code_loop_plan *l, int local) {
+    for (int i = 0; i < l->count && !is_sign(p, kt_code_roll_node(&p->roll, l, 0, local)); i++)
+        p->width[kt_code_roll_node(&p->roll, l, i, local)] = 0;
+}
+
 /* A node that another part reads is no part of the text of its user. Signs are, unless a loop computes them. */
 static void read_from_outside(kt_code_printer *p, kt_op i) {
     kt_code_roll *r = &p->roll;
@@ -113,10 +119,10 @@ static void read_from_outside(kt_code_printer *p, kt_op i) {
         return;
     if (r->loop[i] >= 0) {
         (void)kt_code_roll_column(r, i);
-        i = kt_code_roll_node(r, &r->plan[r->loop[i]], 1, kt_code_roll_local(r, i));
-    }
-    if (!is_sign(p, i))
+        keep_in_loop(p, &r->plan[r->loop[i]], kt_code_roll_local(r, i));
+    } else if (!is_sign(p, i)) {
         p->width[i] = 0;
+    }
 }
 
 int kt_code_next_output(const kt_code_function *f, kt_op i, int from) {
@@ -136,7 +142,7 @@ static bool is_written_by_loop(const kt_code_roll *r, const kt_code_loop_plan *l
         if (last[0] < 0 || last[1] < 0 || last[0] >= f->output[0] || last[1] >= f->output[0])
             break;
         for (int i = 2; i < l->count; i++)
-            if (last[0] + i * (last[1] - last[0]) >= f->out_count || last[0] + i * (last[1] - last[0]) < 0 ||
+            if (last[0] + i * (last[1] - last[0]) >= f->output[0] || last[0] + i * (last[1] - last[0]) < 0 ||
                 f->out[last[0] + i * (last[1] - last[0])] != kt_code_roll_node(r, l, i, local))
                 return false;
     }
@@ -157,10 +163,9 @@ static void write_in_loops(kt_code_printer *p, const kt_code_function *f) {
     for (int k = 0; k < p->roll.plan_count && f->writes_at_once; k++) {
         const kt_code_loop_plan *l = &p->roll.plan[k];
         for (int local = 0; local < l->size; local++) {
-            const kt_op pattern = kt_code_roll_node(&p->roll, l, 1, local);
             l->is_written[local] = is_written_by_loop(&p->roll, l, local, f);
-            if (l->is_written[local] && !is_sign(p, pattern))
-                p->width[pattern] = 0;
+            if (l->is_written[local])
+                keep_in_loop(p, l, local);
         }
     }
 }
@@ -179,8 +184,8 @@ static void read_across_loops(kt_code_printer *p, const kt_code_function *f) {
             const kt_code_slot *slot = &l->slot[s];
             if (slot->kind == KT_SLOT_SAME || slot->kind == KT_SLOT_CARRIED)
                 read_from_outside(p, slot->cell[0]);
-            if (slot->kind == KT_SLOT_CARRIED && !is_sign(p, kt_code_roll_node(r, l, 1, slot->base)))
-                p->width[kt_code_roll_node(r, l, 1, slot->base)] = 0;
+            if (slot->kind == KT_SLOT_CARRIED)
+                keep_in_loop(p, l, slot->base);
             for (int i = 0; i < l->count && slot->kind == KT_SLOT_COLUMN; i++)
                 read_from_outside(p, slot->cell[i]);
         }
@@ -384,12 +389,12 @@ bool kt_code_plan_parts(kt_code_printer *p, const kt_code_function *f) {
     p->part_count = 1;
     if (count <= KT_CODE_LONG || p->origin != KT_OP_OF_STATE)
         return true;
-    if (!kt_code_roll_find(&p->roll, g, p->uses, f->guard, f->guard_count))
+    if (!kt_code_roll_find(&p->roll, g, p->uses, f->guard, f->guard_count, f->may_roll))
         return false;
     write_in_loops(p, f);
     read_across_loops(p, f);
     number_parts(p);
-    if (p->part_count > 1)
+    if (kt_code_has_parts(p))
         note_all(p, f);
     place_columns(p);
     return prepare_loops(p);

@@ -19,6 +19,9 @@ static inline bool kt_code_is_leaf(const kt_code_printer *p, kt_op i) {
     return n->kind < KT_OP_ADD || n->origin < p->origin;
 }
 
+/* Whether a function is divided. A loop is a part, even if it is all of the function. */
+static inline bool kt_code_has_parts(const kt_code_printer *p) { return p->part_count > 1 || p->roll.plan_count > 0; }
+
 /* The node behind which a guard is printed; -1: before all. */
 kt_op kt_code_guard_node(const kt_code_printer *p, const kt_code_guard *guard);
 

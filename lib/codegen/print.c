@@ -131,8 +131,8 @@ static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
         return;
     }
     const kt_op_node *inner = n->kind == KT_OP_NEGATE ? &p->graph->node[n->a] : NULL;
-    const bool swaps =
-        inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && !kt_code_is_leaf(p, n->a);
+    const bool swaps = inner != NULL && inner->kind == KT_OP_SUBTRACT && p->width[n->a] > 0 && p->slot[n->a] == NULL &&
+                       !kt_code_is_leaf(p, n->a);
     const bool is_sum = n->kind == KT_OP_ADD || n->kind == KT_OP_SUBTRACT || swaps;
     const bool is_product = n->kind == KT_OP_MULTIPLY || n->kind == KT_OP_DIVIDE;
     const bool bracket = is_sum       ? place != CODE_SUM
@@ -159,6 +159,13 @@ static void print_index(const kt_code_printer *p, const char *array, int first, 
     fprintf(p->file, step < 0 ? "%s[%d - %d * i]" : "%s[%d + %d * i]", array, first, step < 0 ? -step : step);
 }
 
+/* Whether a slot is a sign that no loop computes: it has no variable, and its operand may be a slot of other iterations.
+ */
+static bool is_same_sign(const kt_code_printer *p, const kt_code_slot *s) {
+    const kt_op i = s->cell[0];
+    return s->kind == KT_SLOT_SAME && !kt_code_is_leaf(p, i) && kt_code_loop_of(p, i) < 0 && p->width[i] > 0;
+}
+
 /* An operand of a loop, from outside of the iteration. */
 static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i) {
     const kt_code_loop_plan *own = &p->roll.plan[p->loop_of_part[p->at_part]], *from = &p->roll.plan[s->loop];
@@ -168,6 +175,8 @@ static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i)
         print_index(p, "k", own->prepared + s->base, own->prepared_count);
     else if (s->kind == KT_SLOT_CARRIED)
         fprintf(p->file, "carried%d", (int)s->base);
+    else if (s->kind == KT_SLOT_SAME)
+        fprintf(p->file, "same%d", (int)(s - own->slot));
     else
         print_index(p, "w", kt_code_roll_place(from, s->base, s->row), s->step * kt_code_roll_stride(from));
 }
@@ -175,7 +184,7 @@ static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i)
 static void print_operand(kt_code_printer *p, kt_op i, code_place place) {
     const kt_op_node *n = &p->graph->node[i];
     const int loop = kt_code_loop_of(p, i);
-    if (p->slot[i] != NULL && p->slot[i]->kind != KT_SLOT_SAME)
+    if (p->slot[i] != NULL && (p->slot[i]->kind != KT_SLOT_SAME || is_same_sign(p, p->slot[i])))
         print_slot(p, p->slot[i], i);
     else if (kt_code_is_leaf(p, i))
         print_leaf(p, i, place);
@@ -294,14 +303,14 @@ static void print_node(kt_code_printer *p, const kt_code_function *f, kt_op i, i
 /* Prints what needs no statement, at the beginning of a function. */
 static void print_first(kt_code_printer *p, const kt_code_function *f) {
     print_guards(p, f, -1);
-    if (p->part_count > 1 && f->writes_at_once)
+    if (kt_code_has_parts(p) && f->writes_at_once)
         print_outputs(p, f, -1);
 }
 
 /* Prints the statements of one part, with the outputs if it writes them at once. */
 static void print_statements(kt_code_printer *p, const kt_code_function *f, int32_t *temporary) {
     const kt_graph *g = p->graph;
-    const bool writes = p->part_count > 1 && f->writes_at_once;
+    const bool writes = kt_code_has_parts(p) && f->writes_at_once;
     int32_t section = -1;
     for (kt_op i = 0; i < g->count; i++) {
         if (p->uses[i] == 0 || p->part[i] != p->at_part || kt_code_is_leaf(p, i) || kt_code_loop_of(p, i) >= 0)
@@ -312,7 +321,8 @@ static void print_statements(kt_code_printer *p, const kt_code_function *f, int3
     }
 }
 
-/* Prints the copies that a loop reads, and the first values of what iterations carry. */
+/* Prints the copies that a loop reads, signs that are equal in all iterations, and the first values of what iterations
+ * carry. */
 static void print_start_of_loop(kt_code_printer *p, int loop) {
     const kt_code_loop_plan *l = &p->roll.plan[loop];
     for (int k = 0; k < p->roll.copy_count; k++) {
@@ -324,9 +334,12 @@ static void print_start_of_loop(kt_code_printer *p, int loop) {
         fputs(";\n", p->file);
     }
     for (int k = 0; k < l->slot_count; k++) {
-        if (l->slot[k].kind != KT_SLOT_CARRIED)
+        if (l->slot[k].kind == KT_SLOT_CARRIED)
+            fprintf(p->file, "    real carried%d = ", (int)l->slot[k].base);
+        else if (is_same_sign(p, &l->slot[k]))
+            fprintf(p->file, "    const real same%d = ", k);
+        else
             continue;
-        fprintf(p->file, "    real carried%d = ", (int)l->slot[k].base);
         print_operand(p, l->slot[k].cell[0], CODE_SUM);
         fputs(";\n", p->file);
     }
@@ -355,6 +368,21 @@ static void print_stores(kt_code_printer *p, const kt_code_function *f, const kt
     fputs(";\n", p->file);
 }
 
+/* Prints the values that the next iteration reads: all of them before the first changes, because the text of one may
+ * read others. */
+static void print_carried(kt_code_printer *p, const kt_code_loop_plan *l) {
+    for (int k = 0; k < l->slot_count; k++) {
+        if (l->slot[k].kind != KT_SLOT_CARRIED)
+            continue;
+        fprintf(p->file, "    const real next%d = ", (int)l->slot[k].base);
+        print_operand(p, kt_code_roll_node(&p->roll, l, 1, l->slot[k].base), CODE_SUM);
+        fputs(";\n", p->file);
+    }
+    for (int k = 0; k < l->slot_count; k++)
+        if (l->slot[k].kind == KT_SLOT_CARRIED)
+            fprintf(p->file, "    carried%d = next%d;\n", (int)l->slot[k].base, (int)l->slot[k].base);
+}
+
 /* Prints a loop: the second iteration with the operands of iteration i. */
 static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, int32_t *temporary) {
     const kt_code_loop_plan *l = &p->roll.plan[loop];
@@ -366,20 +394,15 @@ static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, 
         print_node(p, f, kt_code_roll_node(&p->roll, l, 1, local), &section, temporary);
     for (int local = 0; local < l->size; local++)
         print_stores(p, f, l, local);
-    for (int k = 0; k < l->slot_count; k++) {
-        if (l->slot[k].kind != KT_SLOT_CARRIED)
-            continue;
-        fprintf(p->file, "    carried%d = ", (int)l->slot[k].base);
-        print_operand(p, kt_code_roll_node(&p->roll, l, 1, l->slot[k].base), CODE_SUM);
-        fputs(";\n", p->file);
-    }
+    print_carried(p, l);
     for (int k = 0; k < l->slot_count; k++)
         p->slot[l->slot[k].cell[1]] = NULL;
     fputs("    }\n", p->file);
 }
 
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
-    if (!kt_code_count_uses(p, f))
+    p->failed |= !kt_code_count_uses(p, f);
+    if (p->failed)
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_INPUT && p->graph->node[i].a == (int32_t)array)
@@ -388,7 +411,8 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 }
 
 bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
-    if (!kt_code_count_uses(p, f))
+    p->failed |= !kt_code_count_uses(p, f);
+    if (p->failed)
         return false;
     for (kt_op i = 0; i < p->graph->count; i++)
         if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_CALL)
@@ -396,11 +420,12 @@ bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
     return false;
 }
 
-/* Finds the statements and parts of a function. Returns false if memory is insufficient. */
+/* Finds the statements and parts of a function. Returns false, and notes it, if memory is insufficient. */
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
     p->origin = origin;
     p->arrays = arrays;
-    return kt_code_count_uses(p, f) && kt_code_plan_parts(p, f);
+    p->failed |= !kt_code_count_uses(p, f) || !kt_code_plan_parts(p, f);
+    return !p->failed;
 }
 
 /* Prints the arguments of a part, as its declaration or a call has them. */
@@ -426,7 +451,7 @@ static void print_arguments(const kt_code_printer *p, int part, bool declares) {
 void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays,
                          const char *name) {
     int32_t temporary = 0;
-    if (!plan_function(p, f, KT_OP_OF_STATE, arrays) || p->part_count == 1)
+    if (!plan_function(p, f, KT_OP_OF_STATE, arrays) || !kt_code_has_parts(p))
         return;
     p->has_parts = true;
     for (p->at_part = 0; p->at_part < p->part_count; p->at_part++) {
@@ -461,14 +486,16 @@ static void print_calls(kt_code_printer *p, const kt_code_function *f, const cha
 
 void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const char *name) {
     int32_t temporary = 0;
-    if (p->part_count > 1) {
+    if (p->failed)
+        return;
+    if (kt_code_has_parts(p)) {
         print_calls(p, f, name);
     } else {
         print_first(p, f);
         print_statements(p, f, &temporary);
     }
     fputs("\n", p->file);
-    print_outputs(p, f, p->part_count == 1 || !f->writes_at_once ? OUTPUTS_ALL : OUTPUTS_OF_LOOPS);
+    print_outputs(p, f, !kt_code_has_parts(p) || !f->writes_at_once ? OUTPUTS_ALL : OUTPUTS_OF_LOOPS);
 }
 
 void kt_code_print_prepared(kt_code_printer *p) {

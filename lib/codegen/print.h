@@ -14,6 +14,7 @@ typedef struct kt_code_function {
     kt_code_guard *guard;
     int guard_count;
     bool writes_at_once; /* if it is long: no output can be an input, and no guard stops it */
+    bool may_roll;       /* its steps may become loops; otherwise it is straight lines */
 } kt_code_function;
 
 /* The names of the arrays of a function. */
@@ -45,6 +46,7 @@ typedef struct kt_code_printer {
     int32_t *loop_of_part; /* of each part: its loop; -1: none */
     kt_code_slot **slot;   /* of each node: how the loop that is printed reads it; NULL: otherwise */
     bool has_parts;        /* any function has them */
+    bool failed;           /* there is no memory: the text is of no use */
 } kt_code_printer;
 
 /* Begins for a complete graph. Returns false if memory is insufficient; kt_code_printer_free in any case. */

@@ -72,7 +72,7 @@ static void mix_hash(uint64_t *h, uint64_t x) {
     *h ^= *h >> 31;
 }
 
-/* What the operations of a step are, apart from operands that other steps compute. */
+/* Hashes the operations of a step, without operands of other steps. */
 static uint64_t hash_step(const kt_code_roll *r, const kt_graph *g, int32_t begin, int32_t end) {
     uint64_t h = 0x243f6a8885a308d3u;
     for (int32_t at = begin; at < end; at++) {
@@ -114,13 +114,9 @@ static int list_steps(const kt_code_roll *r, const kt_graph *g, roll_step *step)
 /* ---- operands ---------------------------------------------------------------------------------------------------- */
 
 /* Whether a slot is the node of the iteration before. */
-static bool is_carried(const kt_code_roll *r, const kt_graph *g, const kt_code_loop_plan *l, const kt_op *cell,
-                       int32_t *local) {
+static bool is_carried(const kt_code_roll *r, const kt_code_loop_plan *l, const kt_op *cell, int32_t *local) {
     const int32_t first = r->at[cell[1]] - l->start;
-    const kt_op_node *n = &g->node[cell[1]];
     if (r->at[cell[1]] < 0 || first < 0 || first >= l->size)
-        return false;
-    if (n->kind == KT_OP_NEGATE && r->at[n->a] < l->start) /* it is no variable, and may read a carried one */
         return false;
     *local = first;
     for (int i = 1; i < l->count; i++)
@@ -185,7 +181,6 @@ int kt_code_roll_column(kt_code_roll *r, kt_op i) {
 /* Finds the column of a slot, or makes one of copies. own: the loop that reads. */
 static void place_slot(kt_code_roll *r, int32_t own, kt_code_slot *s) {
     const int count = r->plan[own].count;
-    s->kind = KT_SLOT_COLUMN;
     for (int first = 0; first < count; first++) {
         const int32_t loop = r->loop[s->cell[first]];
         if (loop < 0 || loop == own)
@@ -212,9 +207,8 @@ static void place_slot(kt_code_roll *r, int32_t own, kt_code_slot *s) {
         copy_to_row(r, (kt_code_copy){own, s->base, i, own, s->cell[i]});
 }
 
-/* Decides how a loop reads a slot. Returns false if a loop cannot. */
-static bool classify_slot(kt_code_roll *r, const kt_graph *g, int32_t own, kt_code_slot *s) {
-    kt_code_loop_plan *l = &r->plan[own];
+/* Decides how a loop reads a slot. Returns false if a loop cannot. Columns are placed when all slots are sound. */
+static bool classify_slot(const kt_code_roll *r, const kt_graph *g, kt_code_loop_plan *l, kt_code_slot *s) {
     bool is_same = true, is_number = true;
     for (int i = 0; i < l->count; i++) {
         const kt_op node = s->cell[i];
@@ -236,14 +230,14 @@ static bool classify_slot(kt_code_roll *r, const kt_graph *g, int32_t own, kt_co
         s->base = l->prepared_count++;
         return true;
     }
-    if (is_carried(r, g, l, s->cell, &s->base)) {
+    if (is_carried(r, l, s->cell, &s->base)) {
         s->kind = KT_SLOT_CARRIED;
         return true;
     }
     for (int i = 0; i < l->count; i++)
         if (r->at[s->cell[i]] >= l->start)
             return false;
-    place_slot(r, own, s);
+    s->kind = KT_SLOT_COLUMN;
     return true;
 }
 
@@ -350,7 +344,7 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
                       const kt_code_guard *guard, int guard_count) {
     if (count < 2 || !grow_roll(r, (void **)&r->plan, r->plan_count, &r->plan_room, sizeof *r->plan))
         return false;
-    const int32_t own = r->plan_count, copies = r->copy_count;
+    const int32_t own = r->plan_count;
     kt_code_loop_plan *l = &r->plan[r->plan_count++];
     kt_op *cell = malloc((size_t)count * sizeof *cell);
     *l = (kt_code_loop_plan){.start = start, .size = size, .count = count, .last_row = count - 1, .is_wide = true};
@@ -364,15 +358,17 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
     }
     fine = fine && read_guards(r, l, guard, guard_count, cell);
     for (int k = 0; fine && k < l->slot_count; k++) {
-        fine = classify_slot(r, g, own, &l->slot[k]);
+        fine = classify_slot(r, g, l, &l->slot[k]);
         l->is_wide &= l->slot[k].kind != KT_SLOT_CARRIED;
     }
     free(cell);
     if (!fine) {
-        r->copy_count = copies;
         drop_plan(r);
         return false;
     }
+    for (int k = 0; k < l->slot_count; k++)
+        if (l->slot[k].kind == KT_SLOT_COLUMN)
+            place_slot(r, own, &l->slot[k]);
     for (int32_t at = start; at < start + size * count; at++)
         r->loop[r->order[at]] = own;
     return true;
@@ -423,7 +419,7 @@ static void roll_steps(const roll_search *s, int begin, int end) {
 }
 
 bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
-                       int guard_count) {
+                       int guard_count, bool may_roll) {
     const size_t room = (size_t)g->count + 1;
     *r = (kt_code_roll){.order = malloc(room * sizeof *r->order),
                         .at = malloc(room * sizeof *r->at),
@@ -437,7 +433,7 @@ bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, 
         if (is_computed)
             r->order[r->order_count++] = i;
     }
-    const int count = r->failed ? 0 : list_steps(r, g, step);
+    const int count = r->failed || !may_roll ? 0 : list_steps(r, g, step);
     const roll_search search = {r, g, guard, guard_count, step};
     for (int begin = 0, end; begin < count; begin = end) {
         for (end = begin + 1; end < count && step[end].pass == step[begin].pass; end++) {
@@ -446,5 +442,8 @@ bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, 
             roll_steps(&search, begin, end);
     }
     free(step);
-    return !r->failed;
+    if (!r->failed)
+        return true;
+    kt_code_roll_free(r);
+    return false;
 }

@@ -53,9 +53,10 @@ typedef struct kt_code_roll {
     bool failed; /* there is no memory */
 } kt_code_roll;
 
-/* Finds the loops of a function. Returns false if memory is insufficient; kt_code_roll_free in any case. */
+/* Finds the loops of a function; none if it may not have them. Returns false, and holds nothing, if memory is
+ * insufficient; kt_code_roll_free in any case. */
 bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
-                       int guard_count);
+                       int guard_count, bool may_roll);
 void kt_code_roll_free(kt_code_roll *r);
 
 /* Node `local` of an iteration. */
