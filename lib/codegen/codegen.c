@@ -293,7 +293,10 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
             k < KT_CODEGEN_COUNT ? meanings[k] : kind->meaning, kind->equation, n.multiply, n.add, n.divide);
     if (n.call + n.choose > 0)
         fprintf(p->file, ", %d functions of the C library, %d choices", n.call, n.choose);
-    fputs(". */\n", p->file);
+    fputs(".", p->file);
+    if (p->place_count > 0)
+        fprintf(p->file, "\n * w: %d numbers on the stack.", p->place_count);
+    fputs(" */\n", p->file);
     print_signature(p->file, p->tree, name, k, false);
     fputs(" {\n", p->file);
     const bool has_angles = kt_code_reads(p, f, KT_OP_SINE) || kt_code_reads(p, f, KT_OP_COSINE);

@@ -159,8 +159,7 @@ static void print_index(const kt_code_printer *p, const char *array, int first, 
     fprintf(p->file, step < 0 ? "%s[%d - %d * i]" : "%s[%d + %d * i]", array, first, step < 0 ? -step : step);
 }
 
-/* Whether a slot is a sign that no loop computes: it has no variable, and its operand may be a slot of other iterations.
- */
+/* Whether a slot is a sign that no loop computes: it has no variable, and its operand may be another slot. */
 static bool is_same_sign(const kt_code_printer *p, const kt_code_slot *s) {
     const kt_op i = s->cell[0];
     return s->kind == KT_SLOT_SAME && !kt_code_is_leaf(p, i) && kt_code_loop_of(p, i) < 0 && p->width[i] > 0;
@@ -343,7 +342,10 @@ static void print_start_of_loop(kt_code_printer *p, int loop) {
         print_operand(p, l->slot[k].cell[0], CODE_SUM);
         fputs(";\n", p->file);
     }
-    fprintf(p->file, "    for (int i = 0; i < %d; i++) {\n", (int)l->count);
+    fprintf(p->file,
+            "    /* One iteration for each of %d groups of links; comments and names are those of the second. */\n"
+            "    for (int i = 0; i < %d; i++) {\n",
+            (int)l->count, (int)l->count);
 }
 
 /* Prints where an iteration stores a node: in its column, and in outputs. */
