@@ -67,6 +67,16 @@ static const char folded[] =
     "int folded_markers(const void *m, const double *q, const double *v, double *x, double *u) {\n"
     "    (void)m; return mech_markers(q, v, x, u); }\n" FOLDED_HOOK;
 
+/* The same of recursions alone. */
+static const char folded_recursions[] =
+    "#define GIVEN(f) int folded_##f(const void *m, const double *q, const double *v, const double *x, double *y) { "
+    "\\\n"
+    "    (void)m; return mech_##f(q, v, x, y); }\n"
+    "GIVEN(forward) GIVEN(inverse)\n"
+    "int folded_bias(const void *m, const double *q, const double *v, double *x) { (void)m; return mech_bias(q, v, x); "
+    "}\n"
+    "int folded_mass(const void *m, const double *q, double *x) { (void)m; return mech_mass(q, x); }\n" FOLDED_HOOK;
+
 /* The same with forces that depend on time. */
 static const char folded_timed[] =
     "int folded_effects(const void *m, double t, const double *q, const double *v, double *x) {\n"
@@ -85,7 +95,10 @@ static bool write_files(kt_generated *g, const kt_model *model, unsigned functio
     if (kt_check_true("files can be written", source != NULL && header != NULL))
         status = kt_codegen_write(model, "mech", functions, fold, source, header, &error);
     if (source != NULL && fold)
-        fputs((functions & KT_CODEGEN_FORWARD) ? folded : folded_timed, source);
+        fputs(!(functions & KT_CODEGEN_FORWARD)  ? folded_timed
+              : (functions & KT_CODEGEN_EFFECTS) ? folded
+                                                 : folded_recursions,
+              source);
     if (source != NULL)
         fclose(source);
     if (header != NULL)
