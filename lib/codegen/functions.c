@@ -175,12 +175,13 @@ static bool fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f
     return fine;
 }
 
-/* Whether a function is long, and its steps may become loops. */
-static bool may_have_loops(const kt_graph *g, int k, const kt_code_function *f) {
-    const kt_op_counts n = kt_graph_count(g, f->out, f->out_count);
+/* Whether a function is long, and its steps may become loops. Forces of effects have the motion of links, too, in other
+ * expressions than the recursion with steps: both would give their variables the same names. */
+static bool may_have_loops(const kt_code_tree *tree, int k, const kt_code_function *f) {
+    const kt_op_counts n = kt_graph_count(tree->graph, f->out, f->out_count);
     const bool is_recursion = k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_INVERSE_INDEX ||
                               k == KT_CODEGEN_BIAS_INDEX || k == KT_CODEGEN_MASS_INDEX ||
-                              k == KT_CODEGEN_ACCELERATION_INDEX;
+                              (k == KT_CODEGEN_ACCELERATION_INDEX && tree->model->n.effect == 0);
     return is_recursion && n.multiply + n.add > KEEPS_SIGNS_FROM;
 }
 
@@ -196,7 +197,7 @@ bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_fun
     bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
     if (fine && !tree->graph->failed)
         factor_function(tree->graph, f);
-    f->may_roll = fine && !tree->graph->failed && rows == 0 && may_have_loops(tree->graph, k, f);
+    f->may_roll = fine && !tree->graph->failed && rows == 0 && may_have_loops(tree, k, f);
     if (f->may_roll) {
         tree->graph->keeps_signs = true;
         tree->graph->scope++;
