@@ -6,8 +6,8 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. It also counts
- * tries in which an implicit method finds no solution (simulation/retry.c). After TURNS of them, contacts that slip
+ * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. Tries in
+ * which an implicit method finds no solution count, too (simulation/retry.c). After TURNS of them, contacts that slip
  * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
  * (simulation/contacts.c). If friction can hold only some of them, the others begin to slip again. If it can hold none,
  * all of them slip on as before.
