@@ -57,12 +57,13 @@ static const kt_node *loop_of_action(const kt_node *action) {
 
 /* The items of the file that have this name; NULL: none. */
 static const char *users_of_name(const kt_reader *r, const char *name) {
-    const kt_node *states = kt_node_find(r->root, "states");
-    if (kt_is_parameter(r, name))
-        return "parameters";
-    if (kt_is_named(r, name))
-        return "expressions";
-    return states != NULL && states->kind == KT_NODE_MAP && kt_node_find(states, name) != NULL ? "states" : NULL;
+    static const char *const keys[] = {"parameters", "expressions", "states"};
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
+        const kt_node *items = kt_node_find(r->root, keys[k]);
+        if (items != NULL && items->kind == KT_NODE_MAP && kt_node_find(items, name) != NULL)
+            return keys[k];
+    }
+    return NULL;
 }
 
 /* Reports the name of a state that the file uses for another item. */
