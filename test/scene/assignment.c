@@ -9,49 +9,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "collect.h"
-
-static kt_collected faults;
-
-static bool parse(const char *text, const kt_scene_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    return kt_scene_parse_with("x", text, strlen(text), options, scene, kt_collect, &faults, &error) == KT_OK;
-}
-
-/* A simulation of a scene, with its events. */
-typedef struct running {
-    kt_scene scene;
-    kt_model *model;
-    kt_simulation *simulation;
-    kt_scene_watch *watch;
-} running;
-
-static bool start(const char *text, const kt_scene_options *options, running *to) {
-    kt_error error = {0};
-    *to = (running){.model = NULL};
-    if (!kt_check_true("the scene is read", parse(text, options, &to->scene))) {
-        fprintf(stderr, "%s: %s\n", faults.first.where, faults.first.message);
-        return false;
-    }
-    kt_model_options compiled = kt_model_options_default();
-    kt_simulation_options made = kt_simulation_options_default();
-    compiled.settable = kt_scene_sets(&to->scene);
-    made.events = kt_scene_event_room(&to->scene);
-    kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&to->scene, to->model, to->simulation, NULL, 0, &to->watch, &error);
-    return kt_check_text("begins", status == KT_OK ? "" : error.message, "");
-}
-
-static void stop(running *of) {
-    kt_scene_watch_free(of->watch);
-    kt_simulation_free(of->simulation);
-    kt_model_free(of->model);
-    kt_scene_free(&of->scene);
-}
+#include "running.h"
 
 /* ---- a closed form ----------------------------------------------------------------------------------------------- */
 
@@ -96,8 +54,8 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     running r;
     events_seen seen = {0};
     kt_error error = {0};
-    if (!start(hardens, NULL, &r)) {
-        stop(&r);
+    if (!running_start(hardens, NULL, &r)) {
+        running_stop(&r);
         return;
     }
     const kt_status status = kt_simulation_run(r.simulation, see, &seen, &error);
@@ -117,7 +75,7 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     const kt_work work = kt_simulation_work(r.simulation);
     kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 2e-10);
     kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
-    stop(&r);
+    running_stop(&r);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
@@ -125,7 +83,7 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
 KT_TEST(checkpoints_hold_what_events_have_set) {
     running a, b;
     kt_error error = {0};
-    if (!start(hardens, NULL, &a) || !start(hardens, NULL, &b))
+    if (!running_start(hardens, NULL, &a) || !running_start(hardens, NULL, &b))
         return;
     kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
     void *block = malloc(kt_simulation_state_size(a.simulation));
@@ -140,8 +98,8 @@ KT_TEST(checkpoints_hold_what_events_have_set) {
             memcmp(kt_simulation_positions(a.simulation), kt_simulation_positions(b.simulation), sizeof(double)), 0);
     }
     free(block);
-    stop(&a);
-    stop(&b);
+    running_stop(&a);
+    running_stop(&b);
 }
 
 /* Replaces the first occurrence in a scene of at most 2000 characters. */
@@ -172,7 +130,7 @@ KT_TEST(checkpoints_are_rejected_where_numbers_follow_otherwise) {
     running a, b;
     char other[2000];
     kt_error error = {0};
-    if (!start(hardens, NULL, &a))
+    if (!running_start(hardens, NULL, &a))
         return;
     kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
     void *block = malloc(kt_simulation_state_size(a.simulation));
@@ -180,17 +138,17 @@ KT_TEST(checkpoints_are_rejected_where_numbers_follow_otherwise) {
         kt_simulation_save(a.simulation, block);
     for (size_t i = 0; block != NULL && i < sizeof rows / sizeof *rows; i++) {
         replace(hardens, rows[i].old, rows[i].new, other);
-        if (!start(other, NULL, &b))
+        if (!running_start(other, NULL, &b))
             break;
         error = (kt_error){0};
         kt_check_equal_int(rows[i].new, kt_simulation_restore(b.simulation, block, &error),
                            rows[i].words == NULL ? KT_OK : KT_ERROR_ARGUMENT);
         if (rows[i].words != NULL)
             kt_check_contains("words", error.message, rows[i].words);
-        stop(&b);
+        running_stop(&b);
     }
     free(block);
-    stop(&a);
+    running_stop(&a);
 }
 
 /* A checkpoint at each record of events, before and after their actions. */
@@ -226,7 +184,7 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
     running a, b;
     kt_error error = {0};
     int differ = 0;
-    if (!start(charged, NULL, &a) || !start(charged, NULL, &b))
+    if (!running_start(charged, NULL, &a) || !running_start(charged, NULL, &b))
         return;
     saves s = {.of = a.simulation, .blocks = malloc(SAVES_MOST * kt_simulation_state_size(a.simulation))};
     if (kt_check_true("memory", s.blocks != NULL) &&
@@ -245,8 +203,8 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
         kt_check_equal_int("ends of other bits", differ, 0);
     }
     free(s.blocks);
-    stop(&a);
-    stop(&b);
+    running_stop(&a);
+    running_stop(&b);
 }
 
 /* Breakpoints of formulas of time are roots, whose last bits depend on where the search began: steps behind a
@@ -263,7 +221,7 @@ KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
     running a, b;
     kt_error error = {0};
     int steps = 0, differ = 0;
-    if (!start(driven, NULL, &a) || !start(driven, NULL, &b))
+    if (!running_start(driven, NULL, &a) || !running_start(driven, NULL, &b))
         return;
     if (!kt_check_equal_int("to the end", kt_simulation_advance(b.simulation, 3.0, &error), KT_OK))
         return;
@@ -279,8 +237,8 @@ KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
     kt_check_above("steps", steps, 20);
     kt_check_equal_int("ends of other bits", differ, 0);
     free(block);
-    stop(&a);
-    stop(&b);
+    running_stop(&a);
+    running_stop(&b);
 }
 
 /* ---- all that can be set ----------------------------------------------------------------------------------------- */
@@ -314,7 +272,7 @@ KT_TEST(behind_an_event_the_equations_are_those_of_the_new_numbers) {
     const kt_scene_options options = {.settings = settings, .setting_count = 1};
     running r, anew;
     kt_error error = {0};
-    if (!start(all_of_it, NULL, &r) || !start(all_of_it, &options, &anew))
+    if (!running_start(all_of_it, NULL, &r) || !running_start(all_of_it, &options, &anew))
         return;
     double before[8], a[8], expected[8];
     const int nv = kt_model_nv(r.model);
@@ -333,8 +291,8 @@ KT_TEST(behind_an_event_the_equations_are_those_of_the_new_numbers) {
     }
     /* And every one of them counts. */
     kt_check_true("it matters", fabs(before[0] - a[0]) > 0.1);
-    stop(&r);
-    stop(&anew);
+    running_stop(&r);
+    running_stop(&anew);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
@@ -352,20 +310,20 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
     char *text = NULL;
     size_t size = 0;
     FILE *stream = open_memstream(&text, &size);
-    if (stream == NULL || !kt_check_true("reads", parse(formulas, NULL, &scene)))
+    if (stream == NULL || !kt_check_true("reads", running_parse(formulas, NULL, &scene)))
         return;
     kt_check_equal_int("states", scene.description.state_count, 2);
     kt_check_equal_int("writes", kt_scene_write(&scene, stream, &error), KT_OK);
     fclose(stream);
     kt_check_contains("the set", text, "set: {n:");
-    if (kt_check_true("reads again", parse(text, NULL, &again))) {
+    if (kt_check_true("reads again", running_parse(text, NULL, &again))) {
         kt_check_equal_int("sets", again.event_count > 0 ? again.events[0].set_count : 0, 2);
         kt_check_equal_int("states", again.description.state_count, 2);
         kt_scene_free(&again);
     }
     free(text);
     kt_scene_free(&scene);
-    if (!kt_check_true("reads", parse(hardens, NULL, &scene)))
+    if (!kt_check_true("reads", running_parse(hardens, NULL, &scene)))
         return;
     stream = open_memstream(&text, &size);
     if (stream == NULL)
@@ -408,11 +366,11 @@ KT_TEST(what_cannot_change_is_rejected_at_its_place) {
         snprintf(text, sizeof text,
                  "kinetree: 1\nparameters: {k: 1}\n%s\nevents: [{name: e, when: t - 1, then: {set: {%s}}}]\n",
                  wrong[i].line, wrong[i].set);
-        if (!kt_check_true(wrong[i].line, !parse(text, NULL, &scene)))
+        if (!kt_check_true(wrong[i].line, !running_parse(text, NULL, &scene)))
             continue;
-        kt_check_equal_int("faults", (long long)faults.count, 1);
-        kt_check_text("place", faults.first.where, wrong[i].place);
-        kt_check_contains("words", faults.first.message, wrong[i].words);
+        kt_check_equal_int("faults", (long long)running_faults.count, 1);
+        kt_check_text("place", running_faults.first.where, wrong[i].place);
+        kt_check_contains("words", running_faults.first.message, wrong[i].words);
     }
 }
 
@@ -428,7 +386,7 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     running r;
     kt_error error = {0};
     double mass = 0.0;
-    if (!start(negative, NULL, &r))
+    if (!running_start(negative, NULL, &r))
         return;
     kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
     kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
@@ -437,7 +395,7 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     kt_check_equal_int("reads", kt_parameter_get(r.model, &parameter, &mass, &error), KT_OK);
     kt_check_near("the mass", mass, 1.0, 0.0);
     kt_check_near("the state", kt_simulation_own_states(r.simulation)[0], 5.0, 0.0);
-    stop(&r);
+    running_stop(&r);
 }
 
 /* It names the parameter, and a NaN has no sign. */
@@ -450,10 +408,10 @@ KT_TEST(a_value_that_is_no_number_ends_the_run_in_words) {
                                "simulate: {duration: 1}\n";
     running r;
     kt_error error = {0};
-    if (!start(root, NULL, &r))
+    if (!running_start(root, NULL, &r))
         return;
     kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
     kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
     kt_check_text("words", error.message, "'k' is nan; give a finite number");
-    stop(&r);
+    running_stop(&r);
 }

@@ -11,54 +11,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "collect.h"
-
-static kt_collected faults;
-
-static bool parse(const char *text, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    return kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) == KT_OK;
-}
-
-/* A simulation of a scene, with its events. */
-typedef struct running {
-    kt_scene scene;
-    kt_model *model;
-    kt_simulation *simulation;
-    kt_scene_watch *watch;
-} running;
-
-/* Starts the scene that has been read. */
-static bool start_read(running *to) {
-    kt_error error = {0};
-    kt_model_options compiled = kt_model_options_default();
-    kt_simulation_options made = kt_simulation_options_default();
-    compiled.settable = kt_scene_sets(&to->scene);
-    made.events = kt_scene_event_room(&to->scene);
-    kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&to->scene, to->model, to->simulation, NULL, 0, &to->watch, &error);
-    return kt_check_text("begins", status == KT_OK ? "" : error.message, "");
-}
-
-static bool start(const char *text, running *to) {
-    *to = (running){.model = NULL};
-    if (!kt_check_true("the scene is read", parse(text, &to->scene))) {
-        kt_note("%s: %s", faults.first.where, faults.first.message);
-        return false;
-    }
-    return start_read(to);
-}
-
-static void stop(running *of) {
-    kt_scene_watch_free(of->watch);
-    kt_simulation_free(of->simulation);
-    kt_model_free(of->model);
-    kt_scene_free(&of->scene);
-}
+#include "running.h"
 
 static bool advance(running *of, double t) {
     kt_error error = {0};
@@ -117,8 +70,8 @@ static kt_vec3 held_place(const running *r) {
 /* Bounds: the tolerance of projections, 1e-12 of the length; for the height ten times the tolerance of steps. */
 static void check_landings(const char *text) {
     running r;
-    if (!start(text, &r)) {
-        stop(&r);
+    if (!running_start(text, NULL, &r)) {
+        running_stop(&r);
         return;
     }
     kt_check_near("described place, m", kt_vec3_norm(held_place(&r)), 0.0, 0.0);
@@ -136,7 +89,7 @@ static void check_landings(const char *text) {
             kt_check_near("its states hold the place", distance(sole_of(&r), held_place(&r)), 0.0, 1e-11);
         }
     }
-    stop(&r);
+    running_stop(&r);
 }
 
 KT_TEST(a_leg_is_welded_where_it_lands) { check_landings(in_space); }
@@ -153,7 +106,7 @@ static void check_checkpoints(const char *text) {
     static const double times[] = {0.0, 0.2, 0.45, 0.55, 0.62, 0.8, 1.4};
     running a, b;
     kt_error error = {0};
-    if (!start(text, &a) || !start(text, &b))
+    if (!running_start(text, NULL, &a) || !running_start(text, NULL, &b))
         return;
     const size_t size = kt_simulation_state_size(a.simulation), nq = (size_t)kt_model_nq(a.model);
     const size_t count = sizeof times / sizeof *times, nx = (size_t)kt_own_state_count(a.model);
@@ -177,8 +130,8 @@ static void check_checkpoints(const char *text) {
                             nx);
     }
     free(blocks);
-    stop(&a);
-    stop(&b);
+    running_stop(&a);
+    running_stop(&b);
 }
 
 KT_TEST(checkpoints_hold_footholds) { check_checkpoints(in_space); }
@@ -214,7 +167,7 @@ KT_TEST(a_state_that_is_set_has_the_described_place) {
     kt_error error = {0};
     double place[KT_PARAMETER_MAX];
     kt_parameter parameter;
-    if (start(in_space, &r) && advance(&r, 0.5)) {
+    if (running_start(in_space, NULL, &r) && advance(&r, 0.5)) {
         kt_check_true("finds", kt_parameter_find(r.model, "loop hold.place", &parameter, &error) == KT_OK);
         kt_check_true("gets", kt_parameter_get(r.model, &parameter, place, &error) == KT_OK);
         kt_check_near("at the foothold", distance(kt_vec3_make(place[0], place[1], place[2]), sole_of(&r)), 0.0, 1e-11);
@@ -227,14 +180,15 @@ KT_TEST(a_state_that_is_set_has_the_described_place) {
         for (int k = 0; k < 6; k++)
             kt_check_near("described", place[k], 0.0, 0.0);
     }
-    stop(&r);
+    running_stop(&r);
 }
 
 /* A scene that goes on from a state in which the foot is held, as `--from` does: nothing moves at the start. */
 KT_TEST(a_scene_goes_on_with_its_foothold) {
     running a, b = {.model = NULL};
     kt_error error = {0};
-    if (!start(in_space, &a) || !advance(&a, 0.5) || !kt_check_true("the scene is read", parse(in_space, &b.scene)))
+    if (!running_start(in_space, NULL, &a) || !advance(&a, 0.5) ||
+        !kt_check_true("the scene is read", running_parse(in_space, NULL, &b.scene)))
         return;
     const double *q = kt_simulation_positions(a.simulation), *v = kt_simulation_velocities(a.simulation);
     kt_status status = kt_scene_start_from(&b.scene, a.model, q, v, &error);
@@ -242,7 +196,7 @@ KT_TEST(a_scene_goes_on_with_its_foothold) {
         status = kt_scene_start_states(&b.scene, kt_simulation_own_states(a.simulation), &error);
     if (kt_check_text("starts from it", status == KT_OK ? "" : error.message, "")) {
         ((kt_loop *)(uintptr_t)b.scene.description.loops)[0].switching = KT_SWITCHED_ON;
-        if (start_read(&b)) {
+        if (running_start_read(&b)) {
             double worst = 0.0;
             for (int i = 0; i < kt_model_nq(a.model); i++)
                 worst = fmax(worst, fabs(kt_simulation_positions(b.simulation)[i] - q[i]));
@@ -253,16 +207,16 @@ KT_TEST(a_scene_goes_on_with_its_foothold) {
                 kt_check_near("the sole stays, m", distance(sole_of(&b), sole_of(&a)), 0.0, 1e-11);
         }
     }
-    stop(&a);
-    stop(&b);
+    running_stop(&a);
+    running_stop(&b);
 }
 
 /* A loop that acts keeps its place, although the event happens again. */
 KT_TEST(an_acting_loop_keeps_its_place) {
     running r;
-    if (start(LEG(IN_SPACE, HIP, "spherical", "\"velocity.foot[2]\": 2.5",
-                  "  - {name: again, when: t - 0.5, then: {engage_here: hold}}\n"),
-              &r) &&
+    if (running_start(LEG(IN_SPACE, HIP, "spherical", "\"velocity.foot[2]\": 2.5",
+                          "  - {name: again, when: t - 0.5, then: {engage_here: hold}}\n"),
+                      NULL, &r) &&
         advance(&r, 0.45)) {
         const kt_vec3 place = held_place(&r);
         double x[6];
@@ -273,7 +227,7 @@ KT_TEST(an_acting_loop_keeps_its_place) {
             kt_check_near("the sole stays, m", distance(sole_of(&r), place), 0.0, 1e-11);
         }
     }
-    stop(&r);
+    running_stop(&r);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
@@ -290,8 +244,8 @@ KT_TEST(a_scene_with_a_foothold_is_written_and_read) {
     kt_error error = {0};
     char *written = NULL;
     size_t size = 0;
-    if (!kt_check_true("is read", parse(text, &scene))) {
-        kt_note("%s: %s", faults.first.where, faults.first.message);
+    if (!kt_check_true("is read", running_parse(text, NULL, &scene))) {
+        kt_note("%s: %s", running_faults.first.where, running_faults.first.message);
         return;
     }
     FILE *stream = open_memstream(&written, &size);
@@ -299,7 +253,7 @@ KT_TEST(a_scene_with_a_foothold_is_written_and_read) {
     if (stream != NULL)
         (void)fclose(stream);
     if (kt_check_text("is written", status == KT_OK ? "" : error.message, "") &&
-        kt_check_true(written, parse(written, &again))) {
+        kt_check_true(written, running_parse(written, NULL, &again))) {
         kt_check_equal_int("states", again.description.state_count, 6);
         kt_check_true("here", again.events[0].switches[0].here);
         const double expected[] = {1.0, 2.0, 3.0};
@@ -351,9 +305,9 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
                        "effects: [{name: push, type: joint_spring, joint: slide, stiffness: 1}]\n"
                        "loops: [%s]\nevents: [{name: a, when: t - 1, then: %s}]\n",
                        wrong[i].loop, wrong[i].action);
-        if (!kt_check_true(text, !parse(text, &scene)))
+        if (!kt_check_true(text, !running_parse(text, NULL, &scene)))
             continue;
-        kt_check_equal_int("faults", (long long)faults.count, 1);
-        kt_check_contains("words", faults.first.message, wrong[i].words);
+        kt_check_equal_int("faults", (long long)running_faults.count, 1);
+        kt_check_contains("words", running_faults.first.message, wrong[i].words);
     }
 }
