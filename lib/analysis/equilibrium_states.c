@@ -223,8 +223,7 @@ static kt_status take_search_step(search *s, double *length, kt_error *error) {
     return status == KT_OK && whole > STALLED ? reject_search(s, "no part of a step leads nearer", error) : status;
 }
 
-/* ---- the motion itself
- * --------------------------------------------------------------------------------------------- */
+/* ---- the motion itself ------------------------------------------------------------------------------------------- */
 
 /* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
 static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
@@ -259,8 +258,7 @@ static kt_status follow_to_rest(search *s, kt_equilibrium *found, double *length
     return status == KT_OK ? reject_search(s, "the motion from there does not come to rest", error) : status;
 }
 
-/* ---- the call
- * ------------------------------------------------------------------------------------------------------ */
+/* ---- the call ---------------------------------------------------------------------------------------------------- */
 
 kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_options *options, double t,
                                    const double *q, const double *tau, kt_equilibrium *found, kt_error *error) {

@@ -127,8 +127,7 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 
-/* ---- places of bodies and loops
- * --------------------------------------------------------------------------------------
+/* ---- places of bodies and loops -------------------------------------------------------------------------------------
  *
  * Some faults are found only when the scene is compiled. The nodes are freed by then, so the line and column of each
  * body and loop are stored. */

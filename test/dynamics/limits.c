@@ -281,8 +281,7 @@ KT_TEST(gimbal_lock_is_rejected_at_every_angle) {
     kt_check_worst(&rejections);
 }
 
-/* ---- the smallest mechanisms
- * ----------------------------------------------------------------------------------------- */
+/* ---- the smallest mechanisms ------------------------------------------------------------------------------------- */
 
 KT_TEST(a_mechanism_without_freedoms_has_dynamics_of_no_numbers) {
     for (int bodies = 0; bodies < 3; bodies++) {

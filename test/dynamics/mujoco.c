@@ -212,8 +212,7 @@ static void set_state(twin *t, const kt_tree_state *s) {
     mj_forward(t->m, t->d);
 }
 
-/* ---- comparisons: parts of the largest number of its kind
- * ------------------------------------------------------------ */
+/* ---- comparisons: parts of the largest number of its kind -------------------------------------------------------- */
 
 typedef void comparison(twin *t, const kt_tree_state *s, kt_worst *error, int n);
 

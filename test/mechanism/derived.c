@@ -231,8 +231,7 @@ KT_TEST(wrenches_supply_what_the_energies_of_a_loop_gain) {
     linkage_free(&l);
 }
 
-/* ---- singular positions
- * ----------------------------------------------------------------------------------------------- */
+/* ---- singular positions ------------------------------------------------------------------------------------------ */
 
 /* One group at a singular position, and another that is not: each moves as it does alone. */
 KT_TEST(group_beside_a_singular_one_moves_as_it_does_alone) {

@@ -47,17 +47,15 @@ typedef struct pair {
     answer theirs;
     kt_model *model;
     kt_data *data;
-    double *a, *b; /* A and B, a column for each y */
-    double *q, *v, *zero, *tau, *matrix, *left, *right;
+    double *a, *b;                                               /* A and B, a column for each y */
+    double *q, *v, *zero, *tau, *matrix, *left, *right, *forces; /* forces: A' f and B' g */
 } pair;
 
 typedef struct findings {
     kt_worst mass, bias;
 } findings;
 
-/* ---- writing
- * -----------------------------------------------------------------------------------------------------
- */
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 static void hear_of_change(void *user, const char *what, int count) {
     exported *e = user;
@@ -88,9 +86,7 @@ static bool write_export(exported *e, const char *folder) {
     return false;
 }
 
-/* ---- our model
- * ---------------------------------------------------------------------------------------------------
- */
+/* ---- our model --------------------------------------------------------------------------------------------------- */
 
 /* Whether URDF turns the mechanism, so that its gravity is along -z. */
 static bool is_turned(const exported *e) {
@@ -135,7 +131,7 @@ static bool load(pair *p) {
     const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model), nw = (size_t)p->theirs.nv;
     const size_t square = nv * nv;
     return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->zero, nv}, {&p->tau, nv}, {&p->matrix, square}, {&p->a, square},
-                        {&p->b, nw * nv}, {&p->left, square}, {&p->right, square});
+                        {&p->b, nw * nv}, {&p->left, square}, {&p->right, square}, {&p->forces, 2 * nv});
 }
 
 static void release(pair *p) {
@@ -145,9 +141,7 @@ static void release(pair *p) {
     release_answer(&p->theirs);
 }
 
-/* ---- coordinates
- * -------------------------------------------------------------------------------------------------
- */
+/* ---- coordinates ------------------------------------------------------------------------------------------------- */
 
 /* Their joint NAME, or NAME with an ending; NULL: there is none. */
 static const answer_joint *find_joint(const pair *p, const char *name, const char *ending) {
@@ -319,9 +313,7 @@ static bool map_all(pair *p) {
     return true;
 }
 
-/* ---- comparing
- * ---------------------------------------------------------------------------------------------------
- */
+/* ---- comparing --------------------------------------------------------------------------------------------------- */
 
 /* T' M T for T with `columns` columns, and T' f. */
 static void reduce(const double *t, const double *m, const double *f, int rows, int columns, double *mass,
@@ -359,19 +351,19 @@ static bool compute(const pair *p) {
 
 static void compare_state(const pair *p, findings *f, double worst[2]) {
     const int nv = kt_model_nv(p->model), nw = p->theirs.nv;
-    double *forces = p->right + nv * nv; /* A' f and B' g */
+    double *ours = p->forces, *theirs = p->forces + nv;
     const double slack = kt_model_body_count(p->model) * (p->file->raised + 2e-14);
-    reduce(p->a, p->matrix, p->tau, nv, nv, p->left, forces);
-    reduce(p->b, p->theirs.mass, p->theirs.bias, nw, nv, p->right, forces + nv);
-    const double mass = largest(p->right, nv * nv), bias = fmax(mass, largest(forces + nv, nv));
+    reduce(p->a, p->matrix, p->tau, nv, nv, p->left, ours);
+    reduce(p->b, p->theirs.mass, p->theirs.bias, nw, nv, p->right, theirs);
+    const double mass = largest(p->right, nv * nv), bias = fmax(mass, largest(theirs, nv));
     for (int i = 0; i < nv * nv; i++) {
         worst[0] = fmax(worst[0], fabs(p->left[i] - p->right[i]) / mass);
         kt_worst_near(&f->mass, p->left[i], p->right[i], 1e-12 * mass + slack, "%s, %d %d", p->file->path, i / nv,
                       i % nv);
     }
     for (int i = 0; i < nv; i++) {
-        worst[1] = fmax(worst[1], fabs(forces[i] - forces[nv + i]) / bias);
-        kt_worst_near(&f->bias, forces[i], forces[nv + i], 1e-12 * bias + 10.0 * slack, "%s, %d", p->file->path, i);
+        worst[1] = fmax(worst[1], fabs(ours[i] - theirs[i]) / bias);
+        kt_worst_near(&f->bias, ours[i], theirs[i], 1e-12 * bias + 10.0 * slack, "%s, %d", p->file->path, i);
     }
 }
 
