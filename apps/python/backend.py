@@ -99,7 +99,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as temporary:
-        build = compiled(f"{temporary}/build", config_settings)
+        build = compiled(temporary, config_settings)
         wheel, data = Wheel(wheel_directory), f"kinetree-{version()}.data"
         sources = ROOT / "apps/python/kinetree"
         for path in sorted([*sources.glob("*.py"), sources / "py.typed", build / "apps/python/kinetree/_kinetree.abi3.so"], key=lambda each: each.name):

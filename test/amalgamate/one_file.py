@@ -3,15 +3,14 @@
 one_file.py COMPILER SOURCE-ROOT FOLDER BITS.c [SCENE.a STUDY.a CORE.a]
 
 Writes kinetree.c and kinetree.h, compiles them once, and runs sampled test programs of the suite with them. With the
-archives of the library, states of all bundled scenes are compared to the last bit. KT_ONE_FILE: gcc or clang, the only compiler.
+archives of the library, states of all bundled scenes are compared to the last bit.
 """
-import os
 import pathlib
 import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note, skip
+from claims import claim, finish, note
 
 STEPS = 100
 FLAGS = ["-std=c17", "-O1", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
@@ -96,10 +95,6 @@ def run_sample(bench, engine):
 
 
 def main():
-    only = os.environ.get("KT_ONE_FILE")
-    if only and only != pathlib.Path(sys.argv[3]).name:
-        skip("the_core_as_one_file", f"KT_ONE_FILE takes {only} alone")
-        return finish()
     compiler, root, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
     folder.mkdir(parents=True, exist_ok=True)
     bench = Bench(compiler, root, folder)

@@ -1,10 +1,13 @@
 """`pip install .` works in a new environment without a network: wheel.py SOURCE-ROOT BUILD-ROOT.
 
-All temporary files are below the build directory. Paths from there to the sources are then the same in every clone, and ccache has the
-objects of an earlier run, which are nine tenths of the time.
+All temporary files are beside the build directory, and the package is compiled as that directory is. Paths from there to the sources are
+then the same, and ccache has the objects, which take nine tenths of the time.
 """
+import json
 import os
 import pathlib
+import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,9 +24,6 @@ simulation.advance(0.1)
 print(kt.__version__, len(run) > 10 and abs(run["position.rod"][-1] - simulation.positions[0]) < 1e-9)
 """
 
-# Half of the time to compile is that of levels of the instruction set and of the optimiser: other tests have these.
-SETTINGS = "--config-settings=setup-args=-Dlevels=baseline -Doptimization=0"
-
 # What an installation can break: the module, the command and its scenes. python/package has the same sources, and runs all tests.
 SAMPLE = ("reachable or bits_of_the_command or has_a_line_for_each or equal_bits or example_of_the_specification or bits_of_single_calls"
           " or closed_form or layout or data_cannot_be_moved")
@@ -34,17 +34,28 @@ def words(*command, **options):
     return [] if run.returncode == 0 else [f"status {run.returncode}", *(run.stdout + run.stderr).splitlines()[-20:]], run.stdout
 
 
+def settings(build):
+    """Those of the build directory. Without ccache, half of the time is that of levels of the instruction set and of the optimiser."""
+    options = {"levels": "baseline", "optimization": "0"}
+    if shutil.which("ccache"):
+        with open(pathlib.Path(build) / "meson-info/intro-buildoptions.json", encoding="utf-8") as file:
+            known = {option["name"]: option["value"] for option in json.load(file)}
+        options = {name: known[name] for name in ("levels", "optimization", "c_args", "werror")}
+    return shlex.join(f"-D{name}={','.join(value) if isinstance(value, list) else str(value).lower()}" for name, value in options.items())
+
+
 def main():
     root, build = sys.argv[1:]
-    with tempfile.TemporaryDirectory(prefix="wheel-", dir=build) as name:
+    with tempfile.TemporaryDirectory(prefix="wheel-", dir=pathlib.Path(build).parent) as name:
         folder = pathlib.Path(name)
         problems, _ = words(sys.executable, "-m", "venv", "--system-site-packages", folder / "venv")
         if problems:
             skip("pip_installs_the_package", "this Python has no venv")
             return finish()
         python = folder / "venv/bin/python"
-        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": name}
-        problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", SETTINGS, root, env=environment)
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": str(pathlib.Path(build).parent), "CCACHE_NOHASHDIR": "1"}
+        problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps",
+                            f"--config-settings=setup-args={settings(build)}", root, env=environment)
         claim("pip_installs_the_package", problems)
         if not problems:
             clean = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "KINETREE_COMMAND")}
