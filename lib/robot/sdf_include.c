@@ -175,6 +175,17 @@ static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
     kt_left_count(&m->missing, e);
 }
 
+/* What a model lacks whose folder is there. */
+static const char *without_file(kt_sdf *m, const char *uri, const char *file) {
+    const size_t room = strlen(uri) + strlen(file) + 40;
+    char *text = kt_pool_take(&m->r->keep, room, 1);
+    if (text == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    else
+        (void)snprintf(text, room, "%s, whose folder has no file %s", uri, file);
+    return text != NULL ? text : uri;
+}
+
 const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
                                  int *version) {
     const char *uri = kt_sdf_text(e, "uri");
@@ -190,6 +201,7 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
         const char *inner = join_folder(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
         const bool is_there = inner != NULL && kt_include_is_there(m->r, m->source, inner);
         *path = is_there ? kt_include_path(m->r, m->source, e, inner) : NULL;
+        uri = is_there || inner == NULL ? uri : without_file(m, uri, file);
     }
     if (*path == NULL || !kt_include_exists(*path, false)) {
         if (m->r->fault_count == faults)

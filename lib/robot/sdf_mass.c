@@ -118,6 +118,15 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
+/* The mesh of an included model is next to the model's file. */
+static const char *sdf_mesh_uri(kt_sdf *m, const kt_element *e, const kt_element *mesh) {
+    const char *uri = kt_sdf_text(mesh, "uri");
+    if (uri == NULL || m->source->folder == NULL || uri[0] == '/' || strstr(uri, "://") != NULL)
+        return uri;
+    const char *near = kt_include_relative(m->r, m->source, e, uri);
+    return near != NULL && kt_include_is_there(m->r, m->source, near) ? near : uri;
+}
+
 /* Adds a visual or collision to the link's picture. Returns whether it has a solid or mesh that pictures support. */
 static bool add_sdf_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
@@ -125,7 +134,7 @@ static bool add_sdf_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element 
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
     if (mesh != NULL) {
         const kt_vec3 scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
-        (void)kt_appearance_add_mesh(&m->appearance, e, kt_sdf_text(mesh, "uri"), kt_sdf_pose_within(m, e, link->frame),
+        (void)kt_appearance_add_mesh(&m->appearance, e, sdf_mesh_uri(m, e, mesh), kt_sdf_pose_within(m, e, link->frame),
                                      scale);
         return true;
     }
@@ -152,7 +161,7 @@ static void set_geometry(kt_sdf *m, const kt_element *geometry, kt_collision *it
     item->solid = s.type;
     memcpy(item->size, s.size, sizeof item->size);
     item->is_plane = plane != NULL;
-    item->mesh = mesh != NULL ? kt_sdf_text(mesh, "uri") : NULL;
+    item->mesh = mesh != NULL ? sdf_mesh_uri(m, geometry, mesh) : NULL;
     item->scale = kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0));
     if (plane == NULL)
         return;

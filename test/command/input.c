@@ -193,6 +193,8 @@ KT_TEST(run_reads_robots_with_their_ground) {
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --contacts");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K run p.yaml --ground 0");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K check p.yaml ball.urdf --floating");
+    kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "cat p.yaml | $K info - --floating");
+    kt_expect(2, "did you mean 'ball.urdf'", "$K run ball.udrf --floating");
 }
 
 /* Servers are the place of some models only: the remedy of the others is a folder. */
@@ -205,6 +207,29 @@ KT_TEST(a_world_without_its_models_names_the_remedy) {
     ran = kt_shell("u=model://b; %s", world);
     kt_check_contains("of a folder", ran.err, "GAZEBO_MODEL_PATH or --search");
     kt_check_true("of a folder, no server", strstr(ran.err, "open the world") == NULL);
+}
+
+/* The world has a mesh of the same name, whose vertices lie elsewhere. */
+KT_TEST(meshes_of_an_included_model_are_next_to_it) {
+    kt_shell("mkdir -p kept/box/meshes meshes; v='v 0 0 0\nv 0 1 0\nv 0 0 1\n'; f='f 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 "
+             "4\n'; printf \"${v}v 5 0 0\n$f\" >kept/box/meshes/a.obj; printf \"${v}v 9 0 0\n$f\" >meshes/a.obj");
+    kt_write_file("kept/box/model.sdf", "<sdf version='1.9'><model name='box'><link name='l'><collision name='c'>"
+                                        "<geometry><mesh><uri>meshes/a.obj</uri></mesh></geometry></collision></link>"
+                                        "</model></sdf>");
+    kt_write_file("w.sdf",
+                  "<sdf version='1.9'><world name='w'><include><uri>model://box</uri></include></world></sdf>");
+    const kt_ran ran = kt_shell("$K import w.sdf --search kept --contacts --ground -1");
+    kt_check_contains("of the model", ran.out, "at: [5, 0, 0]");
+    kt_check_true("none of the world", strstr(ran.out, "at: [9, 0, 0]") == NULL);
+}
+
+/* The folder of a model is found, but not the file that it names. */
+KT_TEST(a_model_without_its_file_is_told_from_a_missing_one) {
+    kt_shell("mkdir -p cfg");
+    kt_write_file("cfg/model.config", "<model><sdf version='1.9'>gone.sdf</sdf></model>");
+    kt_write_file("w.sdf",
+                  "<sdf version='1.9'><world name='w'><include><uri>model://cfg</uri></include></world></sdf>");
+    kt_expect(2, "model://cfg, whose folder has no file gone.sdf", "$K check w.sdf");
 }
 
 /* Every subcommand that reads a robot finds its files in the same folders. The world and its model lie apart, and the

@@ -187,6 +187,18 @@ static void print_notes(const kt_scene *scene, const kt_settings *settings) {
     }
 }
 
+/* Whether an option for robots is given, which a scene has no use for; reports it. */
+static bool reject_robot_options(const char *name, const kt_settings *settings) {
+    const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
+    if (how == NULL || (!how->floating && !how->contacts && how->ground == NULL && how->keyframe == NULL &&
+                        how->search == NULL && how->allow == NULL))
+        return false;
+    kt_say("%s: --floating, --keyframe, --contacts, --ground, --search and --allow are for robots in URDF, MJCF or "
+           "SDF; this is a scene",
+           name);
+    return true;
+}
+
 static int read_any(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                     kt_scene *scene) {
     const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
@@ -204,7 +216,7 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
         static const char name[] = "(standard input)";
         is_robot = is_robot || is_xml(input.text, input.used);
         reported.most = is_robot ? ROBOT_FAULTS_MOST : 0;
-        if (is_robot && reject_settings(name, settings) >= 0) {
+        if (is_robot ? reject_settings(name, settings) >= 0 : reject_robot_options(name, settings)) {
             free(input.text);
             return KT_EXIT_USAGE;
         }
@@ -266,22 +278,11 @@ bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *option
     return how->contacts;
 }
 
-/* Whether an option for robots is given. */
-static bool has_robot_options(const kt_settings *settings) {
-    const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
-    return how != NULL && (how->floating || how->contacts || how->ground != NULL || how->keyframe != NULL ||
-                           how->search != NULL || how->allow != NULL);
-}
-
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene) {
     const bool is_robot = kt_is_robot_name(path) || is_xml_file(path), may_be = is_robot || strcmp(path, "-") == 0;
     kt_robot_options options = {0};
-    if (!may_be && has_robot_options(settings)) {
-        kt_say("%s: --floating, --keyframe, --contacts, --ground, --search and --allow are for robots in URDF, MJCF or "
-               "SDF; this is a scene",
-               path);
+    if (!may_be && access(path, F_OK) == 0 && reject_robot_options(path, settings))
         return KT_EXIT_USAGE;
-    }
     if (settings != NULL && !kt_robot_how_apply(&settings->robot, &options))
         return KT_EXIT_USAGE;
     return may_be ? read_with(path, is_robot, &options, settings, scene) : read_any(path, false, NULL, settings, scene);
