@@ -3,10 +3,14 @@
 
 #include "codegen/loops.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { KEEPS_SIGNS_FROM = 2000 }; /* sums and products of a function that may have loops */
+enum {
+    KEEPS_SIGNS_FROM = 2000, /* sums and products of a function that may have loops */
+    DENSE_MOST = 1000        /* squares of depths for each coordinate; chains of 54 coordinates have as many */
+};
 
 /* Factors products, with the guards behind the outputs. */
 static void factor_function(kt_graph *g, kt_code_function *f) {
@@ -34,6 +38,18 @@ static void take_faster(const kt_graph *g, size_t nv, const kt_code_function *ot
     memcpy(f->guard, other->guard, nv * sizeof *f->guard);
 }
 
+/* Whether the mass matrix can be fastest. A coordinate that d - 1 others carry adds d^2 / 2 products to the factors.
+ * Articulated bodies need less than DENSE_MOST / 2 operations for each coordinate. depth: nv. */
+static bool may_be_dense(const kt_code_tree *tree, kt_op *depth) {
+    const size_t nv = tree->model->n.v;
+    size_t squares = 0;
+    for (size_t i = 0; i < nv; i++) {
+        depth[i] = 1 + (tree->before[i] >= 0 ? depth[tree->before[i]] : 0);
+        squares += (size_t)depth[i] * (size_t)depth[i];
+    }
+    return squares <= DENSE_MOST * nv;
+}
+
 /* Makes forward dynamics in all ways, and takes the fastest one. work: nv x nv. */
 static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     const size_t nv = tree->model->n.v;
@@ -43,9 +59,12 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     f->guard_count = other.guard_count = (int)nv;
     const bool fine = other.out != NULL && other.guard != NULL;
     if (fine) {
-        kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
-        factor_function(tree->graph, f);
-        int least = kt_graph_time(tree->graph, f->out, f->out_count);
+        int least = INT_MAX;
+        if (may_be_dense(tree, work)) {
+            kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
+            factor_function(tree->graph, f);
+            least = kt_graph_time(tree->graph, f->out, f->out_count);
+        }
         for (int k = 0; k < (kt_code_is_planar(tree->model) ? 2 : 1); k++) {
             tree->graph->scope++;
             (k == 0 ? kt_code_forward_articulated : kt_code_forward_planar)(tree, other.out, other.guard);

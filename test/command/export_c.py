@@ -1,10 +1,12 @@
 """export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, rejections, exit statuses."""
 import pathlib
+import resource
+import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish
+from claims import claim, finish, note
 
 from exported import export, rejected
 
@@ -20,7 +22,25 @@ effects:
 """
 
 
+GROWTH = 2.0  # from 50 links to 100; a matrix of all coordinates, written as a graph, takes 5 times as much
+
+
+def check_memory(folder):
+    """The first programs that take much: a peak is that of all programs so far."""
+    peaks = []
+    for links in (50, 100):
+        chain = pathlib.Path(folder, "chain.yaml")
+        chain.write_text(subprocess.run([sys.argv[1], "make", "chain", "--links", str(links)], capture_output=True, text=True, check=True).stdout)
+        made = export(folder, "--c", chain, "--out", "chain.c", "--functions", "forward")
+        peaks.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024 if made.returncode == 0 else float("nan"))
+    growth = peaks[1] / peaks[0]
+    note(f"{peaks[0]:.1f} MB for 50 links, {peaks[1]:.1f} MB for 100: observed growth {growth:.2f}, bound {GROWTH}")
+    claim("memory_of_long_chains_grows_with_their_length", [] if growth <= GROWTH else [f"growth {growth}"])
+
+
 def main():
+    with tempfile.TemporaryDirectory() as folder:
+        check_memory(folder)
     arm, loop, effects = SCENES / "arm7.yaml", SCENES / "four-bar.yaml", SCENES / "servo-arm.yaml"
     rejected("standard_output_cannot_hold_two_files", 1, "give --out FILE.c", "--c", arm)
     rejected("out_ends_with_c", 1, "give --out FILE.c", "--c", arm, "--out", "arm.txt")
