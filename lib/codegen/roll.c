@@ -158,14 +158,19 @@ static bool is_column(const kt_code_roll *r, int32_t loop, int32_t local, int32_
     return true;
 }
 
-/* Notes a copy unless there is one, and extends the rows. */
+/* Notes a copy, and extends the rows. If there is one, the earlier reader has it. */
 static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
     kt_code_loop_plan *a = &r->plan[copy.loop];
     a->first_row = copy.row < a->first_row ? copy.row : a->first_row;
     a->last_row = copy.row > a->last_row ? copy.row : a->last_row;
-    for (int k = 0; k < r->copy_count; k++)
-        if (r->copy[k].loop == copy.loop && r->copy[k].column == copy.column && r->copy[k].row == copy.row)
-            return;
+    for (int k = 0; k < r->copy_count; k++) {
+        kt_code_copy *c = &r->copy[k];
+        if (c->loop != copy.loop || c->column != copy.column || c->row != copy.row)
+            continue;
+        if (r->plan[copy.reader].start < r->plan[c->reader].start)
+            c->reader = copy.reader;
+        return;
+    }
     if (grow_roll(r, (void **)&r->copy, r->copy_count, &r->copy_room, sizeof *r->copy))
         r->copy[r->copy_count++] = copy;
 }
