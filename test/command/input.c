@@ -195,6 +195,8 @@ KT_TEST(run_reads_robots_with_their_ground) {
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "$K check p.yaml ball.urdf --floating");
     kt_expect(1, "are for robots in URDF, MJCF or SDF; this is a scene", "cat p.yaml | $K info - --floating");
     kt_expect(2, "did you mean 'ball.urdf'", "$K run ball.udrf --floating");
+    kt_expect(2, "did you mean 'ball.urdf'", "$K sweep ball.udrf --vary gravity=1:2:2");
+    kt_expect(2, "kinetree import ball.urdf >robot.yaml", "$K sweep ball.urdf --vary gravity=1:2:2");
 }
 
 /* Servers are the place of some models only: the remedy of the others is a folder. */

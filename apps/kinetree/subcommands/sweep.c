@@ -2,6 +2,7 @@
 #include "sweep/sweep.h"
 #include "records/interrupt.h"
 #include "records/keep.h"
+#include "scene/name.h"
 #include "subcommands/run.h"
 #include "sweep/ranks.h"
 #include "text/bytes.h"
@@ -403,6 +404,13 @@ static int read_sweep_scene(kt_sweep *sweep) {
     kt_bytes text = {0};
     if (file == NULL) {
         kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
+        kt_missing_suggest(sweep->path);
+        return KT_EXIT_SCENE;
+    }
+    if (kt_is_robot_name(sweep->path)) {
+        (void)fclose(file);
+        kt_say("%s is a robot, and sweeps take scenes: kinetree import %s >robot.yaml makes one", sweep->path,
+               sweep->path);
         return KT_EXIT_SCENE;
     }
     const bool fine = kt_bytes_read(&text, file, (size_t)65 << 20);
