@@ -44,8 +44,8 @@ size_t kt_mask_size(const kt_model *model) {
     return all != NULL ? lay_out(NULL, &all->n, count_of_effects(all)) : 0;
 }
 
-/* The count of the ranks and usual sizes of all groups, and of the weights. */
-static size_t count_of_ranks(const kt_model *all) { return KT_ROWS_COUNT * (2 * all->n.group + all->n.row); }
+/* The largest count of the ranks and usual sizes of all groups, at most one a loop, and of the weights. */
+static size_t count_of_ranks(const kt_model *all) { return KT_ROWS_COUNT * (2 * all->n.loop + all->n.row); }
 
 size_t kt_mask_ranks_size(const kt_model *model) {
     const kt_model *all = closed_model(model);
