@@ -26,12 +26,19 @@ static kt_mask *spare(const kt_simulation *simulation) {
     return contact_mask_of(simulation, simulation->model == &contact_mask_of(simulation, 0)->model);
 }
 
-/* Opens the loops of a mask as contacts are to be, or as a checkpoint has them. */
-static void set_open(const kt_simulation *simulation, kt_mask *mask, const kt_contact_memory *from) {
+/* Whether an item is open in a set of a checkpoint. Contacts that share bits are closed as the checkpoint has them. */
+static bool is_open_in(uint64_t set, const kt_contact *item, const kt_contact_memory *from) {
+    return item->bit != 0 ? (set & (item->bit | item->back)) != item->bit
+                          : (set & kt_switches_any) == 0 || !from->closed;
+}
+
+/* Opens the loops of a mask of a set as contacts are to be, or as a checkpoint has them. */
+static void set_open(const kt_simulation *simulation, kt_mask *mask, uint64_t set, const kt_contact_memory *from) {
     const struct kt_contacts *c = simulation->contacts;
     kt_clear(mask->open, simulation->model->n.loop * sizeof *mask->open);
     for (int k = 0; k < c->n; k++)
-        mask->open[c->item[k].loop] = from != NULL ? !from[k].closed : c->item[k].next != KT_CONTACT_ON;
+        mask->open[c->item[k].loop] =
+            from != NULL ? is_open_in(set, &c->item[k], &from[k]) : c->item[k].next != KT_CONTACT_ON;
 }
 
 /* Whether the simulation runs on the model in which contacts are as they are to be. */
@@ -57,7 +64,7 @@ void kt_contacts_init_masks(kt_simulation *simulation) {
 static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const kt_model *all, uint64_t set,
                                  const double *q) {
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
-    set_open(simulation, mask, NULL);
+    set_open(simulation, mask, set, NULL);
     kt_mask_make(mask, all, set);
     kt_data_rebind(&mask->model, simulation->data);
     kt_mask_rank(mask, simulation->data, t, q);
@@ -93,7 +100,7 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
     if (model != NULL || all == NULL)
         return model;
     kt_mask *mask = spare(simulation);
-    set_open(simulation, mask, state);
+    set_open(simulation, mask, set, state);
     kt_mask_make(mask, all, set);
     kt_mask_put_ranks(mask, ranks);
     return &mask->model;

@@ -108,16 +108,16 @@ static void open_all(kt_simulation *simulation, const double *q) {
 
 /* ---- at an instant ----------------------------------------------------------------------------------------------- */
 
-/* Counts changes. Switches and jumps open all contacts first: a contact that is closed again behind them is not
- * counted. */
-static void count_changes(kt_simulation *simulation) {
+/* Stores which contacts are closed, and counts changes. Switches and jumps open all contacts first: a contact that is
+ * closed again behind them is not counted. */
+static void store_changes(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     const kt_model *model = simulation->model;
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const bool was = simulation->contact_state[k].counted, is = kt_contact_is_closed(model, contact);
-        simulation->contact_state[k].counted = is;
+        simulation->contact_state[k].closed = simulation->contact_state[k].counted = is;
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;
         counts->sticks += k >= c->sides && is && !was;
@@ -181,10 +181,8 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
         return status;
     }
     simulation->memory.set = set;
-    for (int k = 0; k < c->n; k++)
-        simulation->contact_state[k].closed = kt_contact_is_closed(simulation->model, &c->item[k]);
     simulation->memory.contacts.dissipated += lost;
-    count_changes(simulation);
+    store_changes(simulation);
     return KT_OK;
 }
 
@@ -227,7 +225,7 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK)
         status = kt_contacts_find_touching(simulation, t, error);
     if (status == KT_OK && c->touching == 0)
-        count_changes(simulation);
+        store_changes(simulation);
     if (status != KT_OK || c->touching == 0)
         return status;
     simulation->cached = KT_CACHED_NOTHING;

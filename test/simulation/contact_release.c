@@ -111,6 +111,54 @@ KT_TEST(friction_that_is_released_at_first_does_not_act_with_a_far_stop) {
     }
 }
 
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+/* Both sliders have come to rest under a weak pull. Their friction is released or not, and the simulation is restored
+ * into another one. A force on the first slider then moves both alike. */
+static void check_restored(const scene *s, const char *method, bool is_released) {
+    const double weak = 0.5, force[SLIDERS] = {5.0, 0.0}, saved = 3.0, last = 3.5;
+    const double held = is_released ? 0.0 : coulomb;
+    kt_model *model = kt_scene_compile(&s->description);
+    kt_simulation *one = start(model, method), *other = start(model, method);
+    const uint64_t set = kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, 0))) |
+                         kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, 1)));
+    void *block = malloc(kt_simulation_state_size(one) + 1);
+    kt_error error = {0};
+    kt_note("%s, %s", method, is_released ? "released" : "not released");
+    kt_status status = block != NULL ? advance(one, saved, &error) : KT_ERROR_MEMORY;
+    if (status == KT_OK && is_released)
+        status = kt_simulation_release(one, set, &error);
+    kt_simulation_save(one, block);
+    if (status == KT_OK)
+        status = kt_simulation_restore(other, block, &error);
+    for (kt_simulation *next = one; status == KT_OK && next != NULL; next = next == one ? other : NULL) {
+        status = kt_simulation_set_torque(next, force, &error);
+        if (status == KT_OK)
+            status = kt_simulation_advance(next, last, &error);
+    }
+    if (kt_fine("runs", status, &error)) {
+        const double *v = kt_simulation_velocities(one), times = last - saved;
+        kt_check_near("the pushed one, m/s", v[0], (weak + force[0] - held) * times, 1e-12);
+        kt_check_near("the other one, m/s", v[1], is_released ? weak * times : 0.0, 1e-12);
+        kt_check_equal_bits("restored", kt_simulation_velocities(other), v, SLIDERS);
+    }
+    free(block);
+    kt_simulation_free(other);
+    kt_simulation_free(one);
+    kt_model_free(model);
+}
+
+KT_TEST(checkpoints_keep_which_friction_is_released) {
+    for (int k = 0; k < 2 * METHODS; k++) {
+        scene s;
+        scene_make(&s);
+        s.description.gravity.x = 0.5;
+        for (int i = 0; i < SLIDERS; i++)
+            s.effect[i].switching = KT_ALWAYS_ON;
+        check_restored(&s, methods[k / 2], k % 2 == 1);
+    }
+}
+
 /* ---- parameters -------------------------------------------------------------------------------------------------- */
 
 enum { BY_SIMULATION, BY_CHANGE, BEFORE_STATE, WAYS };
