@@ -43,9 +43,9 @@ typedef struct kt_variants {
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_variants;
 
-/* The bits of switch k. */
+/* The bits of switch k. Contacts without a bit of their own have both shared ones. */
 static inline uint64_t kt_switches_bit(const kt_switches *of, int k) {
-    return k < of->own ? (uint64_t)1 << k : of->masked;
+    return k < of->own ? (uint64_t)1 << k : kt_switches_all;
 }
 
 /* Whether switch k is on in a set that has a model. */

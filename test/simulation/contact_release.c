@@ -5,6 +5,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -207,6 +208,36 @@ KT_TEST(parameters_that_are_set_act_while_friction_is_released) {
     }
 }
 
+/* ---- events of scenes -------------------------------------------------------------------------------------------- */
+
+/* Runs a scene with its events to 1 s. Returns false after a failed check. */
+static bool run_scene(const char *text, kt_contact_scheme contact, double v[SLIDERS]) {
+    kt_scene read;
+    kt_error error = {0};
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    kt_scene_watch *watch = NULL;
+    kt_simulation_options options = kt_simulation_options_default();
+    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &read, NULL, NULL, &error), &error))
+        return false;
+    options.contact = contact;
+    options.events = kt_scene_event_room(&read);
+    kt_status status = kt_model_compile(&read.description, NULL, &model, &error);
+    if (status == KT_OK)
+        status = kt_simulation_create(model, &read.run, &options, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);
+    if (status == KT_OK)
+        status = kt_simulation_advance(simulation, 1.0, &error);
+    if (status == KT_OK)
+        memcpy(v, kt_simulation_velocities(simulation), SLIDERS * sizeof *v);
+    kt_scene_watch_free(watch);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+    kt_scene_free(&read);
+    return kt_fine("runs", status, &error);
+}
+
 /* A scene whose events release and engage friction, by time stepping: two sliders are braked but between 0.2 s and
  * 0.5 s. */
 KT_TEST(events_release_and_engage_friction_in_time_stepping) {
@@ -223,30 +254,43 @@ KT_TEST(events_release_and_engage_friction_in_time_stepping) {
         "  - {name: off, when: t - 0.2, then: [{release: fa}, {release: fb}]}\n"
         "  - {name: on, when: t - 0.5, then: [{engage: fa}, {engage: fb}]}\n"
         "simulate: {duration: 1, contact: steps, step: 0.001}\n";
-    kt_scene read;
-    kt_error error = {0};
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
-    kt_scene_watch *watch = NULL;
-    kt_simulation_options options = kt_simulation_options_default();
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &read, NULL, NULL, &error), &error))
-        return;
-    options.contact = KT_CONTACT_STEPS;
-    options.events = kt_scene_event_room(&read);
-    kt_status status = kt_model_compile(&read.description, NULL, &model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, &read.run, &options, &simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);
-    if (kt_fine("runs", status == KT_OK ? kt_simulation_advance(simulation, 1.0, &error) : status, &error)) {
-        kt_check_near("a, m/s", kt_simulation_velocities(simulation)[0], 1.0 - 0.7 * 0.8, 1e-10);
-        kt_check_near("b, m/s", kt_simulation_velocities(simulation)[1], -1.0 + 0.7 * 0.4, 1e-10);
+    double v[SLIDERS];
+    if (run_scene(text, KT_CONTACT_STEPS, v)) {
+        kt_check_near("a, m/s", v[0], 1.0 - 0.7 * 0.8, 1e-10);
+        kt_check_near("b, m/s", v[1], -1.0 + 0.7 * 0.4, 1e-10);
     }
-    kt_scene_watch_free(watch);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&read);
 }
+
+/* Stops without bits of their own share two bits, which are none of friction: an event that engages a stop leaves
+ * friction released. */
+KT_TEST(events_on_contacts_of_shared_bits_leave_friction_as_it_is) {
+    enum { STOPS = 64 };
+    static char text[100 * (STOPS + 10)];
+    size_t used =
+        (size_t)snprintf(text, sizeof text,
+                         "kinetree: 1\n"
+                         "gravity: [0, 0, 0]\n"
+                         "bodies:\n"
+                         "  - {name: a, joint: {type: prismatic, axis: x, velocity: 1}, mass: 1}\n"
+                         "  - {name: b, joint: {type: prismatic, axis: x, velocity: -1}, mass: 1}\n"
+                         "effects:\n"
+                         "  - {name: fa, type: joint_friction, joint: a, coulomb: 0.8, stribeck: 0, stick: true}\n");
+    for (int i = 0; i < STOPS; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: s%d, type: joint_limit, joint: b, lower: -1%02d, restitution: 0}\n", i, i);
+    (void)snprintf(text + used, sizeof text - used,
+                   "events:\n"
+                   "  - {name: off, when: t - 0.2, then: [{release: fa}]}\n"
+                   "  - {name: on, when: t - 0.5, then: [{engage: s3}]}\n"
+                   "simulate: {duration: 1, integrator: rk4, step: 0.001}\n");
+    double v[SLIDERS];
+    if (run_scene(text, KT_CONTACT_EVENTS, v)) {
+        kt_check_near("a, m/s", v[0], 1.0 - 0.2 * 0.8, 1e-12);
+        kt_check_near("b, m/s", v[1], -1.0, 1e-14);
+    }
+}
+
+/* ---- models ------------------------------------------------------------------------------------------------------ */
 
 /* Without a simulation, the compiled model has this friction slip: it is rejected at rest, with the remedy. */
 KT_TEST(released_friction_of_a_compiled_model_is_rejected_at_rest) {
