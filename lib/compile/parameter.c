@@ -381,6 +381,9 @@ static kt_status check_changed_effect(const kt_model *m, const kt_parameter *par
     effect.type = (kt_effect_type)record.type;
     effect.name = effect_name_at(m, (size_t)parameter->item);
     effect.initial_length = false;
+#if KT_HAS_SWITCHES
+    effect.stick = record.direction != 0.0;
+#endif
 #define PARAMETER_NUMBER(member) effect.member = record.member;
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
 #undef PARAMETER_NUMBER

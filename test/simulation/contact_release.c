@@ -208,6 +208,34 @@ KT_TEST(parameters_that_are_set_act_while_friction_is_released) {
     }
 }
 
+/* Friction that slips at C from the start has a new C. The rules of a description hold: C is not 0. */
+KT_TEST(coulomb_of_friction_that_sticks_is_set) {
+    const double weaker[] = {0.4}, none[] = {0.0};
+    scene s;
+    kt_model_options options = kt_model_options_default();
+    kt_model *model = NULL;
+    kt_parameter parameter;
+    kt_error error = {0};
+    scene_make(&s);
+    s.effect[0].name = "fa";
+    s.effect[0].switching = KT_ALWAYS_ON;
+    options.settable = true;
+    kt_status status = kt_model_compile(&s.description, &options, &model, &error);
+    kt_simulation *simulation = status == KT_OK ? start(model, "rk4") : NULL;
+    if (status == KT_OK)
+        status = kt_parameter_find(model, "effect fa.coulomb", &parameter, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_parameter(simulation, model, &parameter, weaker, &error);
+    if (kt_fine("set", status == KT_OK ? advance(simulation, 0.5, &error) : status, &error)) {
+        kt_check_near("is braked, m/s", kt_simulation_velocities(simulation)[0], speeds[0] - 0.5 * weaker[0], 1e-12);
+        kt_check_equal_int("0", kt_simulation_set_parameter(simulation, model, &parameter, none, &error),
+                           KT_ERROR_MODEL);
+        kt_check_contains("words", error.message, "coulomb is 0");
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* ---- events of scenes -------------------------------------------------------------------------------------------- */
 
 /* Runs a scene with its events to 1 s. Returns false after a failed check. */
