@@ -6,11 +6,11 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. Tries in
- * which an implicit method finds no solution count, too (simulation/retry.c). After TURNS of them, contacts that slip
- * below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
- * (simulation/contacts.c). If friction can hold only some of them, the others begin to slip again. If it can hold none,
- * all of them slip on as before.
+ * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. Tries of a
+ * fixed step that find no solution, or gain energy, count, too (simulation/retry.c). After TURNS of them, contacts that
+ * slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
+ * parts (simulation/contacts.c). If friction can hold only some of them, the others begin to slip again. If it can hold
+ * none, all of them slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip

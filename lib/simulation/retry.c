@@ -81,8 +81,9 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
         *h = 0.0;
 }
 
-/* An implicit method finds no solution behind the rest of slow slip, whose friction turns there. Such a try counts like
- * a turn (contact/directions.c), which ignores slip that is faster. */
+/* Friction of slow slip turns behind its rest. An implicit method may then find no solution, and a fixed step of any
+ * method may gain energy. Such a try counts like a turn (contact/directions.c). Slip that is faster has no turns at the
+ * beginning of the next step. */
 static void count_turns(kt_simulation *simulation) {
     for (int k = 0; k < simulation->contacts->sides; k++)
         if (kt_contact_is_slipping(simulation, k))
