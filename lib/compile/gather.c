@@ -115,6 +115,56 @@ void kt_articulated_number(kt_model *m) {
     m->n.articulated = (size_t)count;
 }
 
+/* ---- islands ----------------------------------------------------------------------------------------------------- */
+
+#if KT_HAS_SWITCHES
+/* The link on the ground that carries a link. */
+static int32_t base_of(const kt_model *m, int32_t link) {
+    while (m->link[link].parent != 0)
+        link = m->link[link].parent;
+    return link;
+}
+
+/* Returns the largest sum of an island. of: adds the number of group g, or of loop g, to its island. */
+static size_t most_of_islands(kt_attach *a, const kt_model *m, int of) {
+    size_t most = 0;
+    for (size_t g = 0; g < m->n.group; g++)
+        a->number[g] = 0;
+    for (size_t g = 0; g < m->n.group && of < 2; g++)
+        a->number[m->group[g].island] += of == 0 ? m->group[g].v_count : m->group[g].row_count;
+    for (size_t i = 0; i < m->n.loop && of == 2; i++)
+        if (m->loop[i].group >= 0)
+            a->number[m->group[m->loop[i].group].island] += m->loop[i].side != KT_SIDE_NONE;
+    for (size_t g = 0; g < m->n.group; g++)
+        most = (size_t)a->number[g] > most ? (size_t)a->number[g] : most;
+    return most;
+}
+
+/* An island is a set of groups whose forces change the accelerations of each other: their links are on the same base,
+ * or on bases that groups connect. Overwrites the sets of links and their numbers. */
+static void set_islands(kt_attach *a, kt_model *m) {
+    for (size_t g = 0; g < m->n.group; g++)
+        a->above[g] = (int32_t)g;
+    for (size_t i = 0; i < m->n.link; i++)
+        a->number[i] = -1;
+    for (int32_t g = 0; g < (int32_t)m->n.group; g++)
+        for (int32_t l = 0; l < m->group[g].link_count; l++) {
+            int32_t *first = &a->number[base_of(m, m->group_link[m->group[g].link + l])];
+            if (*first < 0)
+                *first = g;
+            else
+                a->above[set_of(a, g)] = set_of(a, *first);
+        }
+    for (int32_t g = 0; g < (int32_t)m->n.group; g++)
+        m->group[g].island = set_of(a, g);
+    m->n.island_v = most_of_islands(a, m, 0);
+    m->n.island_row = most_of_islands(a, m, 1);
+    m->n.island_side = most_of_islands(a, m, 2);
+}
+#else
+static void set_islands(kt_attach *a, kt_model *m) { (void)a, (void)m; }
+#endif
+
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
@@ -149,6 +199,8 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         kt_form_begin(m, &m->group[g]);
     if (KT_HAS_LOOPS && m->n.front)
         kt_attach_plan_fronts(a, m);
+    if (KT_HAS_SWITCHES && m->n.group > 0)
+        set_islands(a, m);
     if (KT_HAS_LOOPS)
         kt_groups_place_matrices(m);
 }

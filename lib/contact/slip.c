@@ -67,30 +67,6 @@ static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
 
-/* ---- memory ------------------------------------------------------------------------------------------------------ */
-
-KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, const kt_counts *count)
-KT_ARENA_ARRAYS(lay_out_slow, kt_slip_problem, SLIP_SLOW_FIELDS, size_t n)
-
-void kt_slip_add(kt_model *model) {
-    model->n.slip++;
-    model->n.slip_work = lay_out_slip(NULL, model->n.slip, &model->n) + lay_out_slow(NULL, NULL, model->n.slip);
-    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
-}
-
-/* Lays the problem out for an evaluation, and finds its contacts. */
-static void begin_slip(const kt_model *model, kt_data *data) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    p->behind = data->slip_work + lay_out_slip(p, model->n.slip, &model->n);
-    p->wedged = model->n.slip;
-    kt_slip_contact *next = p->contact;
-    for (size_t i = 0; i < model->n.loop; i++) {
-        const kt_loop_record *loop = &model->loop[i];
-        if (loop->slips > 0)
-            *next++ = (kt_slip_contact){loop, kt_effect_record_find(model, loop->slips - 1)};
-    }
-}
-
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
 typedef struct slip_end {
@@ -198,19 +174,6 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
     return status;
 }
 
-/* Accelerations and normal forces without friction, and responses if they are known. per: as in kt_slip_problem. */
-static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                                           size_t per, double *normal, kt_error *error) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    p->per = per;
-    load(model, data, at->external);
-    const kt_status status = evaluate(model, data, at, a, normal, error);
-    p->responds = status == KT_OK && p->is_known;
-    if (p->responds)
-        kt_slip_find_responses(model, data, p);
-    return status;
-}
-
 static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
     char where[KT_WHERE_SIZE];
     kt_slip_problem_of(data)->wedged = k;
@@ -222,17 +185,18 @@ static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t
                         pivot);
 }
 
-/* Solves (1 - G) N = N0, in the columns of slip_matrix; N becomes slip_normal. */
+/* Solves (1 - G) N = N0 of an island, in the columns of slip_matrix; N becomes slip_normal. */
 static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_error *error) {
-    const size_t n = model->n.slip;
-    double *A = data->slip_matrix, *N = data->slip_normal;
+    const kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t n = p->at->n;
+    double *A = data->slip_matrix, *N = p->normal;
     for (size_t k = 0; k < n; k++)
         if (!(A[k * n + k] > wedged))
-            return reject(model, data, k, t, A[k * n + k], error);
+            return reject(model, data, kt_slip_index(p, k), t, A[k * n + k], error);
     for (size_t k = 0; k < n; k++) {
         const double pivot = A[k * n + k];
         if (!(pivot > wedged))
-            return reject(model, data, k, t, pivot, error);
+            return reject(model, data, kt_slip_index(p, k), t, pivot, error);
         for (size_t i = k + 1; i < n; i++) {
             const double factor = A[k * n + i] / pivot;
             for (size_t j = k; j <= n; j++)
@@ -244,42 +208,51 @@ static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_e
         for (size_t j = k + 1; j < n; j++)
             sum -= A[j * n + k] * N[j];
         N[k] = sum / A[k * n + k];
+        data->slip_normal[kt_slip_index(p, k)] = N[k];
     }
     return KT_OK;
 }
 
-/* Finds N for the directions e. */
+/* The largest N0 of an island; 1 if all are 0. */
+static double largest_normal(const kt_slip_problem *p) {
+    double size = 0.0;
+    for (size_t k = 0; k < p->at->n; k++)
+        size = fmax(size, fabs(p->N0[kt_slip_index(p, k)]));
+    return size > 0.0 ? size : 1.0;
+}
+
+/* Finds N of an island for the directions e. */
 static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                               kt_error *error) {
-    const size_t n = model->n.slip;
-    double *A = data->slip_matrix, *N0 = A + n * n, scale = 0.0;
     const kt_slip_problem *p = kt_slip_problem_of(data);
-    kt_status status = evaluate_without_friction(model, data, at, a, 1, N0, error);
-    for (size_t k = 0; status == KT_OK && p->responds && k < n; k++) {
-        const double mu = coefficient_of_slip(data, k);
+    const size_t n = p->at->n;
+    double *A = data->slip_matrix;
+    kt_status status = KT_OK;
+    for (size_t k = 0; p->responds && k < n; k++) {
+        const double mu = coefficient_of_slip(data, kt_slip_index(p, k));
         for (size_t i = 0; i < n; i++)
             A[k * n + i] = (i == k ? 1.0 : 0.0) + mu * p->by_normal[k * n + i];
     }
-    for (size_t k = 0; k < n; k++)
-        scale = fmax(scale, fabs(N0[k]));
-    scale = status == KT_OK && scale > 0.0 ? scale : 1.0;
+    const double scale = p->responds ? 1.0 : largest_normal(p);
     for (size_t k = 0; status == KT_OK && !p->responds && k < n; k++) {
         load(model, data, at->external);
-        add_slip_friction(data, k, scale);
-        status = evaluate(model, data, at, a, A + k * n, error);
-        for (size_t i = 0; i < n; i++)
-            A[k * n + i] = (i == k ? 1.0 : 0.0) - (A[k * n + i] - N0[i]) / scale;
+        add_slip_friction(data, kt_slip_index(p, k), scale);
+        status = evaluate(model, data, at, a, p->N, error);
+        for (size_t i = 0; i < n; i++) {
+            const size_t index = kt_slip_index(p, i);
+            A[k * n + i] = (i == k ? 1.0 : 0.0) - (p->N[index] - p->N0[index]) / scale;
+        }
     }
+    for (size_t k = 0; k < n; k++)
+        A[n * n + k] = p->N0[kt_slip_index(p, k)];
     return status == KT_OK ? solve_slip(model, data, at->t, error) : status;
 }
 
 /* ---- slow slip --------------------------------------------------------------------------------------------------- */
 
-static void begin_slow_slip(size_t n, kt_slip_problem *p) {
-    (void)lay_out_slow(p, p->behind, n);
-    p->unit = 0.0;
+static void begin_slow_island(kt_slip_problem *p) {
+    const size_t n = p->at->n;
     p->c = kt_coulomb_init(n, 3 * n, n, p->problem, p->matrices);
-    p->to = kt_coulomb_solution_init(n, 3 * n, p->solution);
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
 }
 
@@ -310,85 +283,79 @@ static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_st
         drift[i] = (drift[i] - data->slip_velocity[i]) / prediction;
 }
 
-/* J a */
-static void find_rates_of(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
-                          double *rates) {
-    const kt_slip_problem *p = kt_slip_problem_of(data);
-    if (!p->responds)
-        kt_slip_find_rates(model, data, at->q, a, rates);
-    for (size_t k = 0; p->responds && k < 2 * model->n.slip; k++)
-        rates[k] = kt_dense_dot(p->unit_force + k * model->n.v, a, (int)model->n.v);
-}
-
-/* Responses to a unit of force j: of N in its unit, and of J a. */
+/* Responses to a unit of force j of an island: of N in its unit, and of J a. */
 static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, size_t j,
                          kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    const size_t n = model->n.slip;
-    double *N = p->N, *rate = p->rate;
-    if (p->responds) {
-        for (size_t k = 0; k < n; k++)
-            N[k] = p->by_normal[j * n + k];
-        for (size_t k = 0; k < 2 * n; k++)
-            rate[k] = p->unit * p->by_rate[j * 2 * n + k];
-        return KT_OK;
+    const size_t n = p->at->n;
+    for (size_t k = 0; p->responds && k < n; k++) {
+        const size_t index = kt_slip_index(p, k);
+        p->N[index] = p->by_normal[j * n + k];
+        for (size_t i = 0; i < 2; i++)
+            p->rate[2 * index + i] = p->at->unit * p->by_rate[j * 2 * n + 2 * k + i];
     }
+    if (p->responds)
+        return KT_OK;
     load(model, data, at->external);
-    add_force(data, j / 2, j % 2 == 0 ? p->unit : 0.0, j % 2 == 1 ? p->unit : 0.0);
-    const kt_status status = evaluate(model, data, at, a, N, error);
+    add_force(data, kt_slip_index(p, j / 2), j % 2 == 0 ? p->at->unit : 0.0, j % 2 == 1 ? p->at->unit : 0.0);
+    const kt_status status = evaluate(model, data, at, a, p->N, error);
     if (status != KT_OK)
         return status;
-    kt_slip_find_rates(model, data, at->q, a, rate);
-    for (size_t k = 0; k < n; k++)
-        N[k] = (N[k] - p->N0[k]) / p->unit;
-    for (size_t k = 0; k < 2 * n; k++)
-        rate[k] -= p->rate0[k];
+    kt_slip_find_rates(model, data, at->q, a, p->rate);
+    for (size_t k = 0; k < n; k++) {
+        const size_t index = kt_slip_index(p, k);
+        p->N[index] = (p->N[index] - p->N0[index]) / p->at->unit;
+        for (size_t i = 2 * index; i < 2 * index + 2; i++)
+            p->rate[i] -= p->rate0[i];
+    }
     return KT_OK;
 }
 
-/* Finds W and b from accelerations without friction, and for a unit of force along each axis of each contact. */
+/* Finds W and b of an island from accelerations a without friction, and for a unit of force along each axis of each
+ * contact. */
 static kt_status find_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                kt_slip_problem *p, kt_error *error) {
-    const size_t n = model->n.slip, rows = 3 * n;
-    memset(p->W, 0, rows * rows * sizeof *p->W);
-    const double *N0 = p->N0, *rate0 = p->rate0;
-    kt_status status = evaluate_without_friction(model, data, at, a, 2, p->N0, error);
-    if (status == KT_OK)
-        find_rates_of(model, data, at, a, p->rate0);
-    for (size_t k = 0; status == KT_OK && k < n; k++)
-        p->unit = fmax(p->unit, fabs(N0[k]));
-    p->unit = p->unit > 0.0 ? p->unit : 1.0;
+    const size_t n = p->at->n, rows = 3 * n;
+    kt_status status = KT_OK;
+    memset(p->W_at, 0, rows * rows * sizeof *p->W_at);
+    p->at->unit = largest_normal(p);
+    for (size_t j = 0; p->responds && j < 2 * n; j++)
+        p->rate0[2 * kt_slip_index(p, j / 2) + j % 2] =
+            kt_dense_dot(p->unit_force + j * model->n.v, a, (int)model->n.v);
     for (size_t j = 0; status == KT_OK && j < 2 * n; j++) {
         status = respond(model, data, at, a, j, error);
-        double *column = p->W + 3 * (j / 2) + 1 + j % 2;
-        for (size_t i = 0; status == KT_OK && i < rows; i++)
-            column[i * rows] = i % 3 == 0 ? -p->N[i / 3] : p->rate[2 * (i / 3) + i % 3 - 1];
+        double *column = p->W_at + 3 * (j / 2) + 1 + j % 2;
+        for (size_t i = 0; status == KT_OK && i < rows; i++) {
+            const size_t index = kt_slip_index(p, i / 3);
+            column[i * rows] = i % 3 == 0 ? -p->N[index] : p->rate[2 * index + i % 3 - 1];
+        }
     }
     for (size_t k = 0; status == KT_OK && k < n; k++) {
-        p->W[3 * k * rows + 3 * k] = 1.0;
-        p->c->b[3 * k] = -N0[k] / p->unit;
+        const size_t index = kt_slip_index(p, k);
+        p->W_at[3 * k * rows + 3 * k] = 1.0;
+        p->c->b[3 * k] = -p->N0[index] / p->at->unit;
         for (size_t i = 0; i < 2; i++)
-            p->c->b[3 * k + 1 + i] = rate0[2 * k + i] + p->drift[2 * k + i];
+            p->c->b[3 * k + 1 + i] = p->rate0[2 * index + i] + p->drift[2 * index + i];
     }
     return status;
 }
 
-/* Sets all contacts that slip, with their present directions. */
-static void set_items(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+/* Sets the contacts of an island, with their present directions. */
+static void set_items(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
-    c->n = (int)model->n.slip;
+    c->n = (int)p->at->n;
     c->rows = c->stride = 3 * c->n;
-    c->W = p->W;
+    c->W = p->W_at;
     for (int i = 0; i < c->rows; i++)
         c->line[i] = i;
-    for (size_t k = 0; k < model->n.slip; k++) {
-        const double *e = data->slip_direction + 2 * k;
-        p->to->mode[k] = KT_COULOMB_SLIP;
-        memcpy(p->to->e[k], e, sizeof p->to->e[k]);
+    for (size_t k = 0; k < p->at->n; k++) {
+        const double *e = data->slip_direction + 2 * kt_slip_index(p, k);
+        p->to.mode[k] = KT_COULOMB_SLIP;
+        memcpy(p->to.e[k], e, sizeof p->to.e[k]);
         c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
                                        .row = (int)(3 * k),
                                        .across = (int)(3 * k + 1),
-                                       .friction = coefficient_of_slip(data, k),
+                                       .friction = coefficient_of_slip(data, kt_slip_index(p, k)),
                                        .e = {e[0], e[1]}};
     }
 }
@@ -398,10 +365,10 @@ static int hold_slow(const kt_data *data, kt_slip_problem *p) {
     double grows;
     int slow_ones = 0;
     for (int i = 0; i < p->c->n; i++) {
-        const bool is_slow = kt_slip_prediction_time(data, (size_t)i, &grows) > 0.0;
+        const bool is_slow = kt_slip_prediction_time(data, kt_slip_index(p, (size_t)i), &grows) > 0.0;
         p->c->item[i].type = is_slow ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
-        p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to->mode[i];
-        memcpy(p->held->e[i], p->to->e[i], sizeof p->to->e[i]);
+        p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to.mode[i];
+        memcpy(p->held->e[i], p->to.e[i], sizeof p->to.e[i]);
         slow_ones += is_slow;
     }
     kt_coulomb_linear(p->c, p->held);
@@ -412,9 +379,10 @@ static int hold_slow(const kt_data *data, kt_slip_problem *p) {
 static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, int k) {
     const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
-    const double *s = data->slip_velocity + 2 * k;
+    const size_t index = kt_slip_index(p, (size_t)k);
+    const double *s = data->slip_velocity + 2 * index;
     double grows;
-    const double most = kt_slip_prediction_time(data, (size_t)k, &grows);
+    const double most = kt_slip_prediction_time(data, index, &grows);
     const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     if (!(most > 0.0))
         return 0.0;
@@ -431,12 +399,14 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     const int slow_ones = hold_slow(data, p);
     for (int k = 0; k < c->n; k++)
-        p->tau[k] = limited_prediction_time(data, p, slow_ones, k);
+        p->tau[kt_slip_index(p, (size_t)k)] = limited_prediction_time(data, p, slow_ones, k);
     for (int k = 0; k < c->n; k++) {
-        const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[k];
+        const size_t index = kt_slip_index(p, (size_t)k);
+        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[index];
+        p->predicted[index] = tau > 0.0;
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         for (int i = 0; i < 2 && tau > 0.0; i++)
-            c->b[c->item[k].across + i] += size * p->to->e[k][i] / tau;
+            c->b[c->item[k].across + i] += size * p->to.e[k][i] / tau;
     }
     for (int i = 0; i < c->rows; i++)
         c->size = fmax(c->size, fabs(c->b[i]));
@@ -446,7 +416,7 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p) {
  * has |e| < 1. */
 static bool predict_slip(size_t n, kt_slip_problem *p) {
     const kt_coulomb *c = p->c;
-    kt_coulomb_solution *to = p->to;
+    kt_coulomb_solution *to = &p->to;
     bool found = kt_coulomb_iterate_modes(c, to);
     if (!found)
         found = kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, n, p->solver, p->matrices), to);
@@ -462,28 +432,30 @@ static bool predict_slip(size_t n, kt_slip_problem *p) {
     return found;
 }
 
-/* Finds N if some slip is slow, and the directions e for this. */
+/* Finds N of an island if some slip is slow, and the directions e for this. */
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
-    const size_t n = model->n.slip;
     kt_slip_problem *p = kt_slip_problem_of(data);
-    begin_slow_slip(n, p);
+    const size_t n = p->at->n;
+    begin_slow_island(p);
     const kt_status status = find_response(model, data, at, a, p, error);
     if (status != KT_OK)
         return status;
-    set_items(model, data, p);
+    set_items(data, p);
     predict_directions(data, p);
-    const bool found = p->found = predict_slip(n, p);
+    const bool found = p->at->found = predict_slip(n, p);
     for (size_t k = 0; found && k < n; k++)
-        memcpy(data->slip_direction + 2 * k, p->to->e[k], sizeof p->to->e[k]);
+        memcpy(data->slip_direction + 2 * kt_slip_index(p, k), p->to.e[k], sizeof p->to.e[k]);
+    p->found = p->found && found;
     data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
-        const double *e = data->slip_direction + 2 * k, mu = coefficient_of_slip(data, k);
+        const size_t index = kt_slip_index(p, k);
+        const double *e = data->slip_direction + 2 * index, mu = coefficient_of_slip(data, index);
         for (size_t i = 0; i < n; i++) {
-            const double *G = p->W + 3 * i * 3 * n + 3 * k + 1;
+            const double *G = p->W_at + 3 * i * 3 * n + 3 * k + 1;
             data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
         }
-        data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->unit;
+        data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->at->unit;
     }
     return solve_slip(model, data, at->t, error);
 }
@@ -509,38 +481,77 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
 
 /* Finds slip velocities, directions and drifts. Returns whether some slip is slow. */
 static bool find_directions(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
     kt_link_kinematics *links = kt_links_scratch(data);
-    bool is_slow = false;
+    bool any = false;
     double grows;
     kt_links_sweep(model, data, at->q, at->v, links);
     for (size_t k = 0; k < model->n.slip; k++) {
-        find_slip(links, kt_slip_problem_of(data)->contact[k].effect, data->slip_velocity + 2 * k,
-                  &data->slip_frame[k]);
+        find_slip(links, p->contact[k].effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
         slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
-        is_slow = kt_slip_prediction_time(data, k, &grows) > 0.0 || is_slow;
     }
+    for (size_t i = 0; i < p->islands; i++) {
+        p->at = &p->island[i];
+        for (size_t k = 0; k < p->at->n; k++)
+            p->at->is_slow = kt_slip_prediction_time(data, kt_slip_index(p, k), &grows) > 0.0 || p->at->is_slow;
+        any = any || p->at->is_slow;
+    }
+    if (any)
+        find_drift(model, data, at, step, p->drift);
+    return any;
+}
+
+/* Accelerations and normal forces without friction. */
+static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                           bool is_slow, double *a, kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    load(model, data, at->external);
+    const kt_status status = evaluate(model, data, at, a, p->N0, error);
+    p->responds = status == KT_OK && p->is_known;
+    p->found = true;
     if (is_slow)
-        find_drift(model, data, at, step, kt_slip_problem_of(data)->drift);
-    return is_slow;
+        kt_slip_begin_slow(model, p);
+    if (status == KT_OK && is_slow && !p->responds)
+        kt_slip_find_rates(model, data, at->q, a, p->rate0);
+    return status;
+}
+
+/* Finds the normal forces of an island. Adds its friction to the free accelerations of the joints if responses are
+ * known. */
+static kt_status solve_island(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                              kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    p->per = p->at->is_slow ? 2 : 1;
+    if (p->responds)
+        kt_slip_find_responses(model, data, p);
+    const kt_status status = (p->at->is_slow ? find_slow : find_normals)(model, data, at, a, error);
+    if (status == KT_OK && p->responds)
+        kt_slip_add_friction(model, data, p);
+    return status;
 }
 
 /* Accelerations with friction. */
 static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow, double *a,
                             kt_error *error) {
-    const kt_status status = (is_slow ? find_slow : find_normals)(model, data, at, a, error);
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    kt_status status = evaluate_without_friction(model, data, at, is_slow, a, error);
+    for (size_t i = 0; i < p->islands && status == KT_OK; i++) {
+        kt_slip_select(model, p, &p->island[i]);
+        status = solve_island(model, data, at, a, error);
+    }
     if (status != KT_OK)
         return status;
     load(model, data, at->external);
     for (size_t k = 0; k < model->n.slip; k++)
         add_slip_friction(data, k, data->slip_normal[k]);
-    if (kt_slip_problem_of(data)->responds && kt_slip_add_to(model, data, at, a))
+    if (p->responds && kt_slip_resume(model, data, at, a))
         return KT_OK;
     return evaluate(model, data, at, a, NULL, error);
 }
 
 kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
-    begin_slip(model, data);
+    kt_slip_begin(model, data);
     const bool is_slow = find_directions(model, data, at, a);
     return accelerate(model, data, at, is_slow, a, error);
 }

@@ -9,32 +9,38 @@
 
 #if KT_HAS_SWITCHES /* a small library has no hard contacts */
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
- * along both axes. */
+ * along both axes. Contacts of different islands (kt_group.island) do not act on each other. So the islands are solved
+ * one after the other, and arrays have room for the `most` contacts of one. */
 #define SLIP_FIELDS(X)                                                                                                 \
     X(kt_slip_contact, contact, n, "the contacts")                                                                     \
-    X(double, column, kt_half_response_count(count->v, 2 * n), "of unit forces: half columns in each group")           \
-    X(double, unit_force, 2 * n * count->v, "joint forces of a unit of force along each axis of each contact")         \
-    X(double, factor, 2 * n, "of these: friction")                                                                     \
-    X(double, change, 2 * n * count->row, "of the multipliers of each group, due to these")                            \
-    X(double, by_normal, 2 * n * n, "of normal forces, due to these")                                                  \
-    X(double, by_rate, 4 * n * n, "of J a, due to these")                                                              \
-    X(double, W, 9 * n * n, "of slow slip: responses")                                                                 \
+    X(int, order, n, "their indices, island by island")                                                                \
+    X(kt_slip_island, island, n, "islands with contacts that slip")                                                    \
+    X(int, place, count->group, "scratch: of the contacts of an island in this order")                                 \
+    X(double, column, kt_half_response_count(count->island_v, 2 * most), "of unit forces: half columns in each group") \
+    X(double, unit_force, 2 * most * count->v, "joint forces of a unit of force along each axis of each contact")      \
+    X(double, factor, 2 * most, "of these: friction")                                                                  \
+    X(double, change, 2 * most * count->island_row, "of the multipliers of each group, due to these")                  \
+    X(double, by_normal, 2 * most * most, "of normal forces, due to these")                                            \
+    X(double, by_rate, 4 * most * most, "of J a, due to these")                                                        \
+    X(double, normal, most, "normal forces")                                                                           \
+    X(double, W, 9 * n * most, "of slow slip: responses of each island")                                               \
     X(double, N0, n, "normal forces without friction")                                                                 \
     X(double, N, n, "likewise under a unit of force")                                                                  \
     X(double, rate0, 2 * n, "J a without friction")                                                                    \
     X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
     X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
     X(double, tau, n, "of each contact, s")                                                                            \
-    X(double, by_slip, 6 * n * n, "derivatives of the forces by slip velocities")                                      \
-    X(int, pivot, 3 * n, "scratch: of these")
+    X(bool, predicted, n, "whether the direction of each contact is that of slow slip")                                \
+    X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
+    X(int, pivot, 3 * most, "scratch: of these")
 
-/* Those of slow slip alone. */
+/* Those of slow slip alone. The solution has all contacts, in `order`. */
 #define SLIP_SLOW_FIELDS(X)                                                                                            \
-    X(char, matrices, kt_coulomb_matrices_size(3 * n, n), "of the problem and its solver")                             \
-    X(char, problem, kt_coulomb_size(n, 3 * n), "the problem")                                                         \
+    X(char, matrices, kt_coulomb_matrices_size(3 * most, most), "of the problem and its solver")                       \
+    X(char, problem, kt_coulomb_size(most, 3 * most), "the problem")                                                   \
     X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
-    X(char, trial, kt_coulomb_solution_size(n, 3 * n), "likewise, with a contact that is held")                        \
-    X(char, solver, kt_coulomb_solver_size(n, 3 * n, n), "its solver")
+    X(char, trial, kt_coulomb_solution_size(most, 3 * most), "likewise, with a contact that is held")                  \
+    X(char, solver, kt_coulomb_solver_size(most, 3 * most, most), "its solver")
 
 /* A contact that slips, and its friction. */
 typedef struct kt_slip_contact {
@@ -42,16 +48,28 @@ typedef struct kt_slip_contact {
     const kt_effect_record *effect;
 } kt_slip_contact;
 
+/* The contacts of an island that slip. */
+typedef struct kt_slip_island {
+    int32_t index;   /* kt_group.island */
+    size_t first, n; /* in `order` */
+    bool is_slow;    /* some slip is slow: */
+    bool found;      /* their directions are found */
+    double unit;
+} kt_slip_island;
+
 typedef struct kt_slip_problem {
     bool responds; /* responses to unit forces are known: */
     bool is_known; /* the last evaluation with normal forces left what responses follow from */
-    bool found;    /* directions of slow slip are found */
+    bool found;    /* all directions of slow slip are found */
     size_t wedged; /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;    /* of each contact one, along e, or two, along both axes */
+    size_t islands;
+    kt_slip_island *at; /* the present one, of the arrays with room for `most` contacts */
+    double *W_at;       /* its part of W */
     kt_coulomb *c;
-    kt_coulomb_solution *to, *held;
-    double unit;
-    void *behind; /* memory of the arrays of slow slip, which are laid out for it */
+    kt_coulomb_solution *all, *held;
+    kt_coulomb_solution to; /* the part of `all` of the present island */
+    void *behind;           /* memory of the arrays of slow slip, which are laid out for it */
     KT_ARENA_DECLARE(SLIP_FIELDS)
     KT_ARENA_DECLARE(SLIP_SLOW_FIELDS)
 } kt_slip_problem;
@@ -59,6 +77,15 @@ typedef struct kt_slip_problem {
 static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
     return (kt_slip_problem *)(void *)data->slip_work;
 }
+
+/* The index of contact i of the present island. */
+static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
+
+/* kt_slip_begin lays the problem out for an evaluation, and finds its contacts and islands. kt_slip_begin_slow lays the
+ * arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */
+void kt_slip_begin(const kt_model *model, kt_data *data);
+void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
+void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);
 
 /* Evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c). */
 kt_forward_call kt_slip_forward;
@@ -85,11 +112,14 @@ bool kt_slip_has_responses(const kt_model *model, const kt_data *data);
 /* The multiplier of the first equation of such a contact. */
 double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop);
 
-/* Responses to unit forces: of normal forces, and of J a if there are two of each contact. */
+/* Responses to unit forces in an island: of normal forces, and of J a if there are two of each contact. */
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p);
 
-/* Adds friction to the last accelerations, whose responses are known. Returns false if a number is not finite. */
-bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
+/* Adds the friction in an island, whose responses are known, to the last free accelerations of the joints. */
+void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem *p);
+
+/* The accelerations that follow. Returns false if a number is not finite. */
+bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
 #else
 static inline bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
     (void)model, (void)data;
@@ -102,7 +132,10 @@ static inline double kt_slip_multiplier(const kt_model *model, const kt_data *da
 static inline void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     (void)model, (void)data, (void)p;
 }
-static inline bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
+static inline void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem *p) {
+    (void)model, (void)data, (void)p;
+}
+static inline bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
     (void)model, (void)data, (void)at, (void)a;
     return false;
 }

@@ -19,9 +19,9 @@ static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t
 
 /* The joint forces of units of force. */
 static void find_unit_joint_forces(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
-    memset(p->unit_force, 0, p->per * model->n.slip * model->n.v * sizeof *p->unit_force);
-    for (size_t j = 0; j < p->per * model->n.slip; j++) {
-        const size_t k = j / p->per;
+    memset(p->unit_force, 0, p->per * p->at->n * model->n.v * sizeof *p->unit_force);
+    for (size_t j = 0; j < p->per * p->at->n; j++) {
+        const size_t k = kt_slip_index(p, j / p->per);
         const kt_effect_record *effect = p->contact[k].effect;
         const kt_slip_frame *frame = &data->slip_frame[k];
         const double *e = data->slip_direction + 2 * k;
@@ -59,20 +59,25 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
 }
 
+/* Whether group g is in the present island, in range space. */
+static bool is_part(const kt_model *model, const kt_data *data, const kt_slip_problem *p, size_t g) {
+    return model->group[g].island == p->at->index && kt_half_has_terms(model, data, g);
+}
+
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
-    const size_t n = model->n.slip, count = p->per * n;
+    const size_t n = p->at->n, count = p->per * n;
     double *column = p->column, *change = p->change;
     find_unit_joint_forces(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
     for (size_t g = 0; g < model->n.group; g++) {
         const size_t rows = (size_t)model->group[g].row_count;
-        if (!kt_half_has_terms(model, data, g))
+        if (!is_part(model, data, p, g))
             continue;
         KT_BY_ISA(model->isa, , kt_half_respond,
                   (model, data, g, p->unit_force, (int)count, column, change, p->per == 2 ? p->by_rate : NULL));
         for (size_t k = 0; k < n; k++) {
-            const kt_loop_record *loop = p->contact[k].loop;
+            const kt_loop_record *loop = p->contact[kt_slip_index(p, k)].loop;
             const int32_t slot = loop->group == (int32_t)g ? slot_of(model, loop) : -1;
             for (size_t j = 0; j < count && slot >= 0; j++)
                 p->by_normal[j * n + k] = change[j * rows + (size_t)slot];
@@ -82,23 +87,26 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
     }
 }
 
-bool kt_slip_add_to(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    const size_t count = p->per * model->n.slip, nv = model->n.v;
-    const size_t end = model->n.planar > 0 ? model->n.spatial : model->n.link;
-    double *column = p->column, *change = p->change, *found = data->scratch;
+void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem *p) {
+    const size_t count = p->per * p->at->n;
+    double *column = p->column, *change = p->change;
     for (size_t j = 0; j < count; j++) {
-        const size_t k = j / p->per;
-        const double along = p->per == 2 ? data->slip_direction[j] : 1.0;
+        const size_t k = kt_slip_index(p, j / p->per);
+        const double along = p->per == 2 ? data->slip_direction[2 * k + j % 2] : 1.0;
         p->factor[j] = -p->contact[k].effect->friction * data->slip_normal[k] * along;
     }
     for (size_t g = 0; g < model->n.group; g++) {
-        if (!kt_half_has_terms(model, data, g))
+        if (!is_part(model, data, p, g))
             continue;
         KT_BY_ISA(model->isa, , kt_half_add_forces, (model, data, g, p->factor, (int)count, change, column));
         change += count * (size_t)model->group[g].row_count;
         column += kt_half_response_count((size_t)model->group[g].v_count, count);
     }
+}
+
+bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
+    const size_t nv = model->n.v, end = model->n.planar > 0 ? model->n.spatial : model->n.link;
+    double *found = data->scratch;
     memcpy(found, a, nv * sizeof *a);
     KT_BY_ISA(model->isa, , kt_spatial_links_resume, (model, data, at->v, end, found));
     if (!kt_all_finite(found, nv))

@@ -25,6 +25,7 @@ typedef struct kt_counts {
 #if KT_HAS_SWITCHES
     size_t slip;      /* hard contacts that slip */
     size_t slip_work; /* bytes of the scratch memory with which their directions are found (contact/slip.c) */
+    size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
@@ -40,6 +41,11 @@ typedef struct kt_counts {
     size_t articulated; /* links that have an entry among the articulated inertias, and the ground */
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
+
+#if KT_HAS_SWITCHES
+/* How many contacts of an island slip, at most. */
+static inline size_t kt_slip_most(const kt_counts *n) { return n->island_side < n->slip ? n->island_side : n->slip; }
+#endif
 
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
@@ -392,7 +398,7 @@ typedef struct kt_slip_frame {
     X(kt_slip_frame, slip_frame, n->slip, "where friction acts")                                                       \
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
-    X(double, slip_matrix, n->slip *(n->slip + 1), "of the equations of normal forces, and their right-hand sides")    \
+    X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
     X(char, slip_work, n->slip_work, "scratch: directions of slow slip")
 #else
 #define KT_DATA_SLIP_FIELDS(X)

@@ -1,0 +1,66 @@
+/* The memory of contacts that slip, island by island.
+ *
+ * A force in one island (kt_group.island) changes no acceleration in another. So normal forces, directions of slow slip
+ * and derivatives are found for one island after the other, in arrays that have room for the largest one. Memory grows
+ * with the number of islands, and not with its square. */
+#include "contact/slip.h"
+#include "mechanism/evaluate.h"
+
+#include <string.h>
+
+KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, size_t most, const kt_counts *count)
+KT_ARENA_ARRAYS(lay_out_slow, kt_slip_problem, SLIP_SLOW_FIELDS, size_t n, size_t most)
+
+void kt_slip_add(kt_model *model) {
+    const size_t n = ++model->n.slip, most = kt_slip_most(&model->n);
+    model->n.slip_work = lay_out_slip(NULL, n, most, &model->n) + lay_out_slow(NULL, NULL, n, most);
+    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+}
+
+/* Sorts the contacts by islands. */
+static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
+    size_t first = 0;
+    p->islands = 0;
+    memset(p->place, 0, model->n.group * sizeof *p->place);
+    for (size_t k = 0; k < model->n.slip; k++)
+        p->place[model->group[p->contact[k].loop->group].island]++;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const size_t n = (size_t)p->place[g];
+        p->place[g] = (int)first;
+        if (n > 0)
+            p->island[p->islands++] = (kt_slip_island){.index = (int32_t)g, .first = first, .n = n, .found = true};
+        first += n;
+    }
+    for (size_t k = 0; k < model->n.slip; k++)
+        p->order[p->place[model->group[p->contact[k].loop->group].island]++] = (int)k;
+}
+
+void kt_slip_begin(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    p->behind = data->slip_work + lay_out_slip(p, model->n.slip, kt_slip_most(&model->n), &model->n);
+    p->wedged = model->n.slip;
+    kt_slip_contact *next = p->contact;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (loop->slips > 0)
+            *next++ = (kt_slip_contact){loop, kt_effect_record_find(model, loop->slips - 1)};
+    }
+    sort_contacts(model, p);
+}
+
+void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island) {
+    p->at = island;
+    p->W_at = p->W + 9 * kt_slip_most(&model->n) * island->first;
+    if (!island->is_slow)
+        return;
+    p->to = *p->all;
+    p->to.mode += island->first;
+    p->to.e += island->first;
+    p->to.p += 3 * island->first;
+    p->to.u += 3 * island->first;
+}
+
+void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p) {
+    (void)lay_out_slow(p, p->behind, model->n.slip, kt_slip_most(&model->n));
+    p->all = kt_coulomb_solution_init(model->n.slip, 3 * model->n.slip, p->solution);
+}
