@@ -232,7 +232,8 @@ static void read_mesh_text(maker *m, const char *text, size_t size) {
 static kt_status finish_mesh(maker *m, kt_triangles *mesh) {
     if (m->status == KT_OK && m->mesh.triangle_count == 0 && m->mesh.vertex_count < 4)
         (void)fail_mesh(m, KT_ERROR_SCENE, "there is no triangle in the mesh");
-    else if (m->status == KT_OK && m->mesh.triangle_count == 0)
+    m->mesh.is_hull = m->mesh.triangle_count == 0;
+    if (m->status == KT_OK && m->mesh.is_hull)
         m->status = kt_triangles_hull(&m->mesh, m->error);
     if (m->status == KT_OK)
         *mesh = m->mesh;

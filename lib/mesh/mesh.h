@@ -15,6 +15,7 @@ typedef struct kt_triangles {
     kt_vec3 *vertices;
     kt_triangle *triangles;
     int vertex_count, triangle_count;
+    bool is_hull; /* made of vertices alone */
 } kt_triangles;
 
 enum { KT_TRIANGLES_MOST = 1 << 24 };
@@ -30,6 +31,12 @@ kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, 
 /* Vertices and triangles from lists of numbers, three each; vertices are shared. Without triangles: the convex hull. */
 kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
                             kt_triangles *mesh, kt_error *error);
+
+/* Makes a surface that MuJoCo has built in, from its word and numbers (see builtin.c). Numbers of cells lose their
+ * fraction.
+ * Ownership: as that of kt_triangles_parse.
+ * Errors: KT_ERROR_SCENE (an unknown word, or numbers out of bounds), KT_ERROR_MEMORY. */
+kt_status kt_triangles_builtin(const char *word, const double *numbers, int count, kt_triangles *mesh, kt_error *error);
 void kt_triangles_free(kt_triangles *mesh);
 
 /* x <- R' (x - origin), each component then times its scale. */

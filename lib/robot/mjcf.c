@@ -36,6 +36,7 @@ static const kt_note body_notes[] = {
 
 static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read:"),
+    KT_NOTE(kt_mjcf, builtins, MOTION, "meshes whose 'builtin' and 'params' make no surface, left out:"),
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
     KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),

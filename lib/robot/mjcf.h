@@ -211,8 +211,8 @@ typedef struct kt_mjcf {
 
     kt_strange strange;         /* elements and attributes that are left out */
     kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
-    kt_left limits, contacts, pictures, mesh_files, renamed_joints, offsets, several, mocap, soft, inactive, keys, tied,
-        tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
+    kt_left limits, contacts, pictures, mesh_files, builtins, renamed_joints, offsets, several, mocap, soft, inactive,
+        keys, tied, tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
     double depth;                             /* of the deepest contact at the start */

@@ -400,7 +400,7 @@ static const kt_known known[] = {
     {"model", " name file content_type "},
     {"actuator", " "},
     {"asset", " "},
-    {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert "},
+    {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert builtin params "},
     {"option", " gravity actuatorgroupdisable density viscosity wind timestep cone impratio "},
     {"keyframe", " "},
     {"key", " name time qpos qvel act ctrl mpos mquat "},
@@ -420,7 +420,7 @@ static const kt_known_list all_known = {
         "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic sleep "
         "simple "
-        "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type builtin params "
+        "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
         "octree_maxdepth needsdf ",
     .moving = " flex flexvert flexstrain plugin armature damping adhesion "};

@@ -44,18 +44,18 @@ static const char *mesh_path_of(kt_mjcf *m, const kt_element *e, const char *fil
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
-static void count_unread_mesh(kt_mjcf *m, const kt_element *e, const kt_error *error) {
+static void count_unread_mesh(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error) {
     kt_phrase what = {.length = 0};
     if (error->code == KT_ERROR_MEMORY) {
         (void)kt_reader_out_of_memory(m->r);
         return;
     }
     kt_phrase_add(&what, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
-    if (m->mesh_files.count == 0)
-        m->mesh_files.what = kt_pool_text(&m->r->scratch, what.text, strlen(what.text));
-    if (m->mesh_files.count == 0 && m->mesh_files.what == NULL)
+    if (left->count == 0)
+        left->what = kt_pool_text(&m->r->scratch, what.text, strlen(what.text));
+    if (left->count == 0 && left->what == NULL)
         (void)kt_reader_out_of_memory(m->r);
-    kt_left_count(&m->mesh_files, e);
+    kt_left_count(left, e);
 }
 
 static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
@@ -93,11 +93,22 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
     return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
 }
 
-/* How its mass is summed; the mesh's own setting comes before the compiler's. */
+/* A surface that MuJoCo has built in. */
+static kt_status read_builtin(const kt_element *e, const char *word, kt_triangles *mesh, kt_error *error) {
+    const char *text = kt_xml_attribute(e, "params");
+    double numbers[8];
+    const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
+    return kt_triangles_builtin(word, numbers, count, mesh, error);
+}
+
+/* How its mass is summed; the mesh's own setting comes before the compiler's. A plate is a shell in any case. */
 typedef enum mesh_rule { LEGACY, EXACT, CONVEX, SHELL } mesh_rule;
 
 static mesh_rule rule_of(kt_mjcf *m, const kt_element *e) {
     static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
+    const char *builtin = kt_xml_attribute(e, "builtin");
+    if (builtin != NULL && strcmp(builtin, "plate") == 0)
+        return SHELL;
     return (mesh_rule)kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
 }
 
@@ -135,7 +146,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;
     if (status == KT_OK)
         mesh->enclosed = kt_triangles_enclosed(triangles, rules[rule]);
-    if (rule == CONVEX && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
+    if ((rule == CONVEX || triangles->is_hull) && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
         kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
     return status;
 }
@@ -173,16 +184,18 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
-    const char *file = mesh_file_of(m, e);
+    const char *file = mesh_file_of(m, e), *builtin = kt_xml_attribute(e, "builtin");
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
-    kt_status status = file != NULL ? read_file(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
+    kt_status status = file != NULL      ? read_file(m, e, file, &triangles, &error)
+                       : builtin != NULL ? read_builtin(e, builtin, &triangles, &error)
+                                         : read_inline(m, e, &triangles, &error);
     if (status == KT_OK)
         status = enclose(m, e, &triangles, mesh, &error);
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
-        count_unread_mesh(m, e, &error);
+        count_unread_mesh(m, file == NULL && builtin != NULL ? &m->builtins : &m->mesh_files, e, &error);
     }
 }
 

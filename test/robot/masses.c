@@ -131,3 +131,57 @@ KT_TEST(what_does_not_fit_is_rejected_by_name) {
                                  : "keyframe 'home': there are keyframes in MJCF alone");
     }
 }
+
+/* An octahedron's half of radii 0.1 m has the volume `2/3 r^3`, a plate with a given mass its centre at its height. */
+KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='h' builtin='hemisphere' params='0' scale='0.1 0.1 0.1'/>"
+        "<mesh name='p' builtin='plate' params='2 2' scale='1 1 2'/></asset><worldbody><body name='a'><joint/>"
+        "<geom type='mesh' mesh='h'/></body><body name='b'><joint/><geom type='mesh' mesh='p' mass='3'/></body>"
+        "</worldbody></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    const double volume = 2e-3 / 3.0;
+    const kt_body *b = find_body(&scene, "b");
+    kt_check_near("by density", find_body(&scene, "a")->mass, 1000.0 * volume, 4.0 * DBL_EPSILON);
+    kt_check_equal_bits("given", &b->mass, &(double){3.0}, 1);
+    kt_check_near("height", b->com.z, -2.0, 4.0 * DBL_EPSILON);
+    kt_check_near("about z, of edges 1", b->inertia.zz, 3.0 / 6.0, 16.0 * DBL_EPSILON);
+    kt_check_true("not left out", !has_note(&scene, "builtin"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(builtin_that_makes_no_surface_is_warned_of_by_name) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='p' builtin='prism' params='3'/><mesh name='s' builtin='sphere' params='5'/></asset>"
+        "<worldbody><body name='a'><joint/><geom size='0.1'/><geom type='mesh' mesh='p'/><geom type='mesh' mesh='s'/>"
+        "</body></worldbody></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    for (int i = 0; i < scene.note_count; i++)
+        if (strstr(scene.notes[i].what, "builtin") != NULL)
+            kt_check_equal_int("rank", scene.notes[i].rank, KT_NOTE_RANK_MOTION);
+    kt_check_true("the number, and the first with its reason",
+                  has_note(&scene, "meshes whose 'builtin' and 'params' make no surface, left out: 2; the first: there "
+                                   "is no surface 'prism'"));
+    kt_scene_free(&scene);
+}
+
+/* With so few vertices, MuJoCo's hull is smaller. */
+KT_TEST(hull_of_few_vertices_is_warned_of) {
+    static const char *const faces[] = {"", " face='0 2 1 0 1 3 0 3 2 1 2 3'"};
+    for (int i = 0; i < 2; i++) {
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' maxhullvert='5'%s/></asset>"
+                       "<worldbody><body><joint/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>",
+                       faces[i]);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        kt_check_equal_int("a hull alone", has_note(&scene, "a hull with a bounded number of vertices"), i == 0);
+        kt_scene_free(&scene);
+    }
+}

@@ -492,6 +492,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/arm.urdf", 4e-14, NULL, false, false},
         {MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/meshes.xml", 1e-6, NULL, false, false},
+        {MODELS "/mjcf/builtins.xml", 1e-9, NULL, false, false},
         {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},
