@@ -1,5 +1,6 @@
 /* Collisions of URDF and SDF that touch planes: which do, with which friction, and that robots rest on them. */
 #include "check.h"
+#include "note.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -24,13 +25,6 @@ static int count_contacts(const kt_scene *scene) {
     for (int i = 0; i < scene->description.effect_count; i++)
         count += scene->description.effects[i].type == KT_EFFECT_CONTACT;
     return count;
-}
-
-static bool has_note(const kt_scene *scene, kt_note_rank rank, const char *text) {
-    bool found = false;
-    for (int i = 0; i < scene->note_count; i++)
-        found = found || (scene->notes[i].rank == rank && strstr(scene->notes[i].what, text) != NULL);
-    return found;
 }
 
 /* ---- which shapes touch ------------------------------------------------------------------------------------------ */
@@ -105,7 +99,7 @@ KT_TEST(free_robots_without_ground_are_told_in_all_formats) {
         kt_scene scene;
         if (!read_text(table[i].text, table[i].options, &scene))
             continue;
-        kt_check_true(table[i].note, has_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+        kt_check_true(table[i].note, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
         kt_scene_free(&scene);
     }
 }

@@ -1,18 +1,12 @@
 /* The looks of robots: which solids and meshes of a file become shapes and meshes of a scene, and where files of meshes
  * are found. */
 #define ROBOT "m"
+#include "folder.h"
 #include "robot.h"
 
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-static int count_notes(const kt_scene *scene, const char *words) {
-    int count = 0;
-    for (int i = 0; i < scene->note_count; i++)
-        count += strstr(scene->notes[i].what, words) != NULL;
-    return count;
-}
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
 
@@ -122,14 +116,6 @@ KT_TEST(other_collisions_of_the_link_stay) {
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
-
-static void put_file(const char *folder, const char *name, const char *text) {
-    char path[400];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *file = fopen(path, "w");
-    if (kt_check_true("the file is written", file != NULL && fputs(text, file) >= 0))
-        (void)fclose(file);
-}
 
 static const char *const folders[] = {"", "/arm", "/arm/urdf", "/arm/meshes", "/else", "/else/hand"};
 static const char *const mesh_files[] = {"arm/meshes/a.stl", "arm/urdf/b.stl", "else/hand/c.stl", "else/d.stl"};

@@ -29,13 +29,6 @@ static const double pi = 3.14159265358979323846;
 
 static const char *const texts[] = {URDF, MJCF, SDF};
 
-static bool has_note(const kt_scene *scene, const char *words) {
-    for (int i = 0; i < scene->note_count; i++)
-        if (strstr(scene->notes[i].what, words) != NULL)
-            return true;
-    return false;
-}
-
 /* Mass, height of the centre and inertia about x of body a, whose solids have a density. */
 static void check_solids(const kt_body *a, double density) {
     const double box = density * 0.006, ball = density * 4.0 / 3.0 * pi * 1e-3, mass = box + ball, z = box / mass;

@@ -4,6 +4,7 @@
 
 #include "../scene/collect.h"
 #include "check.h"
+#include "note.h"
 
 #include "kinetree/import.h"
 

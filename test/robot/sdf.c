@@ -1,27 +1,17 @@
-/* Models in SDF: the result of each element, included files, warnings, and faults at their places. The script
+/* Models in SDF: the result of each element, warnings, and faults at their places. The script
  * sdf_oracle.py compares places, inertias and axes with another reader. */
 #define ROBOT "m.sdf"
 #include "robot.h"
+#include "sdf_text.h"
 
 #include "kinetree/kinetree.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#define SDF(within) "<sdf version='1.9'><model name='m'>" within "</model></sdf>"
-#define LINK(name) "<link name='" name "'/>"
 #define JOINT(name, type, parent, child, within)                                                                       \
     "<joint name='" name "' type='" type "'><parent>" parent "</parent><child>" child "</child>" within "</joint>"
-
-static bool has_note(const kt_scene *scene, const char *words) {
-    for (int i = 0; i < scene->note_count; i++)
-        if (strstr(scene->notes[i].what, words) != NULL)
-            return true;
-    return false;
-}
 
 static const kt_effect *find_effect(const kt_scene *scene, kt_effect_type type) {
     for (int i = 0; i < scene->description.effect_count; i++)
@@ -390,108 +380,6 @@ KT_TEST(cones_are_drawn_as_cylinders_of_half_their_radius) {
     kt_scene_free(&scene);
 }
 
-/* ---- old versions ------------------------------------------------------------------------------------------------ */
-
-/* The scene of a text, written; NULL where it has none. */
-static char *written(const char *text) {
-    char *buffer = NULL;
-    size_t size = 0;
-    kt_scene scene;
-    kt_error error = {0};
-    FILE *to = open_memstream(&buffer, &size);
-    if (to == NULL || !parse_right(text, NULL, &scene))
-        return NULL;
-    kt_check_equal_int("written", kt_scene_write(&scene, to, &error), KT_OK);
-    (void)fclose(to);
-    kt_scene_free(&scene);
-    return buffer;
-}
-
-/* One model in the words of three versions: `1.0, 1.3, and 1.4`. The last is written in our order of elements. */
-KT_TEST(versions_before_1_4_are_the_same_models) {
-    static const char *const texts[] = {
-        "<gazebo version='1.0'><model name='m' static='false'><origin pose='1 2 3 0.1 0.2 0.3'/>"
-        "<link name='a' gravity='false'><inertial mass='2'><origin pose='0.1 0 0 0 0 0.5'/>"
-        "<inertia ixx='1' ixy='0.1' ixz='0' iyy='2' iyz='0' izz='2.5'/></inertial>"
-        "<visual name='v'><geometry><box size='1 2 3'/></geometry></visual></link>"
-        "<link name='b'><origin pose='0 0 1 0 0 0'/><inertial mass='3'><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
-        "iyz='0' "
-        "izz='1'/></inertial><visual name='v'><geometry><cylinder radius='0.5' length='2'/></geometry></visual></link>"
-        "<joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 1 0'>"
-        "<dynamics damping='0.7' friction='0'/><limit lower='-1' upper='2' "
-        "effort='30'/></axis></joint></model></gazebo>",
-        "<sdf version='1.3'><model name='m'><static>false</static><pose>1 2 3 0.1 0.2 0.3</pose><link "
-        "name='a'><gravity>"
-        "false</gravity><inertial><mass>2</mass><pose>0.1 0 0 0 0 0.5</pose><inertia><ixx>1</ixx><ixy>0.1</ixy><ixz>0"
-        "</ixz><iyy>2</iyy><iyz>0</iyz><izz>2.5</izz></inertia></inertial><visual name='v'><geometry><box><size>1 2 3"
-        "</size></box></geometry></visual></link><link name='b'><pose>0 0 1 0 0 "
-        "0</pose><inertial><mass>3</mass><inertia>"
-        "<ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz></inertia></inertial><visual name='v'>"
-        "<geometry><cylinder><radius>0.5</radius><length>2</length></cylinder></geometry></visual></link><joint "
-        "name='j' "
-        "type='revolute'><parent>a</parent><child>b</child><axis><xyz>0 1 "
-        "0</xyz><dynamics><damping>0.7</damping><friction>"
-        "0</friction></dynamics><limit><lower>-1</lower><upper>2</upper><effort>30</effort></limit></axis></joint></"
-        "model>"
-        "</sdf>"};
-    char *old = written(texts[0]), *next = written(texts[1]);
-    char copy[3000];
-    (void)snprintf(copy, sizeof copy, "%s", texts[1]);
-    strstr(copy, "1.3")[2] = '4';
-    char *current = written(copy);
-    if (kt_check_true("all are read", old != NULL && next != NULL && current != NULL)) {
-        kt_check_text("1.0", old, current);
-        kt_check_text("1.3", next, current);
-        kt_check_contains("of which the damper is one", current, "damping: 0.7");
-    }
-    free(old);
-    free(next);
-    free(current);
-}
-
-/* Before 1.7, frames have names of their own only as far as they need them: others keep theirs. */
-KT_TEST(frames_of_old_versions_are_renamed_if_others_have_their_name) {
-    static const char text[] =
-        "<sdf version='1.6'><model name='m'><frame name='a'><pose>0 0 3 0 0 0</pose></frame><link name='a'>"
-        "<pose>0 0 1 0 0 0</pose></link><frame name='a'><pose>0 0 5 0 0 0</pose></frame>"
-        "<link name='b'><pose relative_to='a_frame'>1 0 0 0 0 0</pose></link>"
-        "<link name='c'><pose relative_to='a'>2 0 0 0 0 0</pose></link></model></sdf>";
-    static const kt_vec3 places[] = {{0.0, 0.0, 1.0}, {1.0, 0.0, 3.0}, {2.0, 0.0, 1.0}};
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_true("it is told", has_note(&scene, "called NAME_frame here: 2"));
-    for (int i = 0; i < 3; i++) {
-        const char name[] = {(char)('a' + i), '\0'};
-        const double *at = find_body(&scene, name)->joint.position;
-        kt_check_near("x", at[0], places[i].x, 0.0);
-        kt_check_near("z", at[2], places[i].z, 0.0);
-    }
-    kt_scene_free(&scene);
-}
-
-KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
-    static const char *const texts[][2] = {
-        {"<sdf version='1.2'><model name='m'><link "
-         "name='a'><damping><linear>0.1</linear></damping></link></model></sdf>",
-         "'velocity_decay' is left out: 1"},
-        {SDF("<link name='a'><inertial auto='true'/><collision "
-             "name='c'><geometry><mesh><uri>x.stl</uri></mesh></geometry>"
-             "</collision><collision name='d'><geometry><box><size>1 1 1</size></box></geometry></collision></link>"),
-         "the mass of collisions that are meshes is missing: of 1 link (a); --mass LINK=MASS gives one"}};
-    for (int i = 0; i < 2; i++) {
-        kt_scene scene;
-        if (!parse_right(texts[i][0], NULL, &scene))
-            continue;
-        bool warned = false;
-        for (int k = 0; k < scene.note_count; k++)
-            warned = warned ||
-                     (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, texts[i][1]) != NULL);
-        kt_check_true(texts[i][1], warned);
-        kt_scene_free(&scene);
-    }
-}
-
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
 KT_TEST(faults_are_told_at_their_places) {
@@ -534,85 +422,6 @@ KT_TEST(faults_are_told_at_their_places) {
         kt_scene scene;
         kt_check_true(wrong[i][0], parse(wrong[i][0], NULL, &scene) != KT_OK);
         kt_check_contains(wrong[i][0], faults.text, wrong[i][1]);
-    }
-}
-
-/* ---- included files ---------------------------------------------------------------------------------------------- */
-
-static void put_file(const char *folder, const char *name, const char *text) {
-    char path[300];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *file = fopen(path, "w");
-    if (kt_check_true(name, file != NULL)) {
-        (void)fputs(text, file);
-        (void)fclose(file);
-    }
-}
-
-static kt_status read_in(const char *folder, const char *uri, kt_scene *scene) {
-    char path[300], text[600];
-    kt_error error = {0};
-    (void)snprintf(text, sizeof text, SDF(LINK("a") "<include><uri>%s</uri></include>"), uri);
-    put_file(folder, "inner/m.sdf", text);
-    (void)snprintf(path, sizeof path, "%s/inner/m.sdf", folder);
-    memset(&faults, 0, sizeof faults);
-    (void)snprintf(faults.path, sizeof faults.path, "%.200s", path);
-    return kt_robot_read(path, NULL, scene, kt_collect, &faults, &error);
-}
-
-KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
-    static const char *const rejected[][2] = {
-        {"../outer.sdf", "a file is included from the model's folder alone"},
-        {"file:///etc/hostname", "a file is included from the model's folder alone"},
-        {"model://../outer.sdf", "a file is included from the model's folder alone"},
-        {"link.sdf", "the file lies outside of the model's folder, by a link"},
-        {"m.sdf", "files include each other in a circle"},
-        {"one.sdf", "files include each other in a circle"},
-        {"broken.sdf", "broken.sdf:1:29: this is no well-formed XML"},
-        {"robot.urdf", "begins with <robot>, not with <sdf>"},
-    };
-    static const char *const left_out[] = {"nowhere.sdf", "model://sun", "https://fuel.gazebosim.org/x", "empty.sdf"};
-    char folder[] = "/tmp/kinetree-sdf-XXXXXX", path[300];
-    kt_scene scene;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
-    (void)snprintf(path, sizeof path, "%s/inner", folder);
-    kt_check_equal_int("folder", mkdir(path, 0700), 0);
-    (void)snprintf(path, sizeof path, "%s/inner/link.sdf", folder);
-    kt_check_equal_int("link", symlink("../outer.sdf", path), 0);
-    put_file(folder, "outer.sdf", SDF(LINK("b")));
-    put_file(folder, "inner/one.sdf", SDF("<include><uri>two.sdf</uri></include>"));
-    put_file(folder, "inner/two.sdf", SDF("<include><uri>one.sdf</uri></include>"));
-    put_file(folder, "inner/broken.sdf", "<sdf version='1.9'><model></sdf>");
-    put_file(folder, "inner/robot.urdf", "<robot/>");
-    put_file(folder, "inner/light.sdf", "<sdf version='1.9'><light/></sdf>");
-    put_file(folder, "inner/empty.sdf", "<sdf version='1.9'/>");
-    put_file(folder, "inner/right.sdf", SDF(LINK("b")));
-    for (size_t i = 0; i < sizeof rejected / sizeof *rejected; i++) {
-        kt_check_equal_int(rejected[i][0], read_in(folder, rejected[i][0], &scene), KT_ERROR_SCENE);
-        kt_check_contains(rejected[i][0], faults.text, rejected[i][1]);
-    }
-    for (size_t i = 0; i < sizeof left_out / sizeof *left_out; i++)
-        if (kt_check_equal_int(left_out[i], read_in(folder, left_out[i], &scene), KT_OK)) {
-            kt_check_true("told", has_note(&scene, left_out[i]));
-            kt_scene_free(&scene);
-        }
-    if (kt_check_equal_int("a light", read_in(folder, "light.sdf", &scene), KT_OK)) {
-        kt_check_true("no model is missing", !has_note(&scene, "light.sdf"));
-        kt_scene_free(&scene);
-    }
-    if (kt_check_equal_int("one that is right", read_in(folder, "right.sdf", &scene), KT_OK)) {
-        kt_check_equal_int("bodies", scene.description.body_count, 2);
-        (void)find_body(&scene, "m__b");
-        kt_scene_free(&scene);
-    }
-    static const char *const names[] = {"inner/m.sdf",      "inner/one.sdf",   "inner/two.sdf",
-                                        "inner/broken.sdf", "inner/light.sdf", "inner/empty.sdf",
-                                        "inner/robot.urdf", "inner/right.sdf", "inner/link.sdf",
-                                        "outer.sdf",        "inner",           ""};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
-        kt_check_equal_int("clean", remove(path), 0);
     }
 }
 

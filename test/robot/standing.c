@@ -2,6 +2,7 @@
  * stiffness, damping, friction and cone. After 3 s the robots rest at the places that today's MuJoCo computes
  * (mujoco_wasm.mjs). KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
 #include "check.h"
+#include "note.h"
 #include "random.h"
 
 #include "kinetree/import.h"
@@ -236,14 +237,6 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
     kt_check_worst(&axes);
 }
 
-/* Whether a note of this rank contains a text. */
-static bool has_note(const kt_scene *scene, kt_note_rank rank, const char *text) {
-    bool found = false;
-    for (int i = 0; i < scene->note_count; i++)
-        found = found || (scene->notes[i].rank == rank && strstr(scene->notes[i].what, text) != NULL);
-    return found;
-}
-
 KT_TEST(robots_that_fall_or_start_in_the_ground_are_told) {
     static const char planeless[] =
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
@@ -262,9 +255,9 @@ KT_TEST(robots_that_fall_or_start_in_the_ground_are_told) {
         if (contacts_of(table[i].text, table[i].options, &scene) < 0)
             continue;
         if (table[i].note != NULL)
-            kt_check_true(table[i].name, has_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+            kt_check_true(table[i].name, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
         else
-            kt_check_true(table[i].name, !has_note(&scene, KT_NOTE_RANK_MOTION, "ground"));
+            kt_check_true(table[i].name, !has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "ground"));
         kt_scene_free(&scene);
     }
 }

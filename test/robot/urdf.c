@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
 
@@ -196,33 +195,6 @@ KT_TEST(root_is_the_world_or_fixed_or_free) {
     }
 }
 
-KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
-    static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
-    kt_scene scene;
-    if (!parse_right(
-            "<robot name='r'><link name='left arm'/><link name='left/arm'/><link name='7th'/><link name='world'/>"
-            "<link name='h&#228;b'/>"
-            "<joint name='1' type='fixed'><parent link='left arm'/><child link='left/arm'/></joint>"
-            "<joint name='2' type='fixed'><parent link='left arm'/><child link='7th'/></joint>"
-            "<joint name='3' type='fixed'><parent link='left arm'/><child link='world'/></joint>"
-            "<joint name='4' type='fixed'><parent link='world'/><child link='h&#228;b'/></joint></robot>",
-            NULL, &scene))
-        return;
-    for (int i = 0; i < 4; i++)
-        kt_check_text("name", scene.description.bodies[i].name, expected[i]);
-    kt_check_equal_int("notes: of the root, and of names of links and of joints", scene.note_count, 3);
-    kt_check_text(
-        "of joints", scene.notes[2].what,
-        "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
-        "joint has the name: 4");
-    kt_check_text("joint", scene.description.bodies[1].joint.name, "_1");
-    kt_check_text("what", scene.notes[1].what,
-                  "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
-    kt_check_text("a name in UTF-8: a byte, a '_'", scene.description.bodies[4].name, "h__b");
-    kt_check_text("parent", scene.description.bodies[4].parent, "world_2");
-    kt_scene_free(&scene);
-}
-
 KT_TEST(picture_is_the_first_solid_of_visuals_or_collisions) {
     kt_scene scene;
     if (!parse_right("<robot name='r'><link name='a'><visual><geometry><mesh filename='m.dae'/></geometry></visual>"
@@ -241,6 +213,25 @@ KT_TEST(picture_is_the_first_solid_of_visuals_or_collisions) {
     kt_check_equal_int("cylinder", cylinder->type, KT_SHAPE_CYLINDER);
     kt_check_equal_bits("radius, length", (const double[]){cylinder->radius, cylinder->length},
                         (const double[]){0.1, 2.0}, 2);
+    kt_scene_free(&scene);
+}
+
+/* n^2 J at the joint. */
+KT_TEST(rotors_of_transmissions_are_armature) {
+    static const char text[] =
+        PAIR("", "<transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='j'/>"
+                 "<actuator name='m'><mechanicalReduction> 50 </mechanicalReduction><rotorInertia>2e-4</rotorInertia>"
+                 "</actuator></transmission>"
+                 "<transmission><joint name='j'/><actuator name='n'><drake:gear_ratio value='3'/><drake:rotor_inertia "
+                 "value='0.5'/></actuator></transmission>"
+                 "<transmission name='u'><joint name='j'/><actuator name='n'><mechanicalReduction>7"
+                 "</mechanicalReduction></actuator></transmission>");
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_near("armature", find_body(&scene, "b")->joint.armature[0], 50.0 * 50.0 * 2e-4 + 9.0 * 0.5, 1e-15);
+    kt_check_true("both are told", has_note(&scene, "transmissions whose rotor inertia"));
+    kt_check_true("the third is left out", has_note(&scene, "transmissions that are left out"));
     kt_scene_free(&scene);
 }
 
@@ -408,78 +399,7 @@ KT_TEST(robot_of_many_links_is_read) {
     free(text);
 }
 
-/* Processor time of this program, without that of the system for pages of memory, which grows faster than the work. */
-static double user_time(void) {
-    struct rusage use;
-    return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_utime.tv_sec + 1e-6 * (double)use.ru_utime.tv_usec
-                                             : (double)NAN;
-}
-
-/* The least time of five for a robot of `count` links: with one name, or with names that become one. */
-static double time_to_read(bool is_one_name, int count) {
-    char *text = malloc((size_t)count * 200 + 100);
-    double least = HUGE_VAL;
-    for (int n = 0; n < 5 && text != NULL; n++) {
-        kt_scene scene;
-        char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
-        for (int i = 0; i < count; i++) {
-            char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
-            for (int k = 0; k < 17 && !is_one_name; k++)
-                name[k] = i >> k & 1 ? '.' : '/';
-            at += sprintf(
-                at, "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
-                name, i, name);
-        }
-        (void)sprintf(at, "</robot>");
-        const double start = user_time();
-        const kt_status status = parse(text, NULL, &scene);
-        least = fmin(least, user_time() - start);
-        kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
-        if (status == KT_OK) {
-            char number[20];
-            (void)snprintf(number, sizeof number, "_%d", count);
-            kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
-            kt_scene_free(&scene);
-        }
-    }
-    free(text);
-    return least;
-}
-
-/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
-KT_TEST(names_that_collide_take_linear_time) {
-    kt_check_below("equal names", time_to_read(true, 12000) / time_to_read(true, 3000), 9.0);
-    kt_check_below("names that become equal", time_to_read(false, 12000) / time_to_read(false, 3000), 9.0);
-}
-
-/* In the order of the file; numbers of a name go on where its last one ended. */
-KT_TEST(names_that_collide_get_numbers) {
-    static const char *const names[][2] = {{"a b", "a_b"},      {"a.b", "a_b_2"},     {"a_b_2", "a_b_2_2"},
-                                           {"a/b", "a_b_3"},    {"a_b.2", "a_b_2_3"}, {"world", "world_2"},
-                                           {"wor.ld", "wor_ld"}};
-    char text[4000] = "<robot name='r'><link name='base'/>";
-    kt_scene scene;
-    for (int i = 0; i < 7; i++)
-        (void)snprintf(
-            text + strlen(text), sizeof text - strlen(text),
-            "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
-            names[i][0], i, names[i][0]);
-    (void)snprintf(text + strlen(text), sizeof text - strlen(text), "</robot>");
-    if (!parse_right(text, NULL, &scene))
-        return;
-    for (int i = 0; i < 7; i++)
-        kt_check_text(names[i][0], scene.description.bodies[i + 1].name, names[i][1]);
-    kt_scene_free(&scene);
-}
-
 /* ---- what others read, too --------------------------------------------------------------------------------------- */
-
-static int count_notes(const kt_scene *scene, const char *part) {
-    int count = 0;
-    for (int i = 0; i < scene->note_count; i++)
-        count += strstr(scene->notes[i].what, part) != NULL;
-    return count;
-}
 
 #define LINK(name) "<link name='" name "'>" MASS "</link>"
 #define HINGE(name, parent, child, rest)                                                                               \
@@ -622,176 +542,5 @@ KT_TEST(world_need_not_be_declared_and_frees_what_is_fixed_to_it) {
     if (!parse_right(ON_WORLD("", "revolute"), &floating, &scene))
         return;
     kt_check_equal_int("nothing to free", count_notes(&scene, "--floating frees nothing"), 1);
-    kt_scene_free(&scene);
-}
-
-/* ---- inertias that no body has ----------------------------------------------------------------------------------- */
-
-#define INERTIA(mass, x, y, z)                                                                                         \
-    "<inertial><mass value='" mass "'/><inertia ixx='" x "' iyy='" y "' izz='" z                                       \
-    "' ixy='0' ixz='0' iyz='0'/></inertial>"
-#define ARM_WITH(arm, sensor)                                                                                          \
-    "<robot name='r'><link name='base'/><link name='arm'>" arm "</link><link name='imu'>" sensor "</link>"             \
-    "<joint name='j' type='continuous'><parent link='base'/><child link='arm'/></joint>"                               \
-    "<joint name='k' type='fixed'><parent link='arm'/><child link='imu'/><origin xyz='0.5 0 0' rpy='0.3 0.2 0.1'/>"    \
-    "</joint></robot>"
-
-KT_TEST(inertias_are_judged_by_rigid_parts) {
-    static const struct {
-        const char *text;
-        bool read[3]; /* warn, strict, accept */
-        const char *told;
-    } table[] = {
-        {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0.001", "0", "0", "3e-6")),
-         {true, true, true},
-         "of links within"},
-        {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0", "0", "0", "2e-35")),
-         {true, true, true},
-         "nothing but rounding"},
-        {ARM_WITH(INERTIA("1", "1", "1", "2.1"), ""), {true, false, true}, "by up to 5 % of it: 1"},
-        {ARM_WITH(INERTIA("1", "1", "1", "2.3"), ""), {false, false, true}, "by up to 15 % of it: 1"},
-        {ARM_WITH(INERTIA("1", "-1", "1", "1"), ""), {false, false, true}, "inertias that no body has are computed"},
-        {ARM_WITH(INERTIA("1", "1", "1", "1"), INERTIA("1", "-3", "1", "1")),
-         {false, false, true},
-         "inertias that no body has"},
-        {ARM_WITH(INERTIA("1", "1", "1", "1"), ""), {true, true, true}, ""},
-    };
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
-        for (int how = 0; how < 3; how++) {
-            const kt_robot_options options = {.inertia = (kt_robot_inertia)how};
-            kt_scene scene;
-            const kt_status status = parse(table[i].text, &options, &scene);
-            kt_note("case %d, %d: %s", (int)i, how, status == KT_OK ? "read" : faults.text);
-            kt_check_equal_int("read", status == KT_OK, table[i].read[how]);
-            if (status != KT_OK) {
-                kt_check_contains("at the element", faults.text, "inertial: inertia: the principal moments are");
-                continue;
-            }
-            kt_check_equal_int(table[i].told, count_notes(&scene, table[i].told) > 0,
-                               table[i].told[0] != '\0' || scene.note_count > 0);
-            char *text = kt_write_text(&scene);
-            kt_scene again;
-            if (text != NULL && kt_parse_right(text, &again))
-                kt_scene_free(&again);
-            free(text);
-            kt_scene_free(&scene);
-        }
-}
-
-/* A mass of 1 kg at 0.5 m from the link's origin has `0.25 kg m^2` about it. Its rounding is some 1e-16. A moment of
- * 1e-12 without other moments is rejected. */
-KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
-    static const struct {
-        const char *inertia;
-        bool is_nothing;
-    } table[] = {{"2e-35", true}, {"-3e-17", true}, {"1e-12", false}, {"-1e-12", false}};
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[900];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<robot name='r'><link name='base'/><link name='head'><inertial><mass value='1'/><origin "
-                       "xyz='0.5 0 0'/><inertia ixx='0' iyy='0' izz='%s' ixy='0' ixz='%s' iyz='0'/></inertial></link>"
-                       "<joint name='j' type='continuous'><parent link='base'/><child link='head'/><axis xyz='0 0 1'/>"
-                       "</joint></robot>",
-                       table[i].inertia, table[i].inertia);
-        const kt_status status = parse(text, NULL, &scene);
-        kt_check_equal_int(table[i].inertia, status == KT_OK, table[i].is_nothing);
-        if (status != KT_OK)
-            continue;
-        const kt_sym3 *inertia = &find_body(&scene, "head")->inertia;
-        kt_check_equal_bits("it is zero", &inertia->xx, (const double[]){0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 6);
-        kt_check_equal_int("told", count_notes(&scene, "nothing but rounding, taken for zero: 1"), 1);
-        kt_scene_free(&scene);
-    }
-}
-
-/* The part is a dumbbell: two points of `1 kg`, `1 m` apart along x. Each of its links has an odd inertia: 0.1 along x
- * and -0.1 along y. Together they have `0.2 - 0.2 + 0.5` about y. The inertia of one link alone, or with the parallel
- * axes the wrong way round, is rejected. */
-KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
-    for (int tenths = 0; tenths < 10; tenths++) {
-        /* x: 0.4; y: -0.2 + d^2 / 2; z: 0.2 + d^2 / 2. z <= x + y always; x <= y + z: 0.4 <= d^2; y >= 0: d^2 >=
-         * 0.4. */
-        const double d = 0.1 * tenths, x = 0.4, y = -0.2 + 0.5 * d * d, z = 0.2 + 0.5 * d * d;
-        const bool is_body = y >= 0.0 && x <= y + z && z <= x + y + 1e-12;
-        const kt_robot_options strict = {.inertia = KT_ROBOT_INERTIA_STRICT};
-        char text[1000];
-        kt_scene scene;
-        (void)snprintf(
-            text, sizeof text,
-            "<robot name='r'><link name='base'/><link name='a'>" INERTIA(
-                "1", "0.2", "-0.1",
-                "0.1") "</link><link name='b'>" INERTIA("1", "0.2", "-0.1",
-                                                        "0.1") "</link><joint name='j' type='continuous'><parent "
-                                                               "link='base'/><child link='a'/></joint>"
-                                                               "<joint name='k' type='fixed'><parent link='a'/><child "
-                                                               "link='b'/><origin xyz='0.%d 0 0'/></joint></robot>",
-            tenths);
-        const kt_status status = parse(text, &strict, &scene);
-        kt_note("d = %.1f m", d);
-        kt_check_equal_int("read", status == KT_OK, is_body);
-        if (status == KT_OK)
-            kt_scene_free(&scene);
-    }
-}
-
-/* ---- masses that the file does not have -------------------------------------------------------------------------- */
-
-static const char *find_note(const kt_scene *scene, const char *begins) {
-    for (int i = 0; i < scene->note_count; i++)
-        if (strncmp(scene->notes[i].what, begins, strlen(begins)) == 0)
-            return scene->notes[i].what;
-    return NULL;
-}
-
-#define BARE                                                                                                           \
-    "<robot name='r'><link name='a'/><link name='b'><visual><geometry><sphere radius='0.5'/></geometry></visual>"      \
-    "</link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>"
-
-/* Places and mobility exist without masses, accelerations do not; one mass is enough for this robot. */
-KT_TEST(robot_without_masses_has_places_but_no_accelerations) {
-    static const char *const masses[] = {"b=2"};
-    const kt_robot_options weighed = {.masses = masses, .mass_count = 1};
-    const double q = 0.3, v = 1.0, mass[] = {0.0, 2.0};
-    kt_scene scene;
-    for (int with = 0; with < 2; with++) {
-        kt_model *model = NULL;
-        kt_data *data = NULL;
-        kt_error error = {0};
-        double a = 0.0;
-        if (!parse_right(BARE, with ? &weighed : NULL, &scene))
-            continue;
-        if (kt_check_equal_int("it is compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK) &&
-            kt_check_equal_int("data", kt_data_create(model, &data, &error), KT_OK)) {
-            kt_check_equal_int("degrees of freedom", kt_model_mobility(model).minimal, 1);
-            kt_check_equal_int("places", kt_kinematics_update(model, data, &q, &v, NULL, &error), KT_OK);
-            kt_check_equal_int("accelerations",
-                               kt_acceleration_evaluate(model, data, 0.0, &q, &v, NULL, NULL, &a, &error),
-                               with ? KT_OK : KT_ERROR_SINGULAR);
-        }
-        kt_check_equal_int("it is told", find_note(&scene, "no link has a mass") != NULL, !with);
-        kt_check_equal_bits("mass", &find_body(&scene, "b")->mass, &mass[with], 1);
-        kt_data_free(data);
-        kt_model_free(model);
-        kt_scene_free(&scene);
-    }
-}
-
-/* n^2 J at the joint. */
-KT_TEST(rotors_of_transmissions_are_armature) {
-    static const char text[] =
-        PAIR("", "<transmission name='t'><type>transmission_interface/SimpleTransmission</type><joint name='j'/>"
-                 "<actuator name='m'><mechanicalReduction> 50 </mechanicalReduction><rotorInertia>2e-4</rotorInertia>"
-                 "</actuator></transmission>"
-                 "<transmission><joint name='j'/><actuator name='n'><drake:gear_ratio value='3'/><drake:rotor_inertia "
-                 "value='0.5'/></actuator></transmission>"
-                 "<transmission name='u'><joint name='j'/><actuator name='n'><mechanicalReduction>7"
-                 "</mechanicalReduction></actuator></transmission>");
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_near("armature", find_body(&scene, "b")->joint.armature[0], 50.0 * 50.0 * 2e-4 + 9.0 * 0.5, 1e-15);
-    kt_check_true("both are told", find_note(&scene, "transmissions whose rotor inertia") != NULL);
-    kt_check_true("the third is left out", find_note(&scene, "transmissions that are left out") != NULL);
     kt_scene_free(&scene);
 }

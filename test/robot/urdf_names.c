@@ -1,0 +1,100 @@
+/* Names of links and joints in URDF that scenes cannot have: each gets one of its own, in linear time. */
+#define ROBOT "r.urdf"
+#include "robot.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
+    static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
+    kt_scene scene;
+    if (!parse_right(
+            "<robot name='r'><link name='left arm'/><link name='left/arm'/><link name='7th'/><link name='world'/>"
+            "<link name='h&#228;b'/>"
+            "<joint name='1' type='fixed'><parent link='left arm'/><child link='left/arm'/></joint>"
+            "<joint name='2' type='fixed'><parent link='left arm'/><child link='7th'/></joint>"
+            "<joint name='3' type='fixed'><parent link='left arm'/><child link='world'/></joint>"
+            "<joint name='4' type='fixed'><parent link='world'/><child link='h&#228;b'/></joint></robot>",
+            NULL, &scene))
+        return;
+    for (int i = 0; i < 4; i++)
+        kt_check_text("name", scene.description.bodies[i].name, expected[i]);
+    kt_check_equal_int("notes: of the root, and of names of links and of joints", scene.note_count, 3);
+    kt_check_text(
+        "of joints", scene.notes[2].what,
+        "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
+        "joint has the name: 4");
+    kt_check_text("joint", scene.description.bodies[1].joint.name, "_1");
+    kt_check_text("what", scene.notes[1].what,
+                  "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
+    kt_check_text("a name in UTF-8: a byte, a '_'", scene.description.bodies[4].name, "h__b");
+    kt_check_text("parent", scene.description.bodies[4].parent, "world_2");
+    kt_scene_free(&scene);
+}
+
+/* Processor time of this program, without that of the system for pages of memory, which grows faster than the work. */
+static double user_time(void) {
+    struct rusage use;
+    return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_utime.tv_sec + 1e-6 * (double)use.ru_utime.tv_usec
+                                             : (double)NAN;
+}
+
+/* The least time of five for a robot of `count` links: with one name, or with names that become one. */
+static double time_to_read(bool is_one_name, int count) {
+    char *text = malloc((size_t)count * 200 + 100);
+    double least = HUGE_VAL;
+    for (int n = 0; n < 5 && text != NULL; n++) {
+        kt_scene scene;
+        char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
+        for (int i = 0; i < count; i++) {
+            char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
+            for (int k = 0; k < 17 && !is_one_name; k++)
+                name[k] = i >> k & 1 ? '.' : '/';
+            at += sprintf(
+                at, "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
+                name, i, name);
+        }
+        (void)sprintf(at, "</robot>");
+        const double start = user_time();
+        const kt_status status = parse(text, NULL, &scene);
+        least = fmin(least, user_time() - start);
+        kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
+        if (status == KT_OK) {
+            char number[20];
+            (void)snprintf(number, sizeof number, "_%d", count);
+            kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
+            kt_scene_free(&scene);
+        }
+    }
+    free(text);
+    return least;
+}
+
+/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
+KT_TEST(names_that_collide_take_linear_time) {
+    kt_check_below("equal names", time_to_read(true, 12000) / time_to_read(true, 3000), 9.0);
+    kt_check_below("names that become equal", time_to_read(false, 12000) / time_to_read(false, 3000), 9.0);
+}
+
+/* In the order of the file; numbers of a name go on where its last one ended. */
+KT_TEST(names_that_collide_get_numbers) {
+    static const char *const names[][2] = {{"a b", "a_b"},      {"a.b", "a_b_2"},     {"a_b_2", "a_b_2_2"},
+                                           {"a/b", "a_b_3"},    {"a_b.2", "a_b_2_3"}, {"world", "world_2"},
+                                           {"wor.ld", "wor_ld"}};
+    char text[4000] = "<robot name='r'><link name='base'/>";
+    kt_scene scene;
+    for (int i = 0; i < 7; i++)
+        (void)snprintf(
+            text + strlen(text), sizeof text - strlen(text),
+            "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
+            names[i][0], i, names[i][0]);
+    (void)snprintf(text + strlen(text), sizeof text - strlen(text), "</robot>");
+    if (!parse_right(text, NULL, &scene))
+        return;
+    for (int i = 0; i < 7; i++)
+        kt_check_text(names[i][0], scene.description.bodies[i + 1].name, names[i][1]);
+    kt_scene_free(&scene);
+}

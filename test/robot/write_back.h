@@ -1,0 +1,45 @@
+/* Mechanisms written as robots, and what is reported on the way. */
+#ifndef KT_TEST_ROBOT_WRITE_BACK_H
+#define KT_TEST_ROBOT_WRITE_BACK_H
+
+#include "told.h"
+
+#include "kinetree/export.h"
+#include "kinetree/kinetree.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* Writes a mechanism to *text, which the caller frees. */
+static inline kt_status write_back(const kt_description *d, kt_robot_format format, told *t, char **text,
+                                   kt_error *error) {
+    size_t size = 0;
+    FILE *stream = open_memstream(text, &size);
+    memset(t, 0, sizeof *t);
+    if (stream == NULL)
+        return KT_ERROR_MEMORY;
+    const kt_status status = kt_robot_write(d, format, stream, hear, t, error);
+    (void)fclose(stream);
+    return status;
+}
+
+/* Our body that a joint of this name moves; 0: none. */
+static inline int body_of_joint(const kt_model *model, const char *joint) {
+    int b = kt_model_body_count(model) - 1;
+    while (b > 0 && strcmp(kt_joint_name(model, b), joint) != 0)
+        b--;
+    return b;
+}
+
+/* A body of 1 kg and 1 kg m^2. */
+static inline kt_body make_body(const char *name, const char *parent, kt_joint_type type) {
+    kt_body b = kt_body_default();
+    b.name = name;
+    b.parent = parent;
+    b.joint.type = type;
+    b.mass = 1.0;
+    b.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    return b;
+}
+
+#endif
