@@ -1,6 +1,7 @@
 /* Actuators of MJCF with activations, and tendons with armatures: against closed forms, and against today's MuJoCo
  * (mujoco_wasm.mjs), if KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
 #include "check.h"
+#include "node.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -295,26 +296,22 @@ static const char armatures[] =
 
 /* The positions after 1 s are those of MuJoCo. */
 static void compare_motion(const char *text, int joints) {
-    const char *package = getenv("KT_MUJOCO_WASM");
-    char command[1000], word[200];
+    char word[200];
     model_file file;
     double ours[JOINTS_MOST];
     int count = 0;
-    if (package == NULL) {
-        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+    if (!has_mujoco())
         return;
-    }
     if (!write_model(&file, text) || !run_model(file.path, 1.0, joints, ours))
         return;
-    (void)snprintf(command, sizeof command, "node '%s' '%s' rest=1 '%s'", SCRIPT, package, file.path);
-    FILE *from = popen(command, "r");
-    for (int i = 0; i < 3 && from != NULL; i++) /* the path, `read`, the number of positions */
-        if (fscanf(from, "%199s", word) != 1 || (i == 1 && !kt_check_text("MuJoCo", word, "read")))
-            break;
-    for (; count < joints && from != NULL && fscanf(from, "%199s", word) == 1; count++)
+    FILE *from = ask_mujoco("rest=1", (const char *const[]){file.path}, 1);
+    const bool is_read = from != NULL && kt_check_true("MuJoCo reads it", is_read_by_mujoco(from, file.path)) &&
+                         fscanf(from, "%199s", word) == 1;
+    for (; count < joints && is_read && fscanf(from, "%199s", word) == 1; count++)
         kt_check_near("position after 1 s", ours[count], strtod(word, NULL), 1e-9);
     kt_check_equal_int("positions", count, joints);
-    kt_check_true("node runs", from != NULL && pclose(from) == 0);
+    if (from != NULL)
+        end_answers(from);
     remove_model(&file);
 }
 

@@ -7,18 +7,16 @@
  * KT_ROBOT_FILES names more files, separated by blanks. They may include files of the folder KT_ROBOT_ROOT. With
  * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader rejects
  * is reported. */
+#include "import_pair.h"
+
 #include "../scene_files.h"
-#include "answer.h"
 #include "check.h"
 #include "draw.h"
 #include "equality.h"
 #include "match.h"
-#include "numbers.h"
+#include "node.h"
 
 #include "kinetree/export.h"
-#include "kinetree/import.h"
-#include "kinetree/kinetree.h"
-#include "model/joint_name.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -26,21 +24,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { STATES = 20 };
-
-/* A model of theirs, and ours of the same file. The vectors of both are in the order of theirs. */
-typedef struct pair {
-    kt_scene scene;
-    kt_model *model;
-    bool is_tree;   /* no loops but the lengths of tendons */
-    bool has_paths; /* lengths of spatial tendons, which have armature, and follow from no linear rule */
-    kt_data *data;
-    answer theirs;
-    double *of;   /* T: our velocities by theirs, in columns */
-    bool is_ours; /* an export of a bundled scene, which may have neither gravity nor springs */
-    double *q, *v, *a, *tau, *matrix;
-    double *product, *reduced, *along; /* M T, T' M T, T' f */
-} pair;
+enum { STATES = 20, FILES_MOST = 1000 };
 
 static int equalities_compared, lengths_compared; /* of all files and states; of all files */
 
@@ -48,194 +32,7 @@ typedef struct findings {
     kt_worst weight, mass, bias, place, turn, force, acceleration, residual;
 } findings;
 
-/* ---- loading ----------------------------------------------------------------------------------------------------- */
-
-static bool is_theirs(const pair *p, const char *name) {
-    for (int i = 0; i < p->theirs.joint_count; i++)
-        if (same_name(name, p->theirs.joints[i].name))
-            return true;
-    return false;
-}
-
-/* A coupling that is the length of a tendon: its first joint is none of theirs, the others are. */
-static bool is_length(const pair *p, const kt_loop *loop) {
-    return loop->type == KT_LOOP_COUPLING && loop->formula == NULL && loop->term_count > 1 &&
-           !is_theirs(p, loop->terms[0].joint) && is_theirs(p, loop->terms[1].joint);
-}
-
-/* A loop that places a slider for the length of a spatial tendon. The start of such a slider is a guess. */
-static bool is_path(const pair *p, const kt_loop *loop) {
-    const kt_description *d = &p->scene.description;
-    const bool is_coupling = loop->type == KT_LOOP_COUPLING && loop->formula != NULL;
-    const char *name = is_coupling ? loop->terms[0].joint : loop->between[0].body;
-    if (name == NULL || (!is_coupling && loop->type != KT_LOOP_SPHERICAL))
-        return false;
-    for (int i = 0; i < d->body_count; i++)
-        if (strcmp(is_coupling ? kt_joint_name_of(&d->bodies[i]) : d->bodies[i].name, name) == 0)
-            return d->bodies[i].joint.guess && !is_theirs(p, kt_joint_name_of(&d->bodies[i]));
-    return false;
-}
-
-/* Compiles the tree without loops, except for those of tendon lengths. Parts that only other loops move need these
- * loops. Dry friction is a constraint of MuJoCo's. */
-static kt_status compile(pair *p, kt_error *error) {
-    kt_description d = p->scene.description;
-    kt_effect *effects = calloc((size_t)d.effect_count + 1, sizeof *effects);
-    kt_loop *loops = calloc((size_t)d.loop_count + 1, sizeof *loops);
-    kt_body *bodies = calloc((size_t)d.body_count + 1, sizeof *bodies);
-    int kept = 0;
-    for (int i = 0; i < d.effect_count && effects != NULL; i++) {
-        effects[i] = d.effects[i];
-        if (effects[i].type == KT_EFFECT_JOINT_FRICTION)
-            effects[i].coulomb = effects[i].breakaway = 0.0;
-    }
-    for (int i = 0; i < d.loop_count && loops != NULL; i++) {
-        p->has_paths = p->has_paths || is_path(p, &d.loops[i]);
-        if (is_length(p, &d.loops[i]) || is_path(p, &d.loops[i]))
-            loops[kept++] = d.loops[i];
-    }
-    for (int i = 0; i < d.body_count && bodies != NULL; i++) { /* the assembly moves guesses alone */
-        kt_joint *joint = &bodies[i].joint;
-        bodies[i] = d.bodies[i];
-        double *w = joint->position + (joint->type == KT_JOINT_FREE ? 3 : 0);
-        joint->given =
-            joint->guess ? 0 : KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION | KT_GIVEN_VELOCITY | KT_GIVEN_ANGULAR;
-        if ((joint->type == KT_JOINT_FREE || joint->type == KT_JOINT_SPHERICAL) && !joint->guess)
-            *w = *w == 0.0 && w[1] == 0.0 && w[2] == 0.0 && w[3] == 0.0 ? 1.0 : *w;
-    }
-    d.bodies = bodies;
-    d.effects = effects;
-    d.loops = loops;
-    d.loop_count = kept;
-    kt_status status = effects != NULL && loops != NULL && bodies != NULL ? kt_model_compile(&d, NULL, &p->model, error)
-                                                                          : KT_ERROR_MEMORY;
-    p->is_tree = status == KT_OK;
-    if (status != KT_OK && status != KT_ERROR_MEMORY) {
-        d.loops = p->scene.description.loops;
-        d.loop_count = p->scene.description.loop_count;
-        status = kt_model_compile(&d, NULL, &p->model, error);
-    }
-    free(effects);
-    free(loops);
-    free(bodies);
-    return status;
-}
-
-static bool load(pair *p, const char *path, const kt_robot_options *options) {
-    kt_error error = {0};
-    if (kt_robot_read(path, options, &p->scene, NULL, NULL, &error) != KT_OK || compile(p, &error) != KT_OK ||
-        kt_data_create(p->model, &p->data, &error) != KT_OK) {
-        kt_note("%s: %s", error.where, error.message);
-        return false;
-    }
-    const size_t nq = (size_t)kt_model_nq(p->model), nv = (size_t)kt_model_nv(p->model);
-    const size_t theirs = (size_t)p->theirs.nv;
-    return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->a, nv}, {&p->tau, nv}, {&p->matrix, nv * nv},
-                        {&p->of, nv * theirs}, {&p->product, nv * theirs}, {&p->reduced, theirs * theirs},
-                        {&p->along, theirs});
-}
-
-static void release(pair *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->model);
-    kt_scene_free(&p->scene);
-    release_answer(&p->theirs);
-    free(p->q);
-}
-
-/* ---- names ------------------------------------------------------------------------------------------------------- */
-
-/* Our body that a joint of theirs moves: the one whose joint has its name. If there is none, it is the next one after
- * `last`, since both are in the order of the file. */
-static int find_carrier(const pair *p, const answer_joint *theirs, int last) {
-    const kt_description *d = &p->scene.description;
-    int next = -1;
-    for (int i = 0; i < d->body_count; i++) {
-        const kt_body *b = &d->bodies[i];
-        if (b->joint.type == KT_JOINT_FIXED)
-            continue;
-        if (theirs->name[0] != '.' && same_name(kt_joint_name_of(b), theirs->name))
-            return i;
-        next = next < 0 && i > last ? i : next;
-    }
-    return next;
-}
-
-/* Our coordinate of a scalar joint of this name. */
-static int find_coordinate(const pair *p, const char *name, bool is_velocity) {
-    const kt_description *d = &p->scene.description;
-    for (int i = 0; i < d->body_count; i++)
-        if (strcmp(kt_joint_name_of(&d->bodies[i]), name) == 0) {
-            const kt_coordinates c = kt_body_coordinates(p->model, our_body(p->model, d->bodies[i].name));
-            return is_velocity ? c.v : c.q;
-        }
-    return -1;
-}
-
-/* The rows of T of lengths of tendons. */
-static void find_lengths(pair *p) {
-    const int nv = kt_model_nv(p->model);
-    for (int i = 0; i < p->scene.description.loop_count; i++) {
-        const kt_loop *loop = &p->scene.description.loops[i];
-        const int row = is_length(p, loop) ? find_coordinate(p, loop->terms[0].joint, true) : -1;
-        lengths_compared += row >= 0;
-        for (int k = 1; k < loop->term_count && row >= 0; k++)
-            for (int j = 0; j < p->theirs.joint_count; j++)
-                if (same_name(loop->terms[k].joint, p->theirs.joints[j].name))
-                    p->of[p->theirs.joints[j].v * nv + row] -= loop->terms[k].coefficient / loop->terms[0].coefficient;
-    }
-}
-
-static bool find_names(pair *p) {
-    static const int dofs[] = {6, 3, 1, 1}; /* free, ball, slide, hinge */
-    int last = -1;
-    for (int i = 0; i < p->theirs.joint_count; i++) {
-        answer_joint *j = &p->theirs.joints[i];
-        last = find_carrier(p, j, last);
-        j->carrier = last >= 0 ? our_body(p->model, p->scene.description.bodies[last].name) : -1;
-        const kt_coordinates c =
-            j->carrier >= 0 ? kt_body_coordinates(p->model, j->carrier) : (kt_coordinates){.nv = 0};
-        if (c.nv != dofs[j->type])
-            return kt_check_true(j->name, false);
-        for (int k = 0; k < c.nv; k++)
-            p->of[(j->v + k) * kt_model_nv(p->model) + c.v + k] = 1.0;
-    }
-    for (int i = 0; i < p->theirs.body_count; i++)
-        p->theirs.bodies[i].ours = p->theirs.bodies[i].placed =
-            i > 0 ? our_body(p->model, p->theirs.bodies[i].name) : 0;
-    for (int i = 0; i < p->theirs.joint_count; i++)
-        if (p->theirs.joints[i].type == 0) /* a free body's frame may be turned to that of its inertia */
-            p->theirs.bodies[p->theirs.joints[i].body].placed = p->theirs.joints[i].carrier;
-    find_lengths(p);
-    return true;
-}
-
 /* ---- comparing --------------------------------------------------------------------------------------------------- */
-
-static void set_state(pair *p) {
-    const int nv = kt_model_nv(p->model);
-    for (int i = 0; i < p->theirs.joint_count; i++) {
-        const answer_joint *j = &p->theirs.joints[i];
-        const kt_coordinates c = kt_body_coordinates(p->model, j->carrier);
-        memcpy(p->q + c.q, p->theirs.qpos + j->q, (size_t)c.nq * sizeof *p->q);
-        memcpy(p->v + c.v, p->theirs.qvel + j->v, (size_t)c.nv * sizeof *p->v);
-    }
-    for (int i = 0; i < p->scene.description.loop_count; i++) {
-        const kt_loop *loop = &p->scene.description.loops[i];
-        if (!is_length(p, loop))
-            continue;
-        double sum[2] = {0.0, 0.0};
-        const int q = find_coordinate(p, loop->terms[0].joint, false),
-                  v = find_coordinate(p, loop->terms[0].joint, true);
-        for (int j = 0; j < p->theirs.joint_count; j++) {
-            const double factor = p->of[p->theirs.joints[j].v * nv + v];
-            sum[0] += factor * (factor != 0.0 ? p->theirs.qpos[p->theirs.joints[j].q] : 0.0);
-            sum[1] += factor * (factor != 0.0 ? p->theirs.qvel[p->theirs.joints[j].v] : 0.0);
-        }
-        p->q[q] = sum[0];
-        p->v[v] = sum[1];
-    }
-}
 
 static double largest(const double *values, size_t count) {
     double most = 1e-6;
@@ -245,7 +42,7 @@ static double largest(const double *values, size_t count) {
 }
 
 /* T' f */
-static const double *reduce(const pair *p, const double *ours) {
+static const double *reduce(const import_pair *p, const double *ours) {
     const int nv = kt_model_nv(p->model);
     for (int i = 0; i < p->theirs.nv; i++) {
         p->along[i] = 0.0;
@@ -257,8 +54,8 @@ static const double *reduce(const pair *p, const double *ours) {
 
 /* The error is relative to the largest of theirs. If that is only rounding beside `terms`, the error is relative to a
  * share of `terms`. */
-static void compare_vector(kt_worst *worst, const pair *p, const double *ours, const double *theirs, double terms,
-                           double bound) {
+static void compare_vector(kt_worst *worst, const import_pair *p, const double *ours, const double *theirs,
+                           double terms, double bound) {
     /* where all forces of an export cancel, rounding is that of forces of the size of the mass matrix */
     const double floor =
         p->is_ours ? fmax(1.0, largest(p->theirs.mass, (size_t)p->theirs.nv * (size_t)p->theirs.nv)) : 0.0;
@@ -267,7 +64,7 @@ static void compare_vector(kt_worst *worst, const pair *p, const double *ours, c
         kt_worst_near(worst, ours[i], theirs[i], bound * scale, "%d", i);
 }
 
-static void compare_matrix(kt_worst *worst, const pair *p, double bound) {
+static void compare_matrix(kt_worst *worst, const import_pair *p, double bound) {
     const double scale = largest(p->theirs.mass, (size_t)p->theirs.nv * (size_t)p->theirs.nv);
     const int nv = kt_model_nv(p->model);
     for (int i = 0; i < p->theirs.nv; i++)
@@ -286,7 +83,7 @@ static void compare_matrix(kt_worst *worst, const pair *p, double bound) {
         }
 }
 
-static void compare_places(const pair *p, findings *f) {
+static void compare_places(const import_pair *p, findings *f) {
     for (int i = 1; i < p->theirs.body_count; i++) {
         const int b = p->theirs.bodies[i].placed;
         if (b < 0)
@@ -304,13 +101,13 @@ static void compare_places(const pair *p, findings *f) {
 }
 
 /* The pose of our body of this name; NULL: the world. */
-static kt_pose pose_of_body(const pair *p, const char *name) {
+static kt_pose pose_of_body(const import_pair *p, const char *name) {
     const int index = name != NULL ? our_body(p->model, name) : 0;
     return index > 0 ? kt_body_pose(p->model, p->data, index) : kt_pose_identity();
 }
 
 /* The residual of a coupling of joints. False: it has other joints, such as lengths of tendons. */
-static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, kt_worst *worst) {
+static bool compare_coupling(const import_pair *p, const kt_loop *loop, double theirs, kt_worst *worst) {
     double at[COUPLING_TERMS], memory[COUPLING_FORMULA], size = fabs(loop->offset);
     const kt_expression *formula = NULL;
     if (!parse_coupling(loop, memory, &formula))
@@ -330,7 +127,7 @@ static bool compare_coupling(const pair *p, const kt_loop *loop, double theirs, 
 }
 
 /* Returns how many equalities are compared. */
-static int compare_equalities(const pair *p, kt_worst *worst) {
+static int compare_equalities(const import_pair *p, kt_worst *worst) {
     int compared = 0;
     for (int i = 0; i < p->theirs.equality_count; i++)
         for (int k = 0; k < p->scene.description.loop_count; k++) {
@@ -352,7 +149,7 @@ static int compare_equalities(const pair *p, kt_worst *worst) {
 }
 
 /* The file gives the masses. MuJoCo merges links of URDF that are fixed to each other. */
-static void compare_masses(const pair *p, findings *f, double bound) {
+static void compare_masses(const import_pair *p, findings *f, double bound) {
     for (int i = 1; i < p->theirs.body_count; i++)
         if (p->theirs.bodies[i].ours >= 0) {
             const kt_body *b = &p->scene.description.bodies[kt_body_source(p->model, p->theirs.bodies[i].ours)];
@@ -361,7 +158,7 @@ static void compare_masses(const pair *p, findings *f, double bound) {
         }
 }
 
-static kt_status compute(pair *p) {
+static kt_status compute(import_pair *p) {
     kt_error error = {0};
     memset(p->a, 0, (size_t)kt_model_nv(p->model) * sizeof *p->a);
     kt_status status = p->has_paths ? kt_state_assemble(p->model, p->data, 0.0, p->q, p->v, &error) : KT_OK;
@@ -374,7 +171,7 @@ static kt_status compute(pair *p) {
     return status;
 }
 
-static void compare_forces(pair *p, findings *f, double bound) {
+static void compare_forces(import_pair *p, findings *f, double bound) {
     kt_error error = {0};
     if (kt_effect_forces(p->model, p->data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
         kt_worst_below(&f->force, (double)NAN, 0.0, "%s", error.message);
@@ -392,7 +189,7 @@ static void compare_forces(pair *p, findings *f, double bound) {
 
 /* The bound is that of matrices, forces and places; accelerations have forty times it. Returns how many equalities are
  * compared. */
-static int compare_states(FILE *from, pair *p, double bound) {
+static int compare_states(FILE *from, import_pair *p, double bound) {
     findings f = {kt_worst_make("masses"),        kt_worst_make("mass matrix"),
                   kt_worst_make("bias force"),    kt_worst_make("place, m"),
                   kt_worst_make("orientation"),   kt_worst_make("forces"),
@@ -400,7 +197,7 @@ static int compare_states(FILE *from, pair *p, double bound) {
     int equalities = 0;
     for (int n = 0; n < STATES; n++) {
         const bool is_read = read_state(from, &p->theirs);
-        set_state(p);
+        set_import_state(p);
         if (!is_read || compute(p) != KT_OK) {
             (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
             return 0;
@@ -438,47 +235,38 @@ typedef struct model_file {
 static bool compare_next(FILE *from, const model_file *file) {
     const kt_robot_options options = {.keyframe = file->keyframe, .allow = getenv("KT_ROBOT_ROOT")};
     const char *path = file->path;
-    pair p = {.q = NULL, .is_ours = file->is_ours};
-    char said[1000], why[1000];
+    import_pair p = {.q = NULL, .is_ours = file->is_ours};
     bool read = false;
     kt_note("%s", path);
-    if (!kt_check_true("its file is asked", fscanf(from, "%999s", said) == 1 && strcmp(said, path) == 0) ||
-        !kt_check_true("it is answered", fscanf(from, "%999s", said) == 1))
-        return false;
-    if (strcmp(said, "read") != 0) {
-        kt_note("rejected by MuJoCo:%s", fgets(why, sizeof why, from) != NULL ? why : "");
-    } else if (kt_check_true("it is described", read_header(from, &p.theirs))) {
-        read = !file->is_only_read && load(&p, path, &options) && find_names(&p);
+    if (is_read_by_mujoco(from, path) && kt_check_true("it is described", read_header(from, &p.theirs))) {
+        read = !file->is_only_read && load_import_pair(&p, path, &options) && match_import_pair(&p);
+        lengths_compared += p.lengths;
         for (int n = 0; n < STATES && !read; n++)
             (void)read_state(from, &p.theirs);
         if (read)
             equalities_compared += compare_states(from, &p, file->bound);
         read = read || file->is_only_read;
     }
-    release(&p);
+    release_import_pair(&p);
     return read;
 }
 
 /* All files are answered by one process. Returns how many both read; -1: nobody answers here. */
 static int compare_files(const model_file *files, int count) {
-    const char *package = getenv("KT_MUJOCO_WASM");
-    char command[100000];
-    int used = snprintf(command, sizeof command, "node '%s' '%s' %d", SCRIPT, package != NULL ? package : "", STATES);
+    static const char *paths[FILES_MOST];
+    char states[20];
     int read = 0;
-    if (package == NULL) {
-        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+    if (!has_mujoco() || !kt_check_true("there is room", count <= FILES_MOST))
         return -1;
-    }
-    for (int i = 0; i < count && used < (int)sizeof command; i++)
-        used += snprintf(command + used, sizeof command - (size_t)used, " '%s'", files[i].path);
-    FILE *from = popen(command, "r");
-    if (!kt_check_true("node runs", from != NULL && used < (int)sizeof command))
+    for (int i = 0; i < count; i++)
+        paths[i] = files[i].path;
+    (void)snprintf(states, sizeof states, "%d", STATES);
+    FILE *from = ask_mujoco(states, paths, count);
+    if (from == NULL)
         return -1;
     for (int i = 0; i < count; i++)
         read += compare_next(from, &files[i]);
-    while (fgetc(from) != EOF) /* node may still write the end of the last line */
-        continue;
-    kt_check_equal_int("node ends", pclose(from), 0);
+    end_answers(from);
     return read;
 }
 
@@ -513,8 +301,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
 }
 
 KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {
-    enum { MOST = 1000 };
-    static model_file files[MOST];
+    static model_file files[FILES_MOST];
     const char *named = getenv("KT_ROBOT_FILES");
     char list[100000];
     int count = 0;
@@ -523,7 +310,7 @@ KT_TEST(files_that_are_named_are_those_that_mujoco_of_today_reads) {
         return;
     }
     (void)snprintf(list, sizeof list, "%s", named);
-    for (char *path = strtok(list, " \n"); path != NULL && count < MOST; path = strtok(NULL, " \n"))
+    for (char *path = strtok(list, " \n"); path != NULL && count < FILES_MOST; path = strtok(NULL, " \n"))
         files[count++] = (model_file){path, 1e-7, getenv("KT_ROBOT_KEYFRAME"), false, false}; /* vertices of meshes */
     const int read = compare_files(files, count);
     if (read >= 0)
@@ -594,10 +381,8 @@ KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     struct dirent **entries;
     char folder[] = "/tmp/kinetree-exports-XXXXXX";
     int count = 0, scenes = 0;
-    if (getenv("KT_MUJOCO_WASM") == NULL) {
-        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+    if (!has_mujoco())
         return;
-    }
     if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);

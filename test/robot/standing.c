@@ -2,6 +2,7 @@
  * stiffness, damping, friction and cone. After 3 s the robots rest at the places that today's MuJoCo computes
  * (mujoco_wasm.mjs). KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
 #include "check.h"
+#include "node.h"
 #include "note.h"
 #include "random.h"
 
@@ -97,8 +98,7 @@ static bool run_here(const char *path, double q[COORDINATES]) {
 
 static bool read_theirs(FILE *from, const char *path, double q[COORDINATES]) {
     char word[200], count[20];
-    if (fscanf(from, "%199s", word) != 1 || strcmp(word, path) != 0 || fscanf(from, "%199s", word) != 1 ||
-        strcmp(word, "read") != 0 || fscanf(from, "%19s", count) != 1 || strtol(count, NULL, 10) != COORDINATES)
+    if (!is_read_by_mujoco(from, path) || fscanf(from, "%19s", count) != 1 || strtol(count, NULL, 10) != COORDINATES)
         return kt_check_true(path, false);
     for (int i = 0; i < COORDINATES; i++)
         if (fscanf(from, "%199s", word) != 1)
@@ -273,24 +273,23 @@ KT_TEST(a_ground_alone_is_rejected) {
 }
 
 KT_TEST(robots_stand_where_those_of_mujoco_of_today_do) {
-    static char paths[ROBOTS][80], command[4000];
-    const char *package = getenv("KT_MUJOCO_WASM");
+    static char paths[ROBOTS][80];
+    const char *asked[ROBOTS];
     char folder[] = "/tmp/kinetree-standing-XXXXXX";
     kt_random random = kt_random_of_test();
     kt_worst height = kt_worst_make("height, m"), tilt = kt_worst_make("tilt"), joints = kt_worst_make("joints, rad");
-    if (package == NULL) {
-        kt_skip("today's MuJoCo", "KT_MUJOCO_WASM does not name the folder of npm's @mujoco/mujoco");
+    if (!has_mujoco())
         return;
-    }
-    int used = snprintf(command, sizeof command, "node '%s' '%s' rest=%d", SCRIPT, package, SECONDS);
+    char states[20];
+    (void)snprintf(states, sizeof states, "rest=%d", SECONDS);
     if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     for (int i = 0; i < ROBOTS; i++) {
         (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
         kt_check_true("it is written", write_robot(paths[i], &random));
-        used += snprintf(command + used, sizeof command - (size_t)used, " '%s'", paths[i]);
+        asked[i] = paths[i];
     }
-    FILE *from = popen(command, "r");
+    FILE *from = ask_mujoco(states, asked, ROBOTS);
     for (int i = 0; i < ROBOTS && from != NULL; i++) {
         double ours[COORDINATES], theirs[COORDINATES];
         if (!read_theirs(from, paths[i], theirs) || !run_here(paths[i], ours))
@@ -301,7 +300,8 @@ KT_TEST(robots_stand_where_those_of_mujoco_of_today_do) {
         for (int k = 7; k < COORDINATES; k++)
             kt_worst_near(&joints, ours[k], theirs[k], 2e-4, "%d, %d", i, k);
     }
-    kt_check_true("node runs", from != NULL && pclose(from) == 0);
+    if (from != NULL)
+        end_answers(from);
     kt_check_worst(&height);
     kt_check_worst(&tilt);
     kt_check_worst(&joints);

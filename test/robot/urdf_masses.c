@@ -1,4 +1,4 @@
-/* Masses and inertias of URDF: those that no body has, which are judged by rigid parts, and those that the file lacks. */
+/* Masses and inertias of URDF: those that no body has, judged by rigid parts, and those that the file lacks. */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

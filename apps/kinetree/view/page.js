@@ -1,14 +1,6 @@
 /* The page: reads the data, paints when something has changed, and listens to keys, buttons and the slider. */
 
-const find = (id) => document.getElementById(id);
-const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 10000];
-const NAMES_MAX = 60, LISTED_MAX = 300, MODE_STEPS = 120;
-
-/* Steps by which drawing becomes cheaper where the machine cannot keep up: sides of circles, pixels a pixel of the page, whether joints
- * are drawn; and what the page says of them. */
-const COARSE = "This machine draws slowly, so that curved surfaces and fine lines are coarser.";
-const QUALITIES = [[40, 2, true], [16, 1, true, COARSE], [8, 1, true, COARSE], [6, 0.6, true, COARSE],
-    [6, 0.6, false, "This machine draws slowly, so that curved surfaces and fine lines are coarser, and joints are left out."]];
+const NAMES_MAX = 60;
 
 /* The place next to (x, y) where a name of this size lies over none of `placed`: above or below, by as many lines as it takes. */
 function free_place(x, y, [width, height], placed) {
@@ -21,8 +13,9 @@ function free_place(x, y, [width, height], placed) {
     return [x, y];
 }
 
-class Page {
+class Page extends Panel {
     constructor() {
+        super();
         this.data = JSON.parse(find("data").textContent);
         this.motion = read_motion(this.data, find("motion").textContent);
         find("motion").remove();
@@ -120,97 +113,6 @@ class Page {
         find("note").textContent = others.length > 0 ? `${this.notes.length} notes: ${first}` : first ?? "";
         list.replaceChildren(...(others.length > 0 ? this.notes : []).map((text) => element("li", {text})));
         box.classList.toggle("single", others.length === 0);
-    }
-
-    /* About the pace of the clock, but motions of less than two seconds slower, of more than a minute faster. */
-    choose_speed() {
-        if (this.modes !== null) /* a period takes PERIOD seconds of the clock */
-            return this.modes.duration / PERIOD;
-        const duration = this.times[1] - this.times[0], right = duration < 2 ? duration / 5 : duration > 60 ? duration / 30 : 1;
-        return SPEEDS.reduce((best, s) => (Math.abs(Math.log(s / right)) < Math.abs(Math.log(best / right)) ? s : best), 1);
-    }
-
-    /* ---- time ---------------------------------------------------------------------------------------------------- */
-
-    advance(now) {
-        const gone = this.last === undefined ? 0 : (now - this.last) / 1000;
-        this.last = now;
-        if (this.is_playing) {
-            let t = this.time + Math.min(gone, 0.25) * this.speed;
-            if (t >= this.times[1]) {
-                t = this.repeats && this.times[1] > this.times[0] ? this.times[0] + ((t - this.times[1]) % (this.times[1] - this.times[0])) : this.times[1];
-                if (!this.repeats)
-                    this.pause();
-            }
-            this.set_time(t);
-            this.watch_pace(gone);
-        }
-        if (this.is_stale)
-            this.paint();
-        else if (!this.is_playing && !this.is_fine && this.quality > 0 && this.rested++ > 10)
-            this.paint(true);
-    }
-
-    set_time(t) {
-        this.time = clamp(t, this.times[0], this.times[1]);
-        const slider = find("slider"), i = frame_at(this.motion, this.time);
-        slider.value = this.modes !== null ? Math.round((MODE_STEPS * this.time) / this.times[1]) : this.motion.frames > 1 ? i : 0;
-        slider.setAttribute("aria-valuetext", `${show_number(this.time)} seconds`);
-        find("time").textContent = `${show_time(this.time, this.times[1])} s`;
-        this.chart.move(this.time);
-        this.is_stale = true;
-    }
-
-    seek(t) {
-        this.pause();
-        this.set_time(t);
-    }
-
-    step(count) {
-        if (this.data.overlay)
-            return;
-        if (this.modes !== null)
-            return this.seek(this.time + (count * this.times[1]) / MODE_STEPS);
-        const i = clamp(frame_at(this.motion, this.time) + count, 0, this.motion.frames - 1);
-        this.seek(this.motion.times[i]);
-        this.say(`frame ${i + 1} of ${this.motion.frames}, ${show_number(this.time)} seconds`);
-    }
-
-    play() {
-        if ((this.motion.frames < 2 && this.modes === null) || this.data.overlay)
-            return;
-        if (this.time >= this.times[1])
-            this.set_time(this.times[0]);
-        this.is_playing = true;
-        this.spent = [];
-        find("play").setAttribute("aria-label", "Pause");
-        find("play").dataset.state = "playing";
-    }
-
-    pause() {
-        if (!this.is_playing)
-            return;
-        this.is_playing = false;
-        find("play").setAttribute("aria-label", "Play");
-        find("play").dataset.state = "paused";
-        this.say(`paused at ${show_number(this.time)} seconds`);
-    }
-
-    /* Where thirty pictures a second cannot be kept, drawing becomes cheaper, and the page says so. */
-    watch_pace(gone) {
-        this.spent.push(gone);
-        const all = this.spent.reduce((a, b) => a + b), mean = all / this.spent.length;
-        if (all < 0.6 || this.spent.length < 3)
-            return;
-        this.pace = 1 / mean;
-        this.spent = [];
-        if (mean < 1 / 30 || document.hidden || this.quality === QUALITIES.length - 1)
-            return;
-        this.quality++;
-        const words = QUALITIES.map(([, , , note]) => note);
-        this.notes = [...this.notes.filter((note) => !words.includes(note)), words[this.quality]];
-        this.show_notes();
-        this.resize();
     }
 
     /* ---- painting ------------------------------------------------------------------------------------------------ */
@@ -400,91 +302,6 @@ class Page {
         document.querySelectorAll("[data-body]").forEach((one) => { one.style.background = css(this.figure?.colour_of(Number(one.dataset.body)) ?? this.theme.quiet); });
     }
 
-    tick(parent, text, is_on, changed) {
-        const label = element("label", {}, parent), box = element("input", {type: "checkbox"}, label);
-        box.checked = is_on;
-        const words = element("span", {text}, label);
-        box.addEventListener("change", () => {
-            changed(box.checked);
-            this.is_stale = true;
-        });
-        return {label, words, box};
-    }
-
-    /* Only layers of which this scene has something. */
-    build_panel() {
-        const {data} = this, has = {
-            joints: data.joints.length, axes: data.joints.some((j) => j.type !== "free" && j.type !== "spherical"), loops: data.loops.length,
-            springs: data.effects.some(({type, ends}) => (ends.length === 2 && type !== "contact") || type === "joint_spring" || type === "joint_limit"),
-            drives: data.relations.length || data.effects.some(({type}) => DRIVES.includes(type)), planes: data.planes.length,
-            contacts: data.effects.some((e) => e.type === "contact"), ...Object.fromEntries(data.arrows.map((arrow) => [arrow.source, true])), traces: this.modes === null && data.markers.length, markers: data.markers.length,
-            names: true, frame: true,
-        };
-        for (const [key, text] of LAYERS.filter(([key]) => has[key]))
-            this.tick(find("layers"), text, this.shown[key], (on) => { this.shown[key] = on; });
-        find("lengths").hidden = data.arrows.length === 0;
-        this.list_modes();
-        this.list_traces();
-        this.list_bodies();
-        this.show_notes();
-    }
-
-    list_modes() {
-        find("modes").hidden = this.modes === null;
-        if (this.modes === null)
-            return;
-        const list = find("mode"), size = find("amplitude");
-        this.modes.list.forEach(({title, short}, i) => element("option", {value: i, text: short, title}, list));
-        list.size = clamp(this.modes.list.length, 2, 12);
-        list.addEventListener("change", () => this.choose_mode(list.selectedIndex));
-        this.name_mode(0);
-        size.value = this.modes.size;
-        size.addEventListener("input", () => {
-            this.modes.size = Number(size.value);
-            this.is_stale = true;
-        });
-        this.tick(find("modes"), "Undeflected, pale", true, (on) => { this.has_ghost = on; });
-        find("repeat").checked = true;
-    }
-
-    name_mode(k) {
-        find("mode").selectedIndex = k;
-        find("method").textContent = `${this.data.method}; ${this.modes.mode.title}`;
-    }
-
-    choose_mode(k) {
-        this.modes.choose(k);
-        this.name_mode(k);
-        this.times = [0, this.modes.duration];
-        this.speed = this.choose_speed();
-        this.list_speeds();
-        this.set_time(0);
-        this.say(this.modes.mode.title);
-    }
-
-    list_traces() {
-        const all = this.data.markers.slice(0, LISTED_MAX);
-        find("traces").closest("details").hidden = all.length === 0 || this.modes !== null;
-        all.forEach((marker, i) => this.tick(find("traces"), `${this.data.bodies[marker.body].name}.${marker.name}`, this.figure?.traced.has(i), (on) => {
-            this.figure?.traced[on ? "add" : "delete"](i);
-            this.figure?.build_paths();
-        }));
-    }
-
-    list_bodies() {
-        const {data} = this;
-        data.bodies.slice(1, LISTED_MAX + 1).forEach((body, k) => {
-            const {label, words} = this.tick(find("bodies"), body.name, true, (on) => {
-                this.figure?.hidden[on ? "delete" : "add"](k + 1);
-                this.figure?.build(this.theme);
-            });
-            words.before(element("i", {"data-body": k + 1, style: `background:${css(this.figure?.colour_of(k + 1) ?? this.theme.quiet)}`}));
-            label.title = describe_body(data, k + 1);
-        });
-        if (data.bodies.length - 1 > LISTED_MAX)
-            element("p", {text: `and ${data.bodies.length - 1 - LISTED_MAX} more`}, find("bodies"));
-    }
-
     /* ---- input --------------------------------------------------------------------------------------------------- */
 
     listen() {
@@ -604,55 +421,5 @@ class Page {
         this.is_stale = true;
     }
 }
-
-/* The largest set of bodies with solids that joints, loops and effects join, the world left out; of equal ones the
- * heaviest: the robot, but not what lies around it. */
-function largest_part(data) {
-    const root = data.bodies.map((_, i) => i), find_root = (i) => (root[i] === i ? i : (root[i] = find_root(root[i])));
-    const join = (a, b) => { if (a > 0 && b > 0) root[find_root(a)] = find_root(b); };
-    data.bodies.forEach(({parent}, i) => join(i, parent));
-    [...data.loops, ...data.effects].forEach(({ends, type}) => { if (ends.length === 2 && type !== "contact") join(ends[0].body, ends[1].body); });
-    const parts = new Map();
-    data.bodies.forEach(({mass, colour}, i) => {
-        if (i === 0 || colour < 0 || !data.seen.has(i))
-            return;
-        const part = parts.get(find_root(i)) ?? {bodies: [], mass: 0};
-        part.bodies.push(i);
-        part.mass += mass;
-        parts.set(find_root(i), part);
-    });
-    const is_before = (a, b) => a.bodies.length > b.bodies.length || (a.bodies.length === b.bodies.length && a.mass > b.mass);
-    return [...parts.values()].reduce((best, part) => (is_before(part, best) ? part : best), {bodies: [], mass: -1}).bodies;
-}
-
-/* What follows from the data: what is seen and followed, the upward direction, and what is to the right. */
-function complete(data) {
-    data.seen = new Set(data.solids.map(({body}) => body));
-    data.followed = largest_part(data);
-    const along = (a, b) => Math.abs(dot(a, b)) > 0.999, z = [0, 0, 1], y = [0, 1, 0], x = [1, 0, 0];
-    const weight = norm(data.gravity) > 0;
-    data.up = weight ? scale(-1, unit(data.gravity)) : data.normal !== null && along(data.normal, z) ? y : z;
-    if (data.normal !== null && !along(data.normal, data.up))
-        data.east = unit(cross(data.up, data.normal));
-    else
-        data.east = unit(sub(along(data.up, x) ? y : x, scale(dot(along(data.up, x) ? y : x, data.up), data.up)));
-}
-
-/* A box, [lowest, highest], that holds p too. */
-function widen(box, p) {
-    p.forEach((x, k) => {
-        box[0][k] = Math.min(box[0][k], x);
-        box[1][k] = Math.max(box[1][k], x);
-    });
-}
-
-/* A note as a sentence. One about a line of a file begins with the file's name, without its folder. */
-function as_sentence(what) {
-    const place = /^(?:[^\s:]*\/)?([^\s:/]+:\d.*)$/s.exec(what);
-    return place !== null ? place[1] : `${what[0].toUpperCase()}${what.slice(1)}`;
-}
-
-/* As many digits after the point as the duration needs. */
-function show_time(t, end) { return t.toFixed(clamp(3 - Math.floor(Math.log10(Math.max(end, 1e-9))), 0, 9)); }
 
 window.kinetree = new Page();
