@@ -2,6 +2,7 @@
 #include "present.h"
 
 #include "expression/breakpoint.h"
+#include "simulation/renew.h"
 #include "simulation/simulation.h"
 
 #include "kinetree/mechanism.h"
@@ -28,6 +29,7 @@ kt_status kt_fmu_own_rates(kt_simulation *simulation, double *rates, kt_error *e
 void kt_fmu_forget_present(kt_simulation *simulation) {
     simulation->memory.pending = simulation->memory.changed = true;
     simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_renew_model(simulation);
 }
 
 /* Returns the first jump of a function after t, or `least` if that is less. Passes over breakpoints without a jump. */

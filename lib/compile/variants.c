@@ -339,6 +339,7 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
         kt_model_copy_one(from, to);
         to->placed = false;
         to->variants = variants;
+        to->revision = 0; /* parameters are set in all models at once */
         variants->at[k] = at;
         at += kt_arena_round(from->bytes);
         set_contact_bits(variants, to);

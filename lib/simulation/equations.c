@@ -21,6 +21,7 @@
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
+#include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -339,6 +340,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
 }
 
 kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
+    kt_simulation_renew_model(simulation);
 #if KT_HAS_EVENTS
     if (simulation->memory.beyond) {
         simulation->memory.beyond = false;

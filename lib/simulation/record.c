@@ -6,7 +6,6 @@
  */
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
-#include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -357,7 +356,6 @@ kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_e
         return start;
     kt_record now = empty_record(simulation, KT_INDEX_EVENT, kt_integrator_time(simulation->integrator));
     kt_error from = {0};
-    kt_simulation_renew_model(simulation);
     simulation->cause.code = KT_OK;
     const kt_status status = sense(simulation, &now, &from);
     if (status != KT_OK) {

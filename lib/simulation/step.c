@@ -2,6 +2,7 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "model/switching.h"
 #include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
@@ -193,15 +194,16 @@ static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_err
     return status == KT_OK ? kt_simulation_fire(simulation, error) : status;
 }
 
-/* Begins and ends a call that may take steps_per_call steps. */
 void kt_simulation_renew_model(const kt_simulation *simulation) {
 #if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
+    const kt_model *model = simulation->model;
+    if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
         simulation->contact_calls->renew(simulation);
 #endif
     (void)simulation;
 }
 
+/* Begins and ends a call that may take steps_per_call steps. */
 static void begin_call(kt_simulation *simulation) {
     kt_simulation_renew_model(simulation);
     simulation->memory.stopped = 0;

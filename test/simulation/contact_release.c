@@ -49,17 +49,19 @@ static void scene_make(scene *s) {
     }
 }
 
-static kt_simulation *start(const kt_model *model, const char *method) {
+static kt_simulation *start_for(const kt_model *model, const char *method, double duration) {
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
     const bool steps = strcmp(method, "steps") == 0; /* time stepping */
     run.integrator = steps ? NULL : method;
     run.step = steps || strcmp(method, "rk4") == 0 ? 1e-3 : 0.0;
-    run.duration = 100.0;
+    run.duration = duration;
     run.relative = run.absolute = 1e-11;
     options.contact = steps ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
     return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
 }
+
+static kt_simulation *start(const kt_model *model, const char *method) { return start_for(model, method, 100.0); }
 
 static kt_status advance(kt_simulation *simulation, double t, kt_error *error) {
     return simulation != NULL ? kt_simulation_advance(simulation, t, error) : KT_ERROR_MEMORY;
@@ -205,6 +207,47 @@ KT_TEST(parameters_that_are_set_act_while_friction_is_released) {
         kt_simulation_free(simulation);
         free(memory);
         kt_model_free(compiled);
+    }
+}
+
+static int ignore(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 0;
+}
+
+/* One slider slips and the other one sticks: their set is a mask. A friction that kt_parameter_set sets acts in
+ * accelerations and in a whole run. (Friction is an impulse in time stepping, and no acceleration.) */
+KT_TEST(accelerations_and_runs_take_friction_over) {
+    const double weaker[] = {0.1}, duration = 0.5;
+    for (int m = 0; m < 2 * METHODS - 1; m++) {
+        const bool is_run = m % 2 == 0;
+        scene s;
+        kt_model_options options = kt_model_options_default();
+        kt_model *model = NULL;
+        kt_parameter coulomb_of_a;
+        kt_error error = {0};
+        double a[SLIDERS];
+        scene_make(&s);
+        s.effect[0].name = "fa";
+        s.effect[0].switching = s.effect[1].switching = KT_ALWAYS_ON;
+        options.settable = true;
+        kt_status status = kt_model_compile(&s.description, &options, &model, &error);
+        kt_simulation *simulation = status == KT_OK ? start_for(model, methods[m / 2], duration) : NULL;
+        kt_note("%s, %s", methods[m / 2], is_run ? "run" : "acceleration");
+        if (status == KT_OK)
+            status = kt_parameter_find(model, "effect fa.coulomb", &coulomb_of_a, &error);
+        if (status == KT_OK)
+            status = kt_parameter_set(model, &coulomb_of_a, weaker, &error);
+        if (status == KT_OK)
+            status = is_run ? kt_simulation_run(simulation, ignore, NULL, &error)
+                            : kt_simulation_acceleration(simulation, a, &error);
+        if (kt_fine("runs", status, &error) && is_run)
+            kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[0], speeds[0] - duration * weaker[0],
+                          1e-12);
+        else if (status == KT_OK)
+            kt_check_near("acceleration, m/s^2", a[0], -weaker[0], 1e-14);
+        kt_simulation_free(simulation);
+        kt_model_free(model);
     }
 }
 
