@@ -294,8 +294,8 @@ void kt_contacts_init_masks(kt_simulation *simulation);
  * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
 const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried);
 /* The model of a set in which all contacts are open, and friction of joints slips or is released. NULL: there is no
- * such set. q: a position at which loops are closed; NULL: that of the model, before the simulation has a state. */
-const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set, const double *q);
+ * such set. */
+const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set);
 /* The model of a set with the ranks and the contacts of a checkpoint. NULL: there is no such set. */
 const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
                                            const kt_contact_memory *state);

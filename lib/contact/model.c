@@ -60,14 +60,14 @@ void kt_contacts_init_masks(kt_simulation *simulation) {
         (void)kt_mask_init(simulation->model, contact_mask_of(simulation, k));
 }
 
-/* Makes a mask of a set in which contacts are as they are to be. q: a position at which its loops are closed. */
-static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const kt_model *all, uint64_t set,
-                                 const double *q) {
+/* Makes a mask of a set in which contacts are as they are to be. Its ranks are measured in the present state, in which
+ * its loops are closed. */
+static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const kt_model *all, uint64_t set) {
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     set_open(simulation, mask, set, NULL);
     kt_mask_make(mask, all, set);
     kt_data_rebind(&mask->model, simulation->data);
-    kt_mask_rank(mask, simulation->data, t, q);
+    kt_mask_rank(mask, simulation->data, t, kt_integrator_state(simulation->integrator));
     return &mask->model;
 }
 
@@ -77,17 +77,17 @@ const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried) {
     if (model != NULL)
         return model;
     kt_mask *mask = tried ? contact_mask_of(simulation, KT_CONTACT_MASKS - 1) : spare(simulation);
-    return make_mask(simulation, mask, all_closed(simulation, set), set, kt_integrator_state(simulation->integrator));
+    return make_mask(simulation, mask, all_closed(simulation, set), set);
 }
 
-const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set, const double *q) {
+const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *model = compiled(simulation, set), *all = model == NULL ? all_closed(simulation, set) : NULL;
     for (int k = 0; k < c->n && all != NULL; k++)
         c->item[k].next = KT_CONTACT_OFF;
     if (all == NULL)
         return model;
-    model = make_mask(simulation, spare(simulation), all, set, q != NULL ? q : all->q0);
+    model = make_mask(simulation, spare(simulation), all, set);
     kt_data_rebind(simulation->model, simulation->data);
     simulation->contact_calls->follow(simulation);
     simulation->cached = KT_CACHED_NOTHING;

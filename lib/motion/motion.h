@@ -308,11 +308,10 @@ typedef struct kt_retry {
 
 /* The operations on hard contacts (simulation/contacts.c). */
 typedef struct kt_contact_calls {
-    /* Opens all contacts, before a state is set that may lie anywhere. q: a position at which the other loops are
-     * closed; NULL: that of the model. */
-    void (*open)(kt_simulation *simulation, const double *q);
+    /* Opens all contacts, before a state is set that may lie anywhere. */
+    void (*open)(kt_simulation *simulation);
     /* The model of a set in which all contacts are open (kt_contacts_open_model). */
-    const kt_model *(*model)(kt_simulation *simulation, uint64_t set, const double *q);
+    const kt_model *(*model)(kt_simulation *simulation, uint64_t set);
     /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
     kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
     /* Comes after data have been initialised for another model. */

@@ -91,11 +91,11 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     return status == KT_OK ? 0 : -1;
 }
 
-static void open_all(kt_simulation *simulation, const double *q) {
+static void open_all(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
                          (simulation->memory.released & simulation->contact_friction);
     if (set != simulation->model->set)
-        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, q));
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
     kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
     for (size_t k = 0; k < simulation->contact_count; k++) {

@@ -377,7 +377,7 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0) {
         /* The compiled model of masked friction that is released at first is one in which it slips. */
-        simulation->contact_calls->open(simulation, kt_integrator_state(simulation->integrator));
+        simulation->contact_calls->open(simulation);
         status = simulation->contact_calls->resolve(simulation, error);
     }
     if (simulation->memory.beyond) /* kt_simulation_set_state may follow; otherwise a step or a record reports it */

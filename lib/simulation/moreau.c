@@ -261,16 +261,16 @@ const struct kt_leap kt_moreau_leap = {leap, accept_moreau};
 /* ---- operations on contacts -------------------------------------------------------------------------------------- */
 
 /* The model without contacts. Dry friction of joints does not act in it: it is released (compile/variants.c). */
-static void take_open_model(kt_simulation *simulation, const double *q) {
+static void take_open_model(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) | simulation->contact_friction;
     if (set != simulation->model->set)
-        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set, q));
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
     kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
 }
 
-static void begin_anew(kt_simulation *simulation, const double *q) {
-    take_open_model(simulation, q);
+static void begin_anew(kt_simulation *simulation) {
+    take_open_model(simulation);
     for (size_t k = 0; k < simulation->size.contacts; k++) {
         kt_clear(simulation->contact_state[k].force, sizeof simulation->contact_state[k].force);
         simulation->contact_state[k].closed = false;
@@ -279,7 +279,7 @@ static void begin_anew(kt_simulation *simulation, const double *q) {
 
 static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
     (void)error;
-    take_open_model(simulation, kt_integrator_state(simulation->integrator));
+    take_open_model(simulation);
     return KT_OK;
 }
 

@@ -303,7 +303,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
 #if KT_HAS_EVENTS
     simulation->memory.released = simulation->contact_released;
     if (simulation->contacts != NULL)
-        simulation->contact_calls->open(simulation, NULL);
+        simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->size.contacts};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
@@ -485,7 +485,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
-        simulation->contact_calls->open(simulation, kt_integrator_state(simulation->integrator));
+        simulation->contact_calls->open(simulation);
 #endif
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)

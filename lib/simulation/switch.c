@@ -100,9 +100,8 @@ static kt_status close_switched_state(kt_simulation *simulation, kt_simulation_e
 }
 
 static const kt_model *model_of_set(kt_simulation *simulation, uint64_t set) {
-    return simulation->contacts == NULL
-               ? kt_model_switched(simulation->model, set)
-               : simulation->contact_calls->model(simulation, set, kt_integrator_state(simulation->integrator));
+    return simulation->contacts == NULL ? kt_model_switched(simulation->model, set)
+                                        : simulation->contact_calls->model(simulation, set);
 }
 
 kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {

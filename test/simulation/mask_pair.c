@@ -55,12 +55,13 @@ static double largest_difference(const double *x, const double *y, int n) {
     return most;
 }
 
+double mask_difference(const kt_model *model, const kt_simulation *one, const kt_simulation *other, double weight) {
+    const double *q = kt_simulation_positions(one), *v = kt_simulation_velocities(one);
+    const double of_q = largest_difference(q, kt_simulation_positions(other), kt_model_nq(model));
+    const double of_v = weight * largest_difference(v, kt_simulation_velocities(other), kt_model_nv(model));
+    return of_v <= of_q ? of_q : of_v;
+}
+
 double mask_pair_difference(const mask_pair *pair, double weight) {
-    const kt_simulation *one = pair->simulation[0], *other = pair->simulation[1];
-    const kt_model *model = pair->model[0];
-    const double q =
-        largest_difference(kt_simulation_positions(one), kt_simulation_positions(other), kt_model_nq(model));
-    const double v =
-        largest_difference(kt_simulation_velocities(one), kt_simulation_velocities(other), kt_model_nv(model));
-    return weight * v <= q ? q : weight * v;
+    return mask_difference(pair->model[0], pair->simulation[0], pair->simulation[1], weight);
 }

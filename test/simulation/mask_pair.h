@@ -25,7 +25,8 @@ kt_status mask_pair_renew(mask_pair *pair, int k, kt_error *error);
 /* Lets both advance to a time. Returns false after a failed check. */
 bool mask_pair_advance(const mask_pair *pair, double t);
 
-/* The largest difference of positions, and `weight` times that of velocities. */
+/* The largest difference of positions, and `weight` times that of velocities, of two simulations of a model. */
+double mask_difference(const kt_model *model, const kt_simulation *one, const kt_simulation *other, double weight);
 double mask_pair_difference(const mask_pair *pair, double weight);
 
 #endif
