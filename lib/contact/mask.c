@@ -6,9 +6,10 @@
  * equations.
  *
  * The number of independent equations of a group follows from the state at which contacts close, which satisfies these
- * equations. (compile/rank.c does the same at compilation, without such a state.) The state may be a singular position.
- * If a position next to it has a larger rank, the loops are closed there, and that rank counts. If equations are
- * dependent, those that are chosen there are chosen from now on.
+ * equations. (compile/rank.c does the same at compilation, without such a state.) Loops that are switched on may have a
+ * gap (simulation/switch.c), where redundant equations are independent. They are closed first. The state may be a
+ * singular position. If a position next to it has a larger rank, the loops are closed there, and that rank counts. If
+ * equations are dependent, those that are chosen there are chosen from now on.
  */
 #include "contact/mask.h"
 
@@ -206,13 +207,19 @@ static void take_rank(kt_mask *mask, const kt_data *data, size_t g, int rows, in
         weight[w.pivot[i]] = KT_PREFERRED;
 }
 
-/* Measures the ranks of all groups at q, with all equations. rank: the largest ranks so far (KT_ROWS_COUNT a group),
- * replaced if `takes`. Returns whether any rank is larger than before. */
-static bool measure(kt_mask *mask, kt_data *data, double t, const double *q, bool takes, int32_t *rank) {
-    const kt_reduction_kernels *kernels = mask->model.group_kernels;
+/* Evaluates the equations at q. Returns the largest gap relative to its scale; infinity if it is not finite. */
+static double evaluate_gap(const kt_mask *mask, kt_data *data, double t, const double *q) {
     kt_violation violation;
+    return mask->model.group_kernels->residuals(&mask->model, data, t, q, NULL, NULL, &violation) ? violation.gap
+                                                                                                  : HUGE_VAL;
+}
+
+/* Measures the ranks of all groups where the equations were evaluated. rank: the largest ranks so far (KT_ROWS_COUNT a
+ * group), replaced if `takes`. Returns whether any rank is larger than before. */
+static bool measure(kt_mask *mask, kt_data *data, double gap, bool takes, int32_t *rank) {
+    const kt_reduction_kernels *kernels = mask->model.group_kernels;
     bool larger = false;
-    if (!kernels->residuals(&mask->model, data, t, q, NULL, NULL, &violation))
+    if (!(gap < HUGE_VAL))
         return false;
     for (int rows = KT_ROWS_COUNT - 1; rows >= 0; rows--) {
         if (!kernels->factor(&mask->model, data, (kt_rows)rows, false))
@@ -236,16 +243,29 @@ static bool find_near_position(kt_mask *mask, kt_data *data, double t, const dou
     return !closes || kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_SAMPLE, mask->q) <= closed;
 }
 
+/* Returns a position at which the loops close that are open at q; q if there is none. */
+static const double *closed_position(kt_mask *mask, kt_data *data, double t, const double *q) {
+    memcpy(mask->closed_q, q, mask->model.n.q * sizeof *q);
+    const double gap = kt_assemble_levenberg_marquardt(&mask->model, data, t, NULL, KT_SEARCH_GIVEN, mask->closed_q);
+    return gap <= closed ? mask->closed_q : q;
+}
+
 void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q) {
     int32_t *rank = mask->rank;
     if (!KT_HAS_LOOPS)
         return;
     for (size_t i = 0; i < KT_ROWS_COUNT * mask->model.n.group; i++)
         rank[i] = 0;
-    (void)measure(mask, data, t, q, true, rank);
+    double gap = evaluate_gap(mask, data, t, q);
+    if (gap > closed && gap < HUGE_VAL) {
+        q = closed_position(mask, data, t, q);
+        gap = evaluate_gap(mask, data, t, q);
+    }
+    (void)measure(mask, data, gap, true, rank);
     (void)find_near_position(mask, data, t, q, false);
-    if (measure(mask, data, t, mask->q, false, rank) && find_near_position(mask, data, t, q, true))
-        (void)measure(mask, data, t, mask->q, true, rank);
+    if (measure(mask, data, evaluate_gap(mask, data, t, mask->q), false, rank) &&
+        find_near_position(mask, data, t, q, true))
+        (void)measure(mask, data, evaluate_gap(mask, data, t, mask->q), true, rank);
     for (size_t g = 0; g < mask->model.n.group; g++)
         for (size_t rows = 0; rows < KT_ROWS_COUNT; rows++)
             mask->group[g].rank[rows] = rank[KT_ROWS_COUNT * g + rows];

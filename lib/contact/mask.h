@@ -17,7 +17,8 @@
     X(int32_t, slot, n->row, "of their equations")                                                                     \
     X(double, weight, KT_ROWS_COUNT * n->row, "likewise")                                                              \
     X(int32_t, rank, KT_ROWS_COUNT * n->loop, "the largest ranks so far, while they are measured")                     \
-    X(double, q, n->q, "a position at which ranks are measured")
+    X(double, q, n->q, "a position next to the state, at which ranks are measured")                                    \
+    X(double, closed_q, n->q, "likewise, if loops are open in the state")
 
 typedef struct kt_mask {
     const kt_model *all; /* the model in which all contacts are closed */
@@ -35,7 +36,8 @@ kt_mask *kt_mask_init(const kt_model *model, void *memory);
 /* Makes the model in which the loops of mask->open are off. `set`: its set. Its ranks are as large as they can be. */
 void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set);
 
-/* Determines the ranks at a closed state. The data serve the model, and have room for all. */
+/* Determines the ranks at a state, or next to it where loops are closed that are open by a gap. The data serve the
+ * model, and have room for all. */
 void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q);
 
 /* Copies the ranks: from them and the set the same model follows. */

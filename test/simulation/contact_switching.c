@@ -1,10 +1,12 @@
 /* Contacts and friction whose sets are masks, and loops that the caller switches: the motion is that of models of all
  * sets. */
+#include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "mask_pair.h"
 #include "scenes.h"
@@ -65,7 +67,7 @@ KT_TEST(masks_have_room_for_the_groups_that_a_loop_would_join) {
 
 /* A linkage of Bennett: two of the five equations of its loop are independent where it is closed, and three where it is
  * open. The position of link b is a guess. Friction in the joints is released at first. */
-static void write_linkage(char text[2000], double guess) {
+static void write_linkage(char text[2000], double guess, const char *switched) {
     (void)snprintf(
         text, 2000,
         "kinetree: 1\n"
@@ -82,13 +84,13 @@ static void write_linkage(char text[2000], double guess) {
         "loops:\n"
         "  - {name: close, type: revolute, axis: z, between: [\n"
         "     {body: c, at: [1, 0, 0], rotation: {axis: [1, 0, 0], angle: 30 deg}},\n"
-        "     {body: world, at: [-1.7320508075688772, 0, 0], rotation: {axis: [1, 0, 0], angle: -60 deg}}]}\n"
+        "     {body: world, at: [-1.7320508075688772, 0, 0], rotation: {axis: [1, 0, 0], angle: -60 deg}}]%s}\n"
         "initial: {hold: [a]}\n"
         "effects:\n"
         "  - {name: fa, type: joint_friction, joint: a, coulomb: 2, stribeck: 0, stick: true, switched: off}\n"
         "  - {name: fb, type: joint_friction, joint: b, coulomb: 0.4, stribeck: 0, stick: true, switched: off}\n"
         "simulate: {duration: 10, integrator: rk4, step: 0.001}\n",
-        guess);
+        guess, switched);
 }
 
 /* A state is set after a motion with friction, which is released again. The motion is that of a new simulation. */
@@ -98,7 +100,7 @@ KT_TEST(states_are_set_whatever_the_motion_before) {
         mask_pair pair;
         kt_error error = {0};
         kt_simulation *used = NULL;
-        write_linkage(text, 2.4);
+        write_linkage(text, 2.4, "");
         kt_note("%s", steps ? "time stepping" : "events");
         const bool is_made = mask_pair_make(&pair, text, steps);
         kt_simulation *fresh = pair.simulation[1];
@@ -122,4 +124,36 @@ KT_TEST(states_are_set_whatever_the_motion_before) {
         kt_simulation_free(used);
         mask_pair_free(&pair);
     }
+}
+
+/* The loop is switched on in a state in which it is open by less than switch_gap. */
+KT_TEST(loops_that_are_switched_on_within_their_gap_keep_their_ranks) {
+    const double most = 0.05, moved = 2e-3;
+    char text[2000];
+    mask_pair pair;
+    kt_error error = {0};
+    write_linkage(text, 2.4, ", switched: on");
+    kt_status status = mask_pair_make(&pair, text, false) ? KT_OK : KT_ERROR_MEMORY;
+    pair.options.switch_gap = most;
+    for (int k = 0; status == KT_OK && k < MASK_PAIR; k++) {
+        status = mask_pair_renew(&pair, k, &error);
+        kt_simulation *simulation = pair.simulation[k];
+        const uint64_t all = status == KT_OK ? kt_switch_set(kt_simulation_model(simulation)) : 0;
+        const int loop = kt_loop_switch(pair.model[k], kt_loop_find(pair.model[k], "close"));
+        if (status == KT_OK)
+            status = kt_simulation_switch(simulation, all & ~kt_switch_bits(pair.model[k], loop), NULL, &error);
+        if (status != KT_OK)
+            continue;
+        double q[3];
+        memcpy(q, kt_simulation_positions(simulation), sizeof q);
+        q[1] += moved;
+        status = kt_simulation_set_state(simulation, 0.0, q, kt_simulation_velocities(simulation), &error);
+        if (status == KT_OK)
+            status = kt_simulation_switch(simulation, all, NULL, &error);
+        if (status == KT_OK)
+            kt_check_equal_int("degrees of freedom", kt_model_mobility(kt_simulation_model(simulation)).minimal, 1);
+    }
+    if (kt_fine("switched", status, &error) && mask_pair_advance(&pair, 0.5))
+        kt_check_below("difference of states", mask_pair_difference(&pair, 1.0), 1e-10);
+    mask_pair_free(&pair);
 }
