@@ -5,8 +5,13 @@
 #include "integrator/integrator.h"
 #include "model/switching.h"
 
+/* The compiled model of a set; NULL if there is none. If masked friction is released at first, the model in which it
+ * slips forwards is none: it stands for released friction, too, and evaluations reject it (open.c). */
 static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
-    return kt_model_switched(simulation->model, set);
+    const kt_variants *variants = simulation->model->variants;
+    const uint64_t masked = variants != NULL ? variants->switches.masked : 0;
+    const uint64_t released = masked & simulation->contact_released & simulation->contact_friction;
+    return released != 0 && (set & masked) == 0 ? NULL : kt_model_switched(simulation->model, set);
 }
 
 /* The model in which all contacts are closed, with the other switches of the set. NULL if the set contains a switch

@@ -7,7 +7,8 @@
  *
  * the result would leave its reaction or its impulse out, and is rejected. So is a result with friction of a joint that
  * the model lets slip in a direction that the joint does not have. Contacts that are released from the start do not
- * act. A simulation follows its contacts (simulation/contacts.c), so that its data are exempt (kt_data.followed).
+ * act. Masked friction that is released from the start would act in compiled models, and is rejected there. A
+ * simulation follows its contacts (simulation/contacts.c), so that its data are exempt (kt_data.followed).
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
  * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
@@ -105,11 +106,11 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
     const uint64_t stick = kt_switch_bits(model, kt_loop_switch(model, (int)i)),
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
     const double rate = v[all->link[all->loop[i].link[0]].v];
-    const bool is_wrong = (on & stick) == 0 && (on != 0 ? -rate : rate) <= parting;
-    if (!is_wrong)
+    if ((on & stick) != 0)
         return KT_OK;
-    const bool is_released = (model->variants->switches.masked & stick) != 0 && !model->loop[i].contact;
-    return is_released ? reject_released_friction(model, i, t, error) : reject_wrong_friction(model, i, t, rate, error);
+    if ((model->variants->switches.masked & stick) != 0 && !model->loop[i].contact)
+        return reject_released_friction(model, i, t, error);
+    return (on != 0 ? -rate : rate) <= parting ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -363,19 +363,53 @@ KT_TEST(events_on_contacts_of_shared_bits_leave_friction_as_it_is) {
 
 /* ---- models ------------------------------------------------------------------------------------------------------ */
 
-/* Without a simulation, the compiled model has this friction slip: it is rejected at rest, with the remedy. */
-KT_TEST(released_friction_of_a_compiled_model_is_rejected_at_rest) {
+/* Evaluates accelerations by data of the caller's. */
+static kt_status accelerate(const kt_model *model, const double *v, double *a, kt_error *error) {
+    const double q[SLIDERS] = {0.0};
+    kt_data *data = NULL;
+    kt_status status = kt_data_create(model, &data, error);
+    if (status == KT_OK)
+        status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, error);
+    kt_data_free(data);
+    return status;
+}
+
+/* Without a simulation, the compiled model has this friction slip: it is rejected at any speed, with the remedy. */
+KT_TEST(released_friction_of_a_compiled_model_is_rejected) {
+    static const double rates[][SLIDERS] = {{0.0, 0.0}, {1.0, 1.0}, {-1.0, 1.0}};
     scene s;
     scene_make(&s);
     kt_model *model = kt_scene_compile(&s.description);
-    kt_data *data = NULL;
-    kt_error error = {0};
-    double a[SLIDERS], q[SLIDERS] = {0.0}, v[SLIDERS] = {0.0};
-    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error)) {
-        const kt_status status = kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error);
-        kt_check_equal_int("rejected", status, KT_ERROR_UNSUPPORTED);
+    for (int i = 0; model != NULL && i < 3; i++) {
+        kt_error error = {0};
+        double a[SLIDERS];
+        kt_note("%g, %g m/s", rates[i][0], rates[i][1]);
+        kt_check_equal_int("rejected", accelerate(model, rates[i], a, &error), KT_ERROR_UNSUPPORTED);
         kt_check_contains("words", error.message, "it is released at first");
     }
-    kt_data_free(data);
+    kt_model_free(model);
+}
+
+/* The remedy, the model of a simulation, has the friction that acts: none at first, and then that of both sliders. */
+KT_TEST(friction_that_a_simulation_engages_acts_in_its_model) {
+    const double rates[SLIDERS] = {0.7, 0.4};
+    scene s;
+    scene_make(&s);
+    for (int i = 0; i < SLIDERS; i++)
+        s.body[i].joint.velocity[0] = rates[i];
+    kt_model *model = kt_scene_compile(&s.description);
+    kt_simulation *simulation = start(model, "rk4");
+    kt_error error = {0};
+    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_MEMORY;
+    for (int acts = 0; acts < 2 && kt_fine("runs", status, &error); acts++) {
+        double a[SLIDERS] = {0.0};
+        if (acts == 1)
+            status = kt_simulation_release(simulation, 0, &error);
+        if (status == KT_OK)
+            status = accelerate(kt_simulation_model(simulation), rates, a, &error);
+        for (int i = 0; kt_fine("evaluates", status, &error) && i < SLIDERS; i++)
+            kt_check_near("acceleration, m/s^2", a[i], acts == 1 ? -coulomb : 0.0, 1e-15);
+    }
+    kt_simulation_free(simulation);
     kt_model_free(model);
 }
