@@ -81,10 +81,13 @@ KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
                        : dof->kind == KT_DOF_ROTATION  ? kt_cross3(s, p->arm)
                                                        : kt_add3(kt_cross3(s, p->arm), kt_dof_linear(dof));
     kt_real1 *a = p->w->a + p->local + dof->index;
-    for (int r = 0; r < p->count; r++)
-        if (p->slot[r] >= 0)
-            a[(size_t)p->slot[r] * (size_t)p->w->m] +=
-                p->sign * (kt_dot3(p->rows[r].moment, s) + kt_dot3(p->rows[r].force, u));
+    for (int r = 0; r < p->count; r++) {
+        if (p->slot[r] < 0)
+            continue;
+        const kt_real1 x = kt_dot3(p->rows[r].force, u);
+        a[(size_t)p->slot[r] * (size_t)p->w->m] +=
+            p->sign * (dof->kind == KT_DOF_TRANSLATION ? x : kt_dot3(p->rows[r].moment, s) + x);
+    }
 }
 
 /* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
@@ -126,12 +129,14 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0)
             kt_rows_store(model, w, &rows[r], end, d, slot[r]);
-    const kt_real3 first = kt_add3(kt_apply3(data->motion[loop->link[0]].axes, kt_from3(loop->frame[0].position)), d);
-    const kt_real3 second = kt_apply3(data->motion[loop->link[1]].axes, kt_from3(loop->frame[1].position));
-    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count, .arm = first};
-    kt_rows_path(model, data, loop, 0, p);
-    p.arm = second;
-    kt_rows_path(model, data, loop, 1, p);
+    kt_rows_path_terms p = {.w = w, .slot = slot, .rows = rows, .count = count};
+    for (int k = 0; k < 2; k++) {
+        if (loop->length[k] == 0) /* the ancestor itself */
+            continue;
+        const kt_real3 arm = kt_apply3(data->motion[loop->link[k]].axes, kt_from3(loop->frame[k].position));
+        p.arm = k == 0 ? kt_add3(arm, d) : arm;
+        kt_rows_path(model, data, loop, k, p);
+    }
 }
 
 /* Stores everything of a relation but its entries in A'. */

@@ -4,16 +4,28 @@
 
 #include <string.h>
 
+/* A wrench about the origin of a link, and the forces of its joint. */
+typedef struct joint_forces {
+    kt_real3 moment, force;
+    double *x;
+} joint_forces;
+
+KT_INLINE void add_joint_force(const kt_dof *dof, void *context) {
+    const joint_forces *p = context;
+    p->x[dof->index] += dof->kind == KT_DOF_ROTATION      ? kt_dot3(dof->u, p->moment)
+                        : dof->kind == KT_DOF_TRANSLATION ? kt_dot3(dof->u, p->force)
+                                                          : kt_along(dof->u, kt_dof_linear(dof), p->moment, p->force);
+}
+
 /* Adds the joint forces of a wrench about the origin of a link, whose pose data hold. */
 static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t link, kt_vec3 moment, kt_vec3 force,
                              double *x) {
-    kt_real3 m = kt_from3(moment), f = kt_from3(force);
+    joint_forces p = {.moment = kt_from3(moment), .force = kt_from3(force)};
     for (int32_t i = link; i > 0; i = model->link[i].parent) {
-        kt_subspace s;
-        kt_link_subspace(&model->link[i], &data->motion[model->link[i].parent], &data->motion[i], &s);
-        for (int k = 0; k < s.count; k++)
-            x[model->link[i].v + k] += kt_along(s.angular[k], s.linear[k], m, f);
-        m = kt_add3(m, kt_cross3(data->motion[i].offset, f));
+        const kt_link *at = &model->link[i];
+        p.x = x + at->v;
+        kt_dofs_visit(at, data->motion[at->parent].axes, data->motion[i].axes, add_joint_force, &p);
+        p.moment = kt_add3(p.moment, kt_cross3(data->motion[i].offset, p.force));
     }
 }
 
@@ -69,7 +81,8 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
     double *column = p->column, *change = p->change;
     find_unit_joint_forces(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
-    memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
+    if (p->per == 2)
+        memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
     for (size_t g = 0; g < model->n.group; g++) {
         const size_t rows = (size_t)model->group[g].row_count;
         if (!is_part(model, data, p, g))

@@ -77,6 +77,9 @@ bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) 
 
 /* ---- terms of the links ------------------------------------------------------------------------------------------ */
 
+/* Whether degree of freedom k of a free joint is a rotation. Its other half, which is zero, is left out of products. */
+KT_INLINE bool is_rotation(int k) { return k >= KT_DOF_MAX / 2; }
+
 /* The degrees of freedom of a free joint, from the last to the first. */
 static void keep_free(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x, const kt_half *h) {
     const kt_link *link = &model->link[i];
@@ -85,10 +88,13 @@ static void keep_free(const kt_model *model, const kt_data *data, size_t i, cons
     kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
     for (int k = s.count - 1; k >= 0; k--) {
         const kt_v4 a = s.angular[k], l = s.linear[k];
-        const kt_v4 un = kt_articulated_moment(&left, a, l), uf = kt_articulated_force(&left, a, l);
-        const double d = 1.0 / kt_v4_dot2(a, un, l, uf);
+        const bool turns = is_rotation(k);
+        const kt_v4 un = turns ? kt_symmetric3_apply(left.j, a) : kt_apply_transposed3(left.g, l);
+        const kt_v4 uf = turns ? kt_apply3(left.g, a) : kt_symmetric3_apply(left.m, l);
+        const double d = 1.0 / (turns ? kt_v4_dot(a, un) : kt_v4_dot(l, uf));
         kt_v4 *term = h->term + 4 * (link->local + k);
-        kt_articulated_subtract_square(&left, d, un, uf);
+        if (k > 0)
+            kt_articulated_subtract_square(&left, d, un, uf);
         term[0] = a;
         term[1] = l;
         term[2] = kt_v4_splat(d) * un;
@@ -188,10 +194,11 @@ typedef struct wrenches {
     kt_v4 x[6];
 } wrenches;
 
-KT_INLINE kt_v4 along(kt_v4 n, kt_v4 f, const wrenches *p) {
-    return (kt_v4_splat(n[0]) * p->x[0] + kt_v4_splat(n[1]) * p->x[1] + kt_v4_splat(n[2]) * p->x[2]) +
-           (kt_v4_splat(f[0]) * p->x[3] + kt_v4_splat(f[1]) * p->x[4] + kt_v4_splat(f[2]) * p->x[5]);
+KT_INLINE kt_v4 along_half(kt_v4 n, const kt_v4 *x) {
+    return kt_v4_splat(n[0]) * x[0] + kt_v4_splat(n[1]) * x[1] + kt_v4_splat(n[2]) * x[2];
 }
+
+KT_INLINE kt_v4 along(kt_v4 n, kt_v4 f, const wrenches *p) { return along_half(n, p->x) + along_half(f, p->x + 3); }
 
 KT_INLINE void add_gain(kt_v4 n, kt_v4 f, kt_v4 u, wrenches *p) {
     for (int c = 0; c < 3; c++) {
@@ -241,7 +248,7 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
     }
     for (int k = KT_DOF_MAX - 1; k >= 0; k--) {
         const kt_v4 *term = h->term + 4 * (link->local + k);
-        column[k] -= along(term[0], term[1], p);
+        column[k] -= is_rotation(k) ? along_half(term[0], p->x) : along_half(term[1], p->x + 3);
         add_gain(term[2], term[3], column[k], p);
     }
 }
