@@ -555,3 +555,9 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
     const bool is_slow = find_directions(model, data, at, a);
     return accelerate(model, data, at, is_slow, a, error);
 }
+
+void kt_slip_add(kt_model *model) {
+    model->n.slip++;
+    model->n.slip_work = kt_slip_size(&model->n);
+    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+}

@@ -81,8 +81,9 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* kt_slip_begin lays the problem out for an evaluation, and finds its contacts and islands. kt_slip_begin_slow lays the
- * arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */
+/* The size of a problem. kt_slip_begin lays it out for an evaluation, and finds its contacts and islands.
+ * kt_slip_begin_slow lays the arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */
+size_t kt_slip_size(const kt_counts *n);
 void kt_slip_begin(const kt_model *model, kt_data *data);
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);

@@ -11,10 +11,9 @@
 KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, size_t most, const kt_counts *count)
 KT_ARENA_ARRAYS(lay_out_slow, kt_slip_problem, SLIP_SLOW_FIELDS, size_t n, size_t most)
 
-void kt_slip_add(kt_model *model) {
-    const size_t n = ++model->n.slip, most = kt_slip_most(&model->n);
-    model->n.slip_work = lay_out_slip(NULL, n, most, &model->n) + lay_out_slow(NULL, NULL, n, most);
-    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+size_t kt_slip_size(const kt_counts *n) {
+    const size_t most = kt_slip_most(n);
+    return lay_out_slip(NULL, n->slip, most, n) + lay_out_slow(NULL, NULL, n->slip, most);
 }
 
 /* Sorts the contacts by islands. */
