@@ -28,7 +28,7 @@
  * relative to their scales. */
 static const double near = 0.01, closed = 1e-9;
 
-KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects)
+KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects, size_t groups)
 
 static const kt_model *closed_model(const kt_model *model) {
     const bool masks = KT_HAS_LOOPS && model->variants != NULL && model->variants->switches.masked != 0;
@@ -40,13 +40,27 @@ static size_t count_of_effects(const kt_model *all) {
     return all->variants->switches.back != 0 ? all->n.effect + all->n.effect_off : 0;
 }
 
-size_t kt_mask_size(const kt_model *model) {
-    const kt_model *all = closed_model(model);
-    return all != NULL ? lay_out(NULL, &all->n, count_of_effects(all)) : 0;
+/* The largest count of groups: a loop that is switched on may join some. */
+static size_t count_of_groups(const kt_model *all) {
+    size_t count = 0;
+    for (uint64_t k = 0; k < kt_variants_count(all->variants); k++) {
+        const size_t groups = kt_variants_model(all->variants, k)->n.group;
+        count = groups > count ? groups : count;
+    }
+    return count;
 }
 
-/* The largest count of the ranks and usual sizes of all groups, at most one a loop, and of the weights. */
-static size_t count_of_ranks(const kt_model *all) { return KT_ROWS_COUNT * (2 * all->n.loop + all->n.row); }
+static size_t lay_out_mask(void *memory, const kt_model *all) {
+    return lay_out(memory, &all->n, count_of_effects(all), count_of_groups(all));
+}
+
+size_t kt_mask_size(const kt_model *model) {
+    const kt_model *all = closed_model(model);
+    return all != NULL ? lay_out_mask(NULL, all) : 0;
+}
+
+/* The largest count of the ranks and usual sizes of all groups, and of the weights. */
+static size_t count_of_ranks(const kt_model *all) { return KT_ROWS_COUNT * (2 * count_of_groups(all) + all->n.row); }
 
 size_t kt_mask_ranks_size(const kt_model *model) {
     const kt_model *all = closed_model(model);
@@ -55,7 +69,7 @@ size_t kt_mask_ranks_size(const kt_model *model) {
 
 kt_mask *kt_mask_init(const kt_model *model, void *memory) {
     const kt_model *all = closed_model(model);
-    return all != NULL && lay_out(memory, &all->n, count_of_effects(all)) > 0 ? memory : NULL;
+    return all != NULL && lay_out_mask(memory, all) > 0 ? memory : NULL;
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */

@@ -6,17 +6,17 @@
 #include "model/model.h"
 
 /* Every array: type, name, count, meaning. n: of the model in which all contacts are closed and all other switches are
- * on; effects: their number if friction of joints sticks, or 0. A loop joins groups: without it there may be more of
- * them, but never more than loops. */
+ * on; effects: their number if friction of joints sticks, or 0; groups: their largest number in any model, since a loop
+ * that is on may join groups. */
 #define KT_MASK_FIELDS(X)                                                                                              \
     X(kt_loop_record, loop, n->loop, "those of contacts that are open are off")                                        \
     X(bool, open, n->loop, "whether it is a contact that is open, or friction that does not stick, an input")          \
     X(kt_effect_record, effect, effects, "friction of joints has the direction of the set")                            \
-    X(kt_group, group, n->loop, "of the loops that are on")                                                            \
+    X(kt_group, group, groups, "of the loops that are on")                                                             \
     X(int, group_loop, n->loop, "these loops, group by group")                                                         \
     X(int32_t, slot, n->row, "of their equations")                                                                     \
     X(double, weight, KT_ROWS_COUNT * n->row, "likewise")                                                              \
-    X(int32_t, rank, KT_ROWS_COUNT * n->loop, "the largest ranks so far, while they are measured")                     \
+    X(int32_t, rank, KT_ROWS_COUNT *(groups), "the largest ranks so far, while they are measured")                     \
     X(double, q, n->q, "a position next to the state, at which ranks are measured")                                    \
     X(double, closed_q, n->q, "likewise, if loops are open in the state")
 
