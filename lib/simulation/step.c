@@ -2,7 +2,6 @@
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "model/switching.h"
 #include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
@@ -192,15 +191,6 @@ kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error) {
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
     const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
     return status == KT_OK ? kt_simulation_fire(simulation, error) : status;
-}
-
-void kt_simulation_renew_model(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    const kt_model *model = simulation->model;
-    if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
-        simulation->contact_calls->renew(simulation);
-#endif
-    (void)simulation;
 }
 
 /* Begins and ends a call that may take steps_per_call steps. */
