@@ -160,12 +160,13 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
                              .sampled = calloc(model->n.group, sizeof(bool)),
                              .open = calloc(model->n.group, sizeof(bool)),
                              .seen = calloc(model->n.group, sizeof(bool)),
+                             .placed = calloc(model->n.group, sizeof(bool)),
                              .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t)),
                              .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
                              .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
     kt_status status = KT_OK;
     if (!found.q || !found.fraction || !found.nontrivial || !found.chosen || !found.sampled || !found.rank ||
-        !found.near || !found.open || !found.seen || !found.cap || !found.usual)
+        !found.near || !found.open || !found.seen || !found.placed || !found.cap || !found.usual)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (status == KT_OK)
         status = kt_data_create(model, &data, error);
@@ -177,6 +178,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         if (kt_rank_accept_disagreement(model, data, &found) != KT_OK)
             status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     }
+#if KT_HAS_SWITCHES
+    if (status == KT_OK && kt_rank_sample_places(model, data, &found) != KT_OK)
+        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+#endif
     if (status == KT_OK) {
 #if KT_HAS_SWITCHES
         kt_rank_sample_bounds(model, data, &found);
@@ -189,6 +194,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     free(found.usual);
     free(found.cap);
     free(found.rank);
+    free(found.placed);
     free(found.seen);
     free(found.open);
     free(found.near);

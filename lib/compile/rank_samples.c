@@ -153,7 +153,8 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
         for (size_t g = 0; g < model->n.group; g++) {
             kt_group *group = &model->group[g];
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-            if (closed ? !kt_rank_is_closed(model, data, g) : found->sampled[g])
+            if ((closed ? !kt_rank_is_closed(model, data, g) : found->sampled[g]) ||
+                (found->places && !found->placed[g]))
                 continue;
             const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
                                         &group->usual[rows]);
@@ -239,7 +240,7 @@ void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found) {
         found->fraction[g] = 1.0;
     if (isfinite(kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, base)))
         for (size_t s = 0; s < KT_RANK_SAMPLES; s++) {
-            kt_rank_take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
+            kt_rank_take_sample(model, data, kt_rank_sample_size(s), s, found);
             kt_rank_sample_groups(model, data, q, true, found);
         }
 }

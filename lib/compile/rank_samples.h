@@ -18,11 +18,16 @@ typedef struct kt_rank_samples {
     double *near;     /* a displacement that the equations allow */
     bool *nontrivial, *sampled;
     bool *open, *seen; /* groups that no sample closes; those of them that one closes except for a disagreement */
+    bool *placed;      /* groups with a loop whose place may move */
+    bool places;       /* only these are evaluated */
     bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
     int32_t *rank;     /* KT_ROWS_COUNT a group */
     int32_t *cap;      /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
     double *usual;     /* likewise: the largest size of the last one */
 } kt_rank_samples;
+
+/* The size of the displacement of a sample. */
+static inline double kt_rank_sample_size(size_t sample) { return sample < 3 ? 0.3 : sample < 6 ? 0.15 : 0.1; }
 
 /* A step that moves the coordinates of groups by up to `size` and the group's fraction of their units. */
 void kt_rank_scatter(const kt_model *model, double size, const double *fraction, size_t sample, double *step);
@@ -42,6 +47,9 @@ void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found);
 #if KT_HAS_SWITCHES
 /* Evaluates groups with a loop that bounds one side, and that no sample found closed. */
 void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *found);
+/* Evaluates groups with a switched loop to the world at generic positions, at which that loop is closed because its
+ * place is there (rank_places.c). Errors: KT_ERROR_MEMORY. */
+KT_CHECKED kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found);
 #endif
 
 /* Factors all groups. Returns false if one cannot be factored. */

@@ -268,8 +268,9 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     kt_error from = {.code = KT_OK};
     for (int k = 0; k < c->switches.count; k++) {
         const kt_switching switching = kt_switches_has(&c->switches, set, k) ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
-        if (c->item[k].loop >= 0)
-            c->loops[c->item[k].loop].switching = switching;
+        if (c->item[k].loop >= 0) /* one that is off at first remains switched: its place may move (rank_places.c) */
+            c->loops[c->item[k].loop].switching =
+                switching == KT_ALWAYS_ON && !kt_switches_has(&c->switches, c->initial, k) ? KT_SWITCHED_ON : switching;
         else
             c->effects[c->item[k].effect].switching = switching;
     }

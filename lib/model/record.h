@@ -142,6 +142,7 @@ typedef struct kt_loop_record {
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */
 #if KT_HAS_SWITCHES
+    bool comes;                        /* it is off at first, and is switched on later */
     int32_t side;                      /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
     bool poisson;                      /* likewise: its restitution is of impulses */

@@ -98,6 +98,59 @@ KT_TEST(a_leg_is_pinned_where_it_lands) {
     check_landings(LEG(IN_SPACE, HIP, "spherical", "\"velocity.foot[2]\": 2.5, \"velocity.foot[0]\": 1", ""));
 }
 
+/* A hinge at the origin, held at its tip. The described place is out of reach: no position of the description tells how
+ * many equations are independent. The hinge then rests where the event was. */
+KT_TEST(a_tip_is_held_although_its_described_place_is_out_of_reach) {
+    running r;
+    if (running_start("kinetree: 1\n"
+                      "gravity: [0, 0, -9.81]\n"
+                      "bodies: [{name: a, joint: {type: revolute, axis: y, position: 0.5}, mass: 1, com: [0, 0, -0.5], "
+                      "inertia: [0.1, 0.1, 0.1], markers: {tip: [0, 0, -1]}}]\n"
+                      "loops: [{name: grab, type: spherical, between: [a.tip, world], switched: off}]\n"
+                      "events: [{name: low, when: position.a - 0.1, direction: falling, limit: 1, then: "
+                      "{engage_here: grab}}]\n",
+                      NULL, &r) &&
+        advance(&r, 1.0)) {
+        kt_check_near("position, rad", kt_simulation_positions(r.simulation)[0], 0.1, 1e-8); /* ten tolerances */
+        kt_check_near("velocity, rad/s", kt_simulation_velocities(r.simulation)[0], 0.0, 1e-12);
+    }
+    running_stop(&r);
+}
+
+/* Two legs of equal length on a hip land one after the other. Both feet have the same described place, where three of
+ * their equations are independent. At two places, four are: the feet stay, and only one degree of freedom is left. */
+KT_TEST(two_equal_legs_stand_at_different_places) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "bodies:\n"
+        "  - {name: hip, joint: {type: planar, rotation: {rpy: [90 deg, 0, 0]}, position: [0, 1, 0], velocity: "
+        "[0.6, 0, 0.3]}, mass: 3, inertia: [0.1, 0.1, 0.1]}\n"
+        "  - {name: legA, parent: hip, joint: {type: revolute, axis: z, position: -1.2}, mass: 1, com: [0.5, 0, 0], "
+        "inertia: [0.1, 0.1, 0.1], markers: {tip: [1, 0, 0]}}\n"
+        "  - {name: legB, parent: hip, joint: {type: revolute, axis: z, position: -1.9}, mass: 1, com: [0.5, 0, 0], "
+        "inertia: [0.1, 0.1, 0.1], markers: {tip: [1, 0, 0]}}\n"
+        "effects:\n"
+        "  - {type: joint_spring, joint: legA, stiffness: 300, damping: 8, rest: -1.3}\n"
+        "  - {type: joint_spring, joint: legB, stiffness: 300, damping: 8, rest: -1.8}\n"
+        "loops:\n"
+        "  - {name: fA, type: spherical, between: [legA.tip, {body: world, rotation: {rpy: [90 deg, 0, 0]}}], "
+        "switched: off}\n"
+        "  - {name: fB, type: spherical, between: [legB.tip, {body: world, rotation: {rpy: [90 deg, 0, 0]}}], "
+        "switched: off}\n"
+        "events:\n"
+        "  - {name: landA, when: marker.legA.tip.z, direction: falling, limit: 1, then: {engage_here: fA}}\n"
+        "  - {name: landB, when: marker.legB.tip.z, direction: falling, limit: 1, then: {engage_here: fB}}\n";
+    running r;
+    if (running_start(text, NULL, &r) && advance(&r, 0.5)) {
+        const double *x = kt_simulation_own_states(r.simulation);
+        kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "landA"), 1);
+        kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "landB"), 1);
+        kt_check_above("the feet are apart, m", fabs(x[0] - x[6]), 0.1);
+    }
+    running_stop(&r);
+}
+
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* A second simulation goes on from a checkpoint of the first one, in all phases. It has been at other footholds
