@@ -8,7 +8,8 @@
  *
  *     theta' = theta - delta   if end 1 is on the world,   theta + delta   if end 2 is
  *
- * Motions out of the plane would change other equations, and are rejected.
+ * Motions out of the plane would change other equations, and are rejected. If a type has no equations of orientation,
+ * tilts of the frame do not matter.
  */
 #include "compile/attach.h"
 #include "compile/compile.h"
@@ -69,21 +70,33 @@ static kt_vec3 turn_to(const kt_pose *from, const kt_pose *to) {
     return kt_euler_vector_from_matrix(kt_mat3_multiply(to->rotation, kt_mat3_transpose(from->rotation)));
 }
 
+/* Whether the rotation of the place does not matter: d = 0, or a distance. */
+static bool is_of_points(const kt_loop_record *r) {
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
+    bool turns = false;
+    int along = 0;
+    for (int k = 0; k < kind->rows; k++) {
+        turns = turns || (kind->part[k] > KT_PART_Z && kind->part[k] != KT_PART_DISTANCE);
+        along += kind->part[k] >= KT_PART_X && kind->part[k] <= KT_PART_Z;
+    }
+    return !turns && along % 3 == 0;
+}
+
 kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_error *error) {
     const kt_loop_record *r = &m->loop[loop];
     if (!is_flat(m, r))
         return KT_OK;
     const kt_pose to = place_pose_of(x), *from = &r->frame[kt_loop_place_end(r)];
     const kt_vec3 normal = plane_of(m, r)->basis.z, turn = turn_to(from, &to);
-    const double tilt = kt_vec3_norm(kt_vec3_cross(normal, turn));
+    const double tilt = is_of_points(r) ? 0.0 : kt_vec3_norm(kt_vec3_cross(normal, turn));
     const double shift = fabs(kt_vec3_dot(normal, kt_vec3_sub(to.position, from->position)));
     if (tilt <= flat_enough && shift <= flat_enough * m->length)
         return KT_OK;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "loop '%.100s'", m->text + r->name);
     return kt_error_set(error, KT_ERROR_MODEL, where,
-                        "its place leaves the plane of the mechanism, by %.3g rad and %.3g m; compile the model with "
-                        "the plan 'spatial' for such places",
+                        "its place leaves the plane of the mechanism, by %.3g rad and %.3g m; compute the mechanism in "
+                        "space (simulate: {plan: spatial}, or --plan spatial)",
                         tilt, shift);
 }
 

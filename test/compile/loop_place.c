@@ -281,13 +281,21 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     kt_check_true("it names the shift", strstr(error.message, "0.01 m") != NULL);
     here[2] = 0.0;
     here[3] = 0.02;
-    kt_check_equal_int("tilted", kt_parameter_set(flat, &place, here, &error), KT_ERROR_MODEL);
+    kt_check_equal_int("a tilted point", kt_parameter_set(flat, &place, here, &error), KT_OK);
     here[3] = (double)NAN;
     kt_check_equal_int("NaN", kt_parameter_set(flat, &place, here, &error), KT_ERROR_MODEL);
     kt_check_equal_int("no such loop", kt_loop_place_here(flat, data, 1, here, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no data", kt_loop_place_here(flat, NULL, 0, here, &error), KT_ERROR_ARGUMENT);
     kt_data_free(data);
     kt_model_free(flat);
+    make_chain(&c, &random, KT_LOOP_WELD, 0, true);
+    kt_model *held = compile(&c, true);
+    here[3] = 0.02;
+    if (held != NULL && fine("find", kt_parameter_find(held, "loop foot.place", &place, &error), &error)) {
+        kt_check_equal_int("tilted", kt_parameter_set(held, &place, here, &error), KT_ERROR_MODEL);
+        kt_check_true("it names the remedy", strstr(error.message, "--plan spatial") != NULL);
+    }
+    kt_model_free(held);
     c.loop.between[0].body = "base";
     kt_model *inner = compile(&c, true);
     kt_check_equal_int("between bodies", kt_parameter_find(inner, "loop foot.place", &place, &error),
