@@ -239,10 +239,11 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
  * unit to find normal forces, and then in roots of the normal forces to find tangential ones (linear/coulomb.h). */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. Errors: a contact has no
- * lever on any joint, or its motion is prescribed. */
+/* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. A row without a lever that
+ * closes by less than kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or its
+ * motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
-                                              const double *W, const double *u, kt_error *error);
+                                              const double *W, double *u, kt_error *error);
 /* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
  * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
  * since their motion is prescribed. */

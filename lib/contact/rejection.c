@@ -110,7 +110,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
 /* The scale of W is x'M x, with W x'M x >= (J x)^2. In x, every joint moves by its unit, and the gap moves at most by
  * the mechanism's length or a radian. */
 kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
-                                   const double *u, kt_error *error) {
+                                   double *u, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     const double length = c->all->length > 0.0 ? c->all->length : 1.0;
     const double *q = kt_integrator_state(simulation->integrator);
@@ -126,6 +126,10 @@ kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *op
         const double unit = turns ? 1.0 : length;
         if (!(u[i] < 0.0) || kt_contacts_own(c, W, i) * square > lever * lever * unit * unit)
             continue;
+        if (u[i] >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
+            u[i] = 0.0;
+            continue;
+        }
         if (is_prescribed(simulation, t, error))
             return KT_ERROR_CONSTRAINT;
         name_contact(simulation, i, t, where);

@@ -151,6 +151,42 @@ KT_TEST(two_equal_legs_stand_at_different_places) {
     running_stop(&r);
 }
 
+/* Two legs stand on footholds and on hard contacts. One foothold is released at rest. Its contact then closes at
+ * 3e-42 m/s, and no joint has a lever against it. */
+KT_TEST(contacts_that_close_by_rounding_rest) {
+    static const char text[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "bodies:\n"
+        "  - {name: hip, joint: {type: planar, rotation: {rpy: [90 deg, 0, 0]}, position: [0, 1, 0], velocity: [0.6, "
+        "0, 0.3]}, mass: 3, inertia: [0.1,0.1,0.1]}\n"
+        "  - {name: legA, parent: hip, joint: {type: revolute, axis: z, position: -1.2}, mass: 1, com: [0.5,0,0], "
+        "inertia: [0.1,0.1,0.1], markers: {tip: [1,0,0]}}\n"
+        "  - {name: legB, parent: hip, joint: {type: revolute, axis: z, position: -1.9}, mass: 1, com: [0.5,0,0], "
+        "inertia: [0.1,0.1,0.1], markers: {tip: [1,0,0]}}\n"
+        "loops:\n"
+        "  - {name: fA, type: spherical, between: [legA.tip, {body: world, at: [0.3,0,0], rotation: {rpy: [90 "
+        "deg,0,0]}}], switched: off}\n"
+        "  - {name: fB, type: spherical, between: [legB.tip, {body: world, rotation: {rpy: [90 deg,0,0]}}], switched: "
+        "off}\n"
+        "effects:\n"
+        "  - {name: sA, type: joint_spring, joint: legA, stiffness: 300, damping: 8, rest: -1.3}\n"
+        "  - {name: sB, type: joint_spring, joint: legB, stiffness: 300, damping: 8, rest: -1.8}\n"
+        "  - {name: top, type: joint_limit, joint: legA, lower: -2.5, upper: -0.2, restitution: 0}\n"
+        "  - {name: top2, type: joint_limit, joint: legB, lower: -2.9, upper: -0.2, restitution: 0}\n"
+        "  - {name: fr, type: joint_friction, joint: legB, coulomb: 0.5, stick: true}\n"
+        "  - {name: cA, type: contact, point: legA.tip, plane: world, restitution: 0, friction: 0.4}\n"
+        "  - {name: cB, type: contact, point: legB.tip, plane: world, restitution: 0, friction: 0.4}\n"
+        "events:\n"
+        "  - {name: landA, when: marker.legA.tip.z, direction: falling, limit: 1, then: {engage_here: fA}}\n"
+        "  - {name: landB, when: marker.legB.tip.z, direction: falling, limit: 1, then: {engage_here: fB}}\n"
+        "  - {name: offA, when: t - 0.5, then: {release: fA}}\n";
+    running r;
+    if (running_start(text, NULL, &r) && advance(&r, 0.51))
+        kt_check_equal_int("let go", (long long)kt_simulation_event_count(r.simulation, "offA"), 1);
+    running_stop(&r);
+}
+
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* A second simulation goes on from a checkpoint of the first one, in all phases. It has been at other footholds
