@@ -319,6 +319,11 @@ KT_API int kt_scene_event_room(const kt_scene *scene);
  * Cost: O(events). */
 KT_API bool kt_scene_sets(const kt_scene *scene);
 
+/* Returns whether the auxiliary state of this name holds a number of the place of a foothold (`engage_here`). Such
+ * states have the rate 0, and the scene file does not list them.
+ * Cost: O(events). */
+KT_API bool kt_scene_is_place_state(const kt_scene *scene, const char *name);
+
 /* Returns a checksum of an event of the scene, one of `events` or `until`. The sum covers the formula and the actions
  * of the event. If the event sets parameters, it also covers the formulas of the numbers that follow from these. Files
  * of kt_scene_write do not have these formulas. Events with equal formulas and actions have equal sums. Checkpoints are

@@ -198,8 +198,10 @@ int kt_footholds_count(const kt_scene *scene) {
     return count;
 }
 
-bool kt_is_foothold_state(const kt_scene *scene, const char *name) {
+bool kt_scene_is_place_state(const kt_scene *scene, const char *name) {
     const char *loop;
+    if (scene == NULL || name == NULL)
+        return false;
     for (int i = 0, k = 0; (loop = next_foothold(scene, &i, &k)) != NULL;)
         for (int j = 0; j < NUMBERS; j++)
             if (strcmp(name_place_state(loop, j).text, name) == 0)

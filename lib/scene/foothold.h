@@ -25,9 +25,6 @@ const char *kt_foothold_named(const kt_reader *r, const char *state);
 /* The number of such actions. */
 int kt_footholds_count(const kt_scene *scene);
 
-/* Whether the state of this name holds a number of a place. */
-bool kt_is_foothold_state(const kt_scene *scene, const char *name);
-
 /* Sets the initial values of the states by the places of the loops, or the places by the values. */
 void kt_footholds_measure(kt_scene *scene);
 void kt_footholds_follow(kt_scene *scene);

@@ -96,7 +96,7 @@ static void write_state_list(kt_emitter *e, const kt_field *field, const void *o
     const kt_state rest = kt_state_default();
     kt_emit_map(e, false);
     for (int k = 0; k < d->state_count; k++) {
-        if (kt_is_foothold_state(object, d->states[k].name))
+        if (kt_scene_is_place_state(object, d->states[k].name))
             continue; /* of an event, which makes it again */
         kt_emit_key(e, d->states[k].name);
         if (d->states[k].rate == NULL)
@@ -113,7 +113,7 @@ static bool same_states(const kt_field *field, const void *object, const void *s
     const kt_description *d = &((const kt_scene *)object)->description;
     bool none = true;
     for (int k = 0; k < d->state_count; k++)
-        none = none && kt_is_foothold_state(object, d->states[k].name);
+        none = none && kt_scene_is_place_state(object, d->states[k].name);
     return none;
 }
 

@@ -313,3 +313,26 @@ KT_TEST(modes_names_planar_coordinates_by_their_directions) {
     ran = kt_shell("sed 's/100[*].*\"}/1e12\"}/' tip.yaml | $K run - --duration 1 --quiet --out tip.csv");
     kt_check_contains("a speed", ran.err, "the speed of joint 'b[1]' is ");
 }
+
+/* The six states of its place have the rate 0. Without gravity, the block drifts along x. */
+KT_TEST(a_foothold_changes_no_verdict) {
+    static const char scene[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, %s]\n"
+        "bodies: [{name: a, joint: {type: %s}, mass: 1, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], "
+        "markers: {tip: [0, 0, -1]}}]\n"
+        "effects: [{type: joint_damper, joint: a, damping: %s}]\n"
+        "loops: [{name: grab, type: spherical, between: [a.tip, {body: world, at: [0, 0, -1]}], switched: off}]\n"
+        "events: [{name: low, when: t - 1, then: {engage_here: grab}}]\n";
+    char text[800];
+    (void)snprintf(text, sizeof text, scene, "-9.81", "revolute, axis: y, position: 0.5", "0.3");
+    kt_write_file("grab.yaml", text);
+    kt_ran ran = kt_shell("$K equilibrium grab.yaml");
+    kt_check_contains("verdict", ran.err, "a stable equilibrium\n");
+    kt_check_contains("position", ran.out, "a: {position: ");
+    kt_check_true("no states are printed", strstr(ran.out, "grab_x") == NULL);
+    (void)snprintf(text, sizeof text, scene, "0", "prismatic, axis: x", "0");
+    kt_write_file("grab.yaml", text);
+    ran = kt_shell("$K modes grab.yaml");
+    kt_check_contains("modes", ran.out, "2 eigenvalues are zero: neither stiffness nor damping acts on a\n");
+}

@@ -185,6 +185,13 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
 
 static double mode_modulus(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
+int kt_small_motion_places(const kt_small_motion *motion) {
+    int count = 0;
+    for (int k = 0; k < kt_own_state_count(motion->model); k++)
+        count += kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, k));
+    return count;
+}
+
 bool kt_mode_is_neutral(const kt_mode *mode) {
     return mode_modulus(mode) <= mode->error || mode_modulus(mode) < DBL_MIN;
 }
@@ -196,6 +203,14 @@ bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode) {
 
 bool kt_mode_grows(const kt_mode *mode) {
     return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * mode_modulus(mode);
+}
+
+/* The amplitude of component i of a shape, in its unit. Places of footholds do not move. first: coordinate of i = 0. */
+static double shape_amplitude(const kt_small_motion *motion, const double *shape, int first, int i) {
+    const kt_linear_system *system = kt_linearization_system(motion->linearization);
+    if (first > 0 && kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, i)))
+        return 0.0;
+    return hypot(shape[2 * i], shape[2 * i + 1]) / (first > 0 ? 1.0 : system->unit[i]);
 }
 
 int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {
@@ -210,11 +225,11 @@ int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, in
         components = pass < 2 ? system->coordinates : system->own_states;
         shape = shapes[pass];
         for (int i = 0; i < components; i++)
-            largest = fmax(largest, hypot(shape[2 * i], shape[2 * i + 1]) / (begin > 0 ? 1.0 : system->unit[i]));
+            largest = fmax(largest, shape_amplitude(motion, shape, begin, i));
     }
     int count = 0;
     for (int i = 0; i < components && largest > 0.0; i++) {
-        const double share = hypot(shape[2 * i], shape[2 * i + 1]) / (begin > 0 ? 1.0 : system->unit[i]) / largest;
+        const double share = shape_amplitude(motion, shape, begin, i) / largest;
         if (!(share > least))
             continue;
         int at = count < most ? count++ : most;

@@ -49,11 +49,11 @@ const kt_usage kt_usage_equilibrium = {
 
 /* ---- stability --------------------------------------------------------------------------------------------------- */
 
-/* Returns the index of the mode that grows fastest, or -1. *neutral: number of zero eigenvalues; *damped: whether all
- * other modes decay. */
+/* Returns the index of the mode that grows fastest, or -1. *neutral: number of zero eigenvalues, other than those of
+ * places; *damped: whether all other modes decay. */
 static int judge_modes(const kt_small_motion *motion, int *neutral, bool *damped) {
     int worst = -1;
-    *neutral = 0;
+    *neutral = -kt_small_motion_places(motion);
     *damped = true;
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
@@ -127,8 +127,9 @@ static int print_text(const kt_small_motion *motion) {
         puts("}");
     }
     for (int k = 0; k < kt_own_state_count(motion->model); k++)
-        printf("%s: {initial: %.17g}\n", kt_own_state_name(motion->model, k),
-               kt_linearization_own_states(motion->linearization)[k]);
+        if (!kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, k)))
+            printf("%s: {initial: %.17g}\n", kt_own_state_name(motion->model, k),
+                   kt_linearization_own_states(motion->linearization)[k]);
     if (worst >= 0) {
         kt_mover mover;
         const double rate = kt_modes_at(motion->modes, worst).real;

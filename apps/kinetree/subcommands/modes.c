@@ -152,7 +152,7 @@ static void print_neutral_coordinates(const kt_small_motion *motion, bool uncert
 }
 
 static void print_neutral(const kt_small_motion *motion) {
-    int count[2] = {0, 0};
+    int count[2] = {-kt_small_motion_places(motion), 0};
     double error = 0.0;
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
