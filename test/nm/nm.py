@@ -30,7 +30,7 @@ CORE_MAY_IMPORT = [
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
 SET_UP = ["base/aligned.c", "base/decimal.c", "compile/attach.c", "compile/build.c", "compile/check.c", "compile/check_model.c", "compile/delassus_accuracy.c",
-          "compile/compile.c", "compile/variants.c", "compile/massless.c", "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "compile/rank_disagreement.c",
+          "compile/compile.c", "compile/variants.c", "compile/massless.c", "compile/measure.c", "compile/inertia_check.c", "compile/rank.c", "compile/rank_disagreement.c", "compile/rank_places.c",
           "compile/repair.c", "contact/hard.c", "model/layout.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "free", "qsort", "strtod"]
 # Threads of a batch, outside the core.
