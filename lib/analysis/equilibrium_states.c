@@ -96,6 +96,17 @@ static void add_velocities(const search *s, const kt_linearized *w, double d) {
     add_matrix_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
 }
 
+/* A state that changes nothing, that nothing changes, and whose rate is 0 stays as it is: the place of a foothold. */
+static void hold_idle_states(const search *s, double *matrix) {
+    const size_t nx = s->l->size.x, n = (size_t)s->dofs + nx;
+    for (size_t k = n - nx; k < n; k++) {
+        bool idle = s->l->x_rate[k + nx - n] == 0.0;
+        for (size_t i = 0; i < n && idle; i++)
+            idle = matrix[k * n + i] == 0.0 && matrix[i * n + k] == 0.0;
+        matrix[k * n + k] += idle ? 1.0 : 0.0;
+    }
+}
+
 /* Writes the matrix at q0 and x0 into `factor`. d: the step in time, s; infinite for Newton's matrix. The right-hand
  * side of a step in time, in l->step, gains its terms by v0. */
 static kt_status write_search_matrix(const search *s, double d, kt_error *error) {
@@ -127,6 +138,8 @@ static kt_status write_search_matrix(const search *s, double d, kt_error *error)
             to[j] += in_time ? 1.0 / d : 0.0;
         }
     }
+    if (status == KT_OK)
+        hold_idle_states(s, l->factor);
     return status;
 }
 

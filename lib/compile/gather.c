@@ -118,13 +118,6 @@ void kt_articulated_number(kt_model *m) {
 /* ---- islands ----------------------------------------------------------------------------------------------------- */
 
 #if KT_HAS_SWITCHES
-/* The link on the ground that carries a link. */
-static int32_t base_of(const kt_model *m, int32_t link) {
-    while (m->link[link].parent != 0)
-        link = m->link[link].parent;
-    return link;
-}
-
 /* Returns the largest sum of an island. of: adds the number of group g, or of loop g, to its island. */
 static size_t most_of_islands(kt_attach *a, const kt_model *m, int of) {
     size_t most = 0;
@@ -149,7 +142,7 @@ static void set_islands(kt_attach *a, kt_model *m) {
         a->number[i] = -1;
     for (int32_t g = 0; g < (int32_t)m->n.group; g++)
         for (int32_t l = 0; l < m->group[g].link_count; l++) {
-            int32_t *first = &a->number[base_of(m, m->group_link[m->group[g].link + l])];
+            int32_t *first = &a->number[a->base[m->group_link[m->group[g].link + l]]];
             if (*first < 0)
                 *first = g;
             else

@@ -6,12 +6,13 @@
  * same point, have three independent equations there, and four elsewhere. Therefore such loops are closed at generic
  * positions of the mechanism, too, with their places moved there. The largest rank counts, as for other samples.
  *
- * Loops that are on at first, and groups that are closed in the given positions, have their place in the description.
- * They keep its rank: at all other places, Bennett's linkage is rigid.
+ * Loops that are on at first, groups that a switch closes in the given positions, and models whose parameters cannot be
+ * set have their places in the description. They keep its rank: at all other places, Bennett's linkage is rigid.
  *
  * If the group has other loops, these are closed with the places held. If that fails, the places follow, and the loops
  * are closed once more. */
 #include "closure/levenberg_marquardt.h"
+#include "closure/rounding.h"
 #include "compile/rank_samples.h"
 #include "loop/loop.h"
 
@@ -21,6 +22,9 @@
 #if KT_HAS_SWITCHES
 
 enum { ROUNDS = 4 };
+
+/* The gap that a switch closes, over the model's length (kt_simulation_options.switch_gap). */
+#define CLOSED_BY_SWITCH 1e-6
 
 /* What moving the places changes, and the poses of links. */
 typedef struct place_samples {
@@ -49,7 +53,7 @@ static bool mark_places(const kt_model *model, kt_data *data, bool *placed) {
         return false;
     any = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        placed[g] = placed[g] && !kt_rank_is_closed(model, data, g);
+        placed[g] = placed[g] && !kt_group_is_closed(model, data, g, model->q0, CLOSED_BY_SWITCH);
         any = any || placed[g];
     }
     return any;
@@ -107,7 +111,7 @@ static void sample_places(kt_model *model, kt_data *data, kt_pose *pose, kt_rank
 kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found) {
     const size_t loops = model->n.loop * sizeof *model->loop;
     const size_t flats = KT_HAS_PLANE && model->n.planar ? model->n.loop * sizeof *model->planar_loop : 0;
-    if (!mark_places(model, data, found->placed))
+    if (!model->settable || !mark_places(model, data, found->placed))
         return KT_OK;
     place_samples kept = {
         .loop = malloc(loops), .flat = malloc(flats + 1), .pose = malloc(model->n.link * sizeof(kt_pose))};

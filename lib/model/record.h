@@ -196,7 +196,7 @@ typedef enum kt_form_reason {
  * with a residual come first. */
 typedef struct kt_group {
     int32_t parent;                  /* link */
-    int32_t island;                  /* the first group of those that act on each other (compile/gather.c) */
+    int32_t island;                  /* one group of those that act on each other (compile/gather.c) */
     int32_t loop, loop_count;        /* in model->group_loop */
     int32_t link, link_count;        /* in model->group_link, ascending */
     int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */

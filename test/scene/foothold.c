@@ -358,6 +358,43 @@ KT_TEST(a_scene_with_a_foothold_is_written_and_read) {
     kt_scene_free(&scene);
 }
 
+/* Bennett's linkage moves at its described place, and is rigid at most others. It is closed there to 2e-7 rad. The
+ * second scene sets a parameter, so that its model is settable. */
+KT_TEST(a_linkage_that_is_closed_at_its_described_place_moves) {
+    static const char bennett[] =
+        "kinetree: 1\n"
+        "parameters: {m: 1}\n"
+        "gravity: [0, -9.81, 0]\n"
+        "bodies:\n"
+        "  - {name: a, joint: {type: revolute, axis: z, position: 1}, mass: =m, shape: {type: rod, to: [1, 0, 0]}}\n"
+        "  - {name: b, parent: a, joint: {type: revolute, axis: z, at: [1, 0, 0], rotation: {axis: [1, 0, 0], angle: "
+        "30 "
+        "deg}, position: %s}, mass: 1.7, shape: {type: rod, to: [1.7320508075688772, 0, 0]}}\n"
+        "  - {name: c, parent: b, joint: {type: revolute, axis: z, at: [1.7320508075688772, 0, 0], rotation: {axis: "
+        "[1, "
+        "0, 0], angle: 60 deg}, position: -1}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n"
+        "loops: [{name: close, type: revolute, axis: z, switched: off, between: [{body: c, at: [1, 0, 0], rotation: "
+        "{axis: [1, 0, 0], angle: 30 deg}}, {body: world, at: [-1.7320508075688772, 0, 0], rotation: {axis: [1, 0, 0], "
+        "angle: -60 deg}}]}]\n"
+        "events: [{name: locks, when: t - 1e-5, limit: 1, then: [{engage: close}%s]}]\n"
+        "simulate: {duration: 0.4}\n";
+    running r;
+    char text[2000];
+    for (int sets = 0; sets < 2; sets++) {
+        (void)snprintf(text, sizeof text, bennett, "2.7468771", sets ? ", {set: {m: 1}}" : "");
+        if (running_start(text, NULL, &r) && advance(&r, 0.4)) {
+            const kt_simulation_counts counts = kt_simulation_counts_get(r.simulation);
+            kt_check_equal_int("degrees of freedom", kt_model_mobility(kt_simulation_model(r.simulation)).minimal, 1);
+            kt_check_below("steps that are rejected", (double)counts.rejected, 10.0);
+        }
+        running_stop(&r);
+    }
+    (void)snprintf(text, sizeof text, bennett, "2.5", "");
+    if (running_start(text, NULL, &r))
+        kt_check_equal_int("described far away", kt_model_mobility(kt_model_switched(r.model, 1)).minimal, 1);
+    running_stop(&r);
+}
+
 KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
     static const struct {
         const char *loop, *action, *words;
