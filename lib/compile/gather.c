@@ -9,6 +9,8 @@
 #include "constraint/group.h"
 #include "mechanism/evaluate.h"
 
+#include <string.h>
+
 static int32_t set_of(kt_attach *a, int32_t i) {
     while (a->above[i] != i) {
         a->above[i] = a->above[a->above[i]];
@@ -118,19 +120,31 @@ void kt_articulated_number(kt_model *m) {
 /* ---- islands ----------------------------------------------------------------------------------------------------- */
 
 #if KT_HAS_SWITCHES
-/* Returns the largest sum of an island. of: adds the number of group g, or of loop g, to its island. */
-static size_t most_of_islands(kt_attach *a, const kt_model *m, int of) {
-    size_t most = 0;
+enum island_sum { ISLAND_COORDINATES, ISLAND_EQUATIONS };
+
+/* The largest number in `number`, which has one for each island. */
+static size_t largest_of_islands(const kt_attach *a, const kt_model *m) {
+    int32_t most = 0;
     for (size_t g = 0; g < m->n.group; g++)
-        a->number[g] = 0;
-    for (size_t g = 0; g < m->n.group && of < 2; g++)
-        a->number[m->group[g].island] += of == 0 ? m->group[g].v_count : m->group[g].row_count;
-    for (size_t i = 0; i < m->n.loop && of == 2; i++)
+        most = a->number[g] > most ? a->number[g] : most;
+    return (size_t)most;
+}
+
+/* The largest number of coordinates, or of equations, of an island. */
+static size_t most_of_islands(kt_attach *a, const kt_model *m, enum island_sum of) {
+    memset(a->number, 0, m->n.group * sizeof *a->number);
+    for (size_t g = 0; g < m->n.group; g++)
+        a->number[m->group[g].island] += of == ISLAND_COORDINATES ? m->group[g].v_count : m->group[g].row_count;
+    return largest_of_islands(a, m);
+}
+
+/* The largest number of loops of an island that bound a side. */
+static size_t most_sides_of_islands(kt_attach *a, const kt_model *m) {
+    memset(a->number, 0, m->n.group * sizeof *a->number);
+    for (size_t i = 0; i < m->n.loop; i++)
         if (m->loop[i].group >= 0)
             a->number[m->group[m->loop[i].group].island] += m->loop[i].side != KT_SIDE_NONE;
-    for (size_t g = 0; g < m->n.group; g++)
-        most = (size_t)a->number[g] > most ? (size_t)a->number[g] : most;
-    return most;
+    return largest_of_islands(a, m);
 }
 
 /* An island is a set of groups whose forces change the accelerations of each other: their links are on the same base,
@@ -150,9 +164,9 @@ static void set_islands(kt_attach *a, kt_model *m) {
         }
     for (int32_t g = 0; g < (int32_t)m->n.group; g++)
         m->group[g].island = set_of(a, g);
-    m->n.island_v = most_of_islands(a, m, 0);
-    m->n.island_row = most_of_islands(a, m, 1);
-    m->n.island_side = most_of_islands(a, m, 2);
+    m->n.island_v = most_of_islands(a, m, ISLAND_COORDINATES);
+    m->n.island_row = most_of_islands(a, m, ISLAND_EQUATIONS);
+    m->n.island_side = most_sides_of_islands(a, m);
 }
 #else
 static void set_islands(kt_attach *a, kt_model *m) { (void)a, (void)m; }

@@ -26,7 +26,7 @@ enum { ROUNDS = 4 };
 /* The gap that a switch closes, over the model's length (kt_simulation_options.switch_gap). */
 #define CLOSED_BY_SWITCH 1e-6
 
-/* What moving the places changes, and the poses of links. */
+/* Copies of the records that hold places, and the poses of links. */
 typedef struct place_samples {
     kt_loop_record *loop;
     kt_planar_loop *flat;

@@ -5,8 +5,8 @@
 #include "integrator/integrator.h"
 #include "model/switching.h"
 
-/* The compiled model of a set; NULL if there is none. If masked friction is released at first, the model in which it
- * slips forwards is none: it stands for released friction, too, and evaluations reject it (open.c). */
+/* The compiled model of a set; NULL if there is none. The model in which masked friction slips forwards also stands for
+ * friction that is released at first. Evaluations then reject it (open.c), and it is not taken. */
 static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
     const kt_variants *variants = simulation->model->variants;
     const uint64_t masked = variants != NULL ? variants->switches.masked : 0;

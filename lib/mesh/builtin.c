@@ -2,17 +2,20 @@
  *
  * With c(x, m) = sign(cos x) |cos x|^m, s(x, m) = sign(sin x) |sin x|^m:
  *
- * sphere n                 an icosahedron; n times, each triangle becomes four, and midpoints move to the unit sphere
- * hemisphere n             the octahedron |x| + |y| + z = 1 above z = 0, 4 k vertices at z = 1 - k / (n + 1), moved
- *                          to the unit sphere; the cap at z = 0 has its centre as a vertex
- * cone n r                 the hull of regular polygons of n corners, with radius 1 at z = -1 and r at z = 1. The upper
- *                          one is a point if r is not above 0
- * supersphere n e m        (c(v, m) c(u, e), c(v, m) s(u, e), s(v, m)), n longitudes u, n + 1 latitudes v
- * supertorus n r m e       ((1 + r c(v, m)) c(u, e), (1 + r c(v, m)) s(u, e), r s(v, m)), n of u, n of v
- * wedge m n a b g          the hull of m n points of the unit sphere, seen along -z from its centre. They are the
- *                          centres of cells, whose edges x of -1 ... 1 are at the angles a (g x^5 + (1 - g) x), and
- *                          b (...) above the horizon
- * plate m n                the centres of m n cells of the square |x| < 1, |y| < 1 at z = -1, a surface without volume
+ * sphere n             Starts as an icosahedron. n times, each triangle becomes four, and midpoints move to the unit
+ *                      sphere.
+ * hemisphere n         Starts as the octahedron |x| + |y| + z = 1 above z = 0. Its 4 k vertices at z = 1 - k / (n + 1)
+ *                      move to the unit sphere. The cap at z = 0 has its centre as a vertex.
+ * cone n r             The hull of regular polygons of n corners: radius 1 at z = -1, radius r at z = 1. If r <= 0, the
+ *                      upper one is a point.
+ * supersphere n e m    The points (c(v, m) c(u, e), c(v, m) s(u, e), s(v, m)). There are n longitudes u and n + 1
+ *                      latitudes v.
+ * supertorus n r m e   The points ((1 + r c(v, m)) c(u, e), (1 + r c(v, m)) s(u, e), r s(v, m)). There are n values of
+ *                      u and of v.
+ * wedge m n a b g      The hull of m n points of the unit sphere, seen along -z from its centre. The points are the
+ *                      centres of cells. With f(x) = g x^5 + (1 - g) x, the edges of cells are at the azimuths a f(x)
+ *                      and the heights b f(x). The values x divide -1 ... 1 evenly.
+ * plate m n            The centres of m n cells of the square |x| < 1, |y| < 1 at z = -1. It has no volume.
  *
  * MuJoCo keeps vertices in single precision. They are stored as such, since gcc 12 drops a conversion to single and
  * back in a vectorised loop. Near zero, c and s with a small exponent m multiply the rounding of an angle.

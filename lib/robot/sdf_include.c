@@ -175,15 +175,14 @@ static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
     kt_left_count(&m->missing, e);
 }
 
-/* What a model lacks whose folder is there. */
+/* Names the file that is missing in the folder of a model. */
 static const char *without_file(kt_sdf *m, const char *uri, const char *file) {
-    const size_t room = strlen(uri) + strlen(file) + 40;
-    char *text = kt_pool_take(&m->r->keep, room, 1);
+    kt_phrase words = {.length = 0};
+    kt_phrase_add(&words, "%s, whose folder has no file %s", uri, file);
+    const char *text = kt_pool_text(&m->r->keep, words.text, strlen(words.text));
     if (text == NULL)
         (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(text, room, "%s, whose folder has no file %s", uri, file);
-    return text != NULL ? text : uri;
+    return text;
 }
 
 const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,

@@ -1,5 +1,5 @@
-/* Surfaces that MuJoCo has built in: numbers of vertices and triangles, closed surfaces, volumes of polyhedra in closed
- * form, and what is rejected. test/robot compares masses with MuJoCo's. */
+/* Surfaces that MuJoCo has built in. They have the right numbers of vertices and triangles, and are closed. Polyhedra
+ * have their volumes in closed form. Wrong words and numbers are rejected. test/robot compares masses with MuJoCo's. */
 #include "check.h"
 
 #include "mesh/mesh.h"
