@@ -148,8 +148,9 @@ static void eliminate_kind(kt_code_tree *tree, int i, bool turns, code_body *b, 
 
 /* Adds what accelerations cause: n = J al + H a, f = H' al + M a. */
 static void add_motion(kt_graph *g, code_articulated *x, kt_op3 alpha, kt_op3 linear) {
-    const kt_op3 n = kt_op3_add(g, kt_op6_apply(g, &x->j, alpha), kt_op33_apply(g, &x->h, linear));
-    const kt_op3 f = kt_op3_add(g, kt_op33_apply_transposed(g, &x->h, alpha), kt_op6_apply(g, &x->m, linear));
+    const kt_op3 h_a = kt_op33_apply(g, &x->h, linear), n = kt_op3_add(g, kt_op6_apply(g, &x->j, alpha), h_a);
+    const kt_op3 m_a = kt_op6_apply(g, &x->m, linear);
+    const kt_op3 f = kt_op3_add(g, kt_op33_apply_transposed(g, &x->h, alpha), m_a);
     x->n = kt_op3_add(g, x->n, n);
     x->f = kt_op3_add(g, x->f, f);
 }
@@ -231,8 +232,7 @@ static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body 
         const bool is_plain = kt_op_is(g, *coefficient, 1.0);
         if (is_plain) /* own + qdd = y / D - the other products */
             *coefficient = kt_op_number(g, 0.0);
-        const kt_op rest =
-            kt_op_subtract(g, pivot->y, kt_op_add(g, kt_op3_dot(g, n, *alpha), kt_op3_dot(g, f, *linear)));
+        const kt_op rest = kt_op_subtract(g, pivot->y, kt_op3_add_dots(g, n, *alpha, f, *linear));
         a[l->link->v + d] = is_plain ? kt_op_subtract(g, rest, *own) : rest;
         *own = is_plain ? rest : kt_op_add(g, *own, rest);
         if (turns)

@@ -57,16 +57,17 @@ void kt_code_hash_curve(const kt_model *model, const kt_curve *curve, kt_code_ha
 
 /* s = (t - c) / (d - c) */
 static kt_op share_of_time(kt_graph *g, const kt_curve *curve, kt_op t) {
-    return kt_op_divide(g, kt_op_subtract(g, t, kt_op_number(g, curve->c)), kt_op_number(g, curve->d - curve->c));
+    const kt_op range = kt_op_number(g, curve->d - curve->c);
+    return kt_op_divide(g, kt_op_subtract(g, t, kt_op_number(g, curve->c)), range);
 }
 
 /* a + (b - a) s^2 (3 - 2 s), and a and b outside */
 static kt_op ramp_of_time(kt_graph *g, const kt_curve *curve, kt_op t) {
     const kt_op s = share_of_time(g, curve, t), one = kt_op_number(g, 1.0);
-    const kt_op slope = kt_op_subtract(g, kt_op_number(g, 3.0), kt_op_multiply(g, kt_op_number(g, 2.0), s));
+    const kt_op twice = kt_op_scale(g, 2.0, s), slope = kt_op_subtract(g, kt_op_number(g, 3.0), twice);
     const kt_op shape = kt_op_multiply(g, kt_op_multiply(g, s, s), slope);
     const kt_op first = kt_op_number(g, curve->a), last = kt_op_number(g, curve->b);
-    const kt_op inside = kt_op_add(g, first, kt_op_multiply(g, kt_op_number(g, curve->b - curve->a), shape));
+    const kt_op inside = kt_op_add(g, first, kt_op_scale(g, curve->b - curve->a, shape));
     return kt_op_choose(g, s, kt_op_choose(g, kt_op_subtract(g, one, s), inside, last), first);
 }
 
@@ -74,16 +75,18 @@ static kt_op ramp_of_time(kt_graph *g, const kt_curve *curve, kt_op t) {
 static kt_op bump_of_time(kt_graph *g, const kt_curve *curve, kt_op t) {
     const kt_op s = share_of_time(g, curve, t), zero = kt_op_number(g, 0.0);
     const kt_op left = kt_op_subtract(g, kt_op_number(g, 1.0), s);
-    const kt_op u = kt_op_multiply(g, kt_op_number(g, 4.0), kt_op_multiply(g, s, left));
+    const kt_op u = kt_op_scale(g, 4.0, kt_op_multiply(g, s, left));
     const kt_op cube = kt_op_multiply(g, u, kt_op_multiply(g, u, u));
-    const kt_op inside = kt_op_multiply(g, kt_op_number(g, curve->a), cube);
+    const kt_op inside = kt_op_scale(g, curve->a, cube);
     return kt_op_choose(g, s, kt_op_choose(g, left, inside, zero), zero);
 }
 
 static kt_op polynomial_of_time(kt_graph *g, const double *c, int count, kt_op t) {
     kt_op sum = kt_op_number(g, 0.0);
-    for (int k = count - 1; k >= 0; k--)
-        sum = kt_op_add(g, kt_op_multiply(g, sum, t), kt_op_number(g, c[k]));
+    for (int k = count - 1; k >= 0; k--) {
+        const kt_op constant = kt_op_number(g, c[k]);
+        sum = kt_op_add(g, kt_op_multiply(g, sum, t), constant);
+    }
     return sum;
 }
 
@@ -102,8 +105,9 @@ static kt_op table_of_time(kt_graph *g, const double *rows, int count, kt_op t) 
     const kt_op s = kt_op_subtract(g, t, row[ROW_T]);
     for (int i = ROW_D; i >= ROW_Y; i--)
         sum = kt_op_add(g, row[i], kt_op_multiply(g, s, sum));
-    sum = kt_op_choose(g, kt_op_subtract(g, t, kt_op_number(g, last[ROW_T])), kt_op_number(g, last[ROW_Y]), sum);
-    return kt_op_choose(g, kt_op_subtract(g, kt_op_number(g, rows[ROW_T]), t), kt_op_number(g, rows[ROW_Y]), sum);
+    const kt_op before = kt_op_number(g, rows[ROW_Y]), after = kt_op_number(g, last[ROW_Y]);
+    sum = kt_op_choose(g, kt_op_subtract(g, t, kt_op_number(g, last[ROW_T])), after, sum);
+    return kt_op_choose(g, kt_op_subtract(g, kt_op_number(g, rows[ROW_T]), t), before, sum);
 }
 
 /* Any function but a constant. */
@@ -114,8 +118,9 @@ static kt_op function_of_time(const kt_model *model, kt_graph *g, const kt_curve
     kt_op angle, all = kt_op_number(g, is_sum ? 0.0 : 1.0);
     switch (curve->type) {
     case KT_FUNCTION_SINE:
-        angle = kt_op_add(g, kt_op_multiply(g, kt_op_number(g, curve->c), t), kt_op_number(g, curve->d));
-        all = kt_op_multiply(g, kt_op_number(g, curve->b), kt_op_call(g, KT_OP_SIN, angle, -1));
+        angle = kt_op_number(g, curve->d);
+        angle = kt_op_add(g, kt_op_scale(g, curve->c, t), angle);
+        all = kt_op_scale(g, curve->b, kt_op_call(g, KT_OP_SIN, angle, -1));
         return kt_op_add(g, kt_op_number(g, curve->a), all);
     case KT_FUNCTION_RAMP:
         return ramp_of_time(g, curve, t);

@@ -79,7 +79,8 @@ static kt_op input_slope(kt_graph *g, const kt_op_node *n, const code_direction 
 /* The slope of node i, a function of an operand with the slope s:  f'(a) s. z is the node itself. */
 static kt_op call_slope(kt_graph *g, kt_op i, kt_op s) {
     const kt_op_node n = g->node[i];
-    const kt_op one = kt_op_number(g, 1.0), square = kt_op_multiply(g, n.a, n.a), z2 = kt_op_multiply(g, i, i);
+    const kt_op zero = kt_op_number(g, 0.0), one = kt_op_number(g, 1.0);
+    const kt_op square = kt_op_multiply(g, n.a, n.a), z2 = kt_op_multiply(g, i, i);
     switch ((kt_op_function)n.c) {
     case KT_OP_SIN:
         return kt_op_multiply(g, kt_op_call(g, KT_OP_COS, n.a, -1), s);
@@ -104,9 +105,11 @@ static kt_op call_slope(kt_graph *g, kt_op i, kt_op s) {
     case KT_OP_LOG:
         return kt_op_divide(g, s, n.a);
     case KT_OP_SQRT: /* the length of a vector that is zero has no direction */
-        return kt_op_choose(g, i, kt_op_divide(g, kt_op_multiply(g, kt_op_number(g, 0.5), s), i), kt_op_number(g, 0.0));
-    case KT_OP_ABS:
-        return kt_op_choose(g, n.a, s, kt_op_choose(g, kt_op_negate(g, n.a), kt_op_negate(g, s), kt_op_number(g, 0.0)));
+        return kt_op_choose(g, i, kt_op_divide(g, kt_op_scale(g, 0.5, s), i), zero);
+    case KT_OP_ABS: {
+        const kt_op minus = kt_op_negate(g, s);
+        return kt_op_choose(g, n.a, s, kt_op_choose(g, kt_op_negate(g, n.a), minus, zero));
+    }
     case KT_OP_ATAN2:
     case KT_OP_HYPOT:
     case KT_OP_POWER:
@@ -122,10 +125,10 @@ static kt_op call_slope_of_two(kt_graph *g, kt_op i, kt_op s, kt_op t) {
     kt_op sum;
     switch ((kt_op_function)n.c) {
     case KT_OP_ATAN2: /* (b s - a t) / (a^2 + b^2) */
-        sum = kt_op_subtract(g, kt_op_multiply(g, n.b, s), kt_op_multiply(g, n.a, t));
-        return kt_op_divide(g, sum, kt_op_add(g, kt_op_multiply(g, n.a, n.a), kt_op_multiply(g, n.b, n.b)));
+        sum = kt_op_subtract_products(g, n.b, s, n.a, t);
+        return kt_op_divide(g, sum, kt_op_add_products(g, n.a, n.a, n.b, n.b));
     case KT_OP_HYPOT: /* (a s + b t) / z */
-        sum = kt_op_add(g, kt_op_multiply(g, n.a, s), kt_op_multiply(g, n.b, t));
+        sum = kt_op_add_products(g, n.a, s, n.b, t);
         return kt_op_choose(g, i, kt_op_divide(g, sum, i), zero);
     case KT_OP_POWER: /* b a^(b - 1) s + z log(a) t */
         sum = kt_op_multiply(g, n.b, kt_op_call(g, KT_OP_POWER, n.a, kt_op_subtract(g, n.b, one)));
@@ -147,7 +150,7 @@ static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_dir
     case KT_OP_SUBTRACT:
         return kt_op_subtract(g, slope[n.a], slope[n.b]);
     case KT_OP_MULTIPLY:
-        return kt_op_add(g, kt_op_multiply(g, slope[n.a], n.b), kt_op_multiply(g, n.a, slope[n.b]));
+        return kt_op_add_products(g, slope[n.a], n.b, n.a, slope[n.b]);
     case KT_OP_DIVIDE:
         return kt_op_divide(g, kt_op_subtract(g, slope[n.a], kt_op_multiply(g, i, slope[n.b])), n.b);
     case KT_OP_NEGATE:

@@ -165,8 +165,8 @@ static void pass_loads(kt_code_tree *tree, code_load *load, kt_op *tau) {
         kt_code_project(tree, &frame, own->moment, own->force, force);
         for (int k = 0; k < kt_link_dofs(link); k++)
             tau[link->v + k] = kt_op_add(g, tau[link->v + k], force[k]);
-        const kt_op3 f = kt_code_up(g, &frame, own->force);
-        const kt_op3 n = kt_op3_add(g, kt_code_up(g, &frame, own->moment), kt_op3_cross(g, frame.offset, f));
+        const kt_op3 f = kt_code_up(g, &frame, own->force), r_f = kt_op3_cross(g, frame.offset, f);
+        const kt_op3 n = kt_op3_add(g, kt_code_up(g, &frame, own->moment), r_f);
         up->force = kt_op3_add(g, up->force, f);
         up->moment = kt_op3_add(g, up->moment, n);
     }

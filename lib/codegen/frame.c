@@ -53,8 +53,8 @@ kt_op3 kt_code_to_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a) {
         return kt_op33_apply(g, &f->turn, a);
     if (f->cosine < 0)
         return a;
-    out.x[i] = kt_op_subtract(g, kt_op_multiply(g, f->cosine, a.x[i]), kt_op_multiply(g, f->sine, a.x[j]));
-    out.x[j] = kt_op_add(g, kt_op_multiply(g, f->sine, a.x[i]), kt_op_multiply(g, f->cosine, a.x[j]));
+    out.x[i] = kt_op_subtract_products(g, f->cosine, a.x[i], f->sine, a.x[j]);
+    out.x[j] = kt_op_add_products(g, f->sine, a.x[i], f->cosine, a.x[j]);
     return out;
 }
 
@@ -88,14 +88,14 @@ static kt_op6 turn_code_inertia(kt_graph *g, const kt_code_frame *f, const kt_op
     const int ik = kt_op6_index(i, k), jk = kt_op6_index(j, k);
     const kt_op *a = inertia->x;
     kt_op6 out = *inertia;
-    const kt_op d = kt_op_subtract(g, a[ii], a[jj]), twice = kt_op_multiply(g, kt_op_number(g, 2.0), a[ij]);
-    const kt_op t = kt_op_add(g, kt_op_multiply(g, f->square, d), kt_op_multiply(g, f->product, twice));
-    const kt_op u = kt_op_subtract(g, kt_op_multiply(g, f->product, d), kt_op_multiply(g, f->square, twice));
+    const kt_op d = kt_op_subtract(g, a[ii], a[jj]), twice = kt_op_scale(g, 2.0, a[ij]);
+    const kt_op t = kt_op_add_products(g, f->square, d, f->product, twice);
+    const kt_op u = kt_op_subtract_products(g, f->product, d, f->square, twice);
     out.x[ii] = kt_op_subtract(g, a[ii], t);
     out.x[jj] = kt_op_add(g, a[jj], t);
     out.x[ij] = kt_op_add(g, a[ij], u);
-    out.x[ik] = kt_op_subtract(g, kt_op_multiply(g, f->cosine, a[ik]), kt_op_multiply(g, f->sine, a[jk]));
-    out.x[jk] = kt_op_add(g, kt_op_multiply(g, f->sine, a[ik]), kt_op_multiply(g, f->cosine, a[jk]));
+    out.x[ik] = kt_op_subtract_products(g, f->cosine, a[ik], f->sine, a[jk]);
+    out.x[jk] = kt_op_add_products(g, f->sine, a[ik], f->cosine, a[jk]);
     return out;
 }
 
@@ -120,8 +120,8 @@ static kt_op33 turn_matrix(kt_graph *g, const kt_code_frame *f, const kt_op33 *h
     const kt_op33 a = *h;
     kt_op33 out = a;
     const kt_op d = kt_op_subtract(g, a.row[i].x[i], a.row[j].x[j]), e = kt_op_add(g, a.row[i].x[j], a.row[j].x[i]);
-    const kt_op t = kt_op_add(g, kt_op_multiply(g, f->square, d), kt_op_multiply(g, f->product, e));
-    const kt_op u = kt_op_subtract(g, kt_op_multiply(g, f->product, d), kt_op_multiply(g, f->square, e));
+    const kt_op t = kt_op_add_products(g, f->square, d, f->product, e);
+    const kt_op u = kt_op_subtract_products(g, f->product, d, f->square, e);
     out.row[i].x[i] = kt_op_subtract(g, a.row[i].x[i], t);
     out.row[j].x[j] = kt_op_add(g, a.row[j].x[j], t);
     out.row[i].x[j] = kt_op_add(g, a.row[i].x[j], u);

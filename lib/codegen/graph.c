@@ -208,7 +208,7 @@ static kt_op add_signed(kt_graph *g, kt_op a, kt_op b, bool minus) {
         return a;
     const bool first = take_sign(g, &a), second = take_sign(g, &b) != minus;
     if (a == b)
-        return first != second ? kt_op_number(g, 0.0) : kt_op_multiply(g, kt_op_number(g, first ? -2.0 : 2.0), a);
+        return first != second ? kt_op_number(g, 0.0) : kt_op_scale(g, first ? -2.0 : 2.0, a);
     if (first == second) {
         const kt_op sum = find_operation(g, KT_OP_ADD, a < b ? a : b, a < b ? b : a);
         return first ? kt_op_negate(g, sum) : sum;
@@ -239,12 +239,24 @@ kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
         if (value == 1.0 || value == -1.0)
             return value == 1.0 ? b : kt_op_negate(g, b);
         if (n.kind == KT_OP_MULTIPLY && is_constant(g, n.a))
-            return kt_op_multiply(g, kt_op_number(g, value * g->node[n.a].value), n.b);
+            return kt_op_scale(g, value * g->node[n.a].value, n.b);
     }
-    const bool minus = take_sign(g, &a) != take_sign(g, &b);
+    const bool first = take_sign(g, &a), minus = take_sign(g, &b) != first;
     const bool keep = is_constant(g, a) || a < b;
     const kt_op product = kt_op_is(g, a, 1.0) ? b : find_operation(g, KT_OP_MULTIPLY, keep ? a : b, keep ? b : a);
     return minus ? kt_op_negate(g, product) : product;
+}
+
+kt_op kt_op_scale(kt_graph *g, double s, kt_op a) { return kt_op_multiply(g, kt_op_number(g, s), a); }
+
+kt_op kt_op_add_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d) {
+    const kt_op second = kt_op_multiply(g, c, d);
+    return kt_op_add(g, kt_op_multiply(g, a, b), second);
+}
+
+kt_op kt_op_subtract_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d) {
+    const kt_op second = kt_op_multiply(g, c, d);
+    return kt_op_subtract(g, kt_op_multiply(g, a, b), second);
 }
 
 kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
@@ -252,7 +264,7 @@ kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
         return a;
     if (is_constant(g, a) && is_constant(g, b))
         return kt_op_number(g, g->node[a].value / g->node[b].value);
-    const bool minus = take_sign(g, &a) != take_sign(g, &b);
+    const bool first = take_sign(g, &a), minus = take_sign(g, &b) != first;
     const kt_op quotient = find_operation(g, KT_OP_DIVIDE, a, b);
     return minus ? kt_op_negate(g, quotient) : quotient;
 }

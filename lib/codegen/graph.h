@@ -4,6 +4,9 @@
  * exist once. Operations on constants are evaluated at once, and x + 0, 1 x, 0 x and -(-x) are simplified. A negative
  * sign moves outwards: a - b and b - a are one node and its negation. Unused nodes are never printed.
  *
+ * The order in which nodes are made decides the generated text. C leaves open in which order a call evaluates its
+ * arguments. So at most one argument of a call makes nodes (test/house/sequence.py).
+ *
  * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share them, and they are
  * computed once, by NAME_prepare. Nodes of KT_OP_OF_STATE belong to one function (`scope`).
  *
@@ -122,6 +125,10 @@ kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_negate(kt_graph *g, kt_op a);
+kt_op kt_op_scale(kt_graph *g, double s, kt_op a);
+/* a b + c d, and a b - c d */
+kt_op kt_op_add_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d);
+kt_op kt_op_subtract_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d);
 /* b: -1 for functions of one argument. */
 kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b);
 /* condition > 0 ? chosen : other; both are computed. */

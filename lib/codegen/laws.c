@@ -39,7 +39,7 @@ static kt_op spring_in_joint(const code_effect *e, kt_op q, kt_op v) {
     const kt_op c = law_number_of(e, "damping", damping_unit, e->record->damping);
     const kt_op k = law_number_of(e, "stiffness", stiffness_unit, e->record->stiffness);
     const kt_op r = kt_code_curve(e->tree, &e->record->curve[0], e->name, "rest", position_unit);
-    return kt_op_negate(g, kt_op_add(g, kt_op_multiply(g, k, kt_op_subtract(g, q, r)), kt_op_multiply(g, c, v)));
+    return kt_op_negate(g, kt_op_add_products(g, k, kt_op_subtract(g, q, r), c, v));
 }
 
 static kt_op friction_in_joint(const code_effect *e, kt_op v) {
@@ -55,14 +55,14 @@ static kt_op friction_in_joint(const code_effect *e, kt_op v) {
         dry = kt_op_add(g, dry, kt_op_multiply(g, kt_op_choose(g, more, more, zero), fall));
     }
     const kt_op sign = kt_op_call(g, KT_OP_TANH, kt_op_divide(g, v, sharp), -1);
-    return kt_op_negate(g, kt_op_add(g, kt_op_multiply(g, dry, sign), kt_op_multiply(g, viscous, v)));
+    return kt_op_negate(g, kt_op_add_products(g, dry, sign, viscous, v));
 }
 
 /* The force beyond one stop, by x, and with the sign of its motion. */
 static kt_op stop_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op zero = constant(e, 0.0), none = constant(e, -1.0);
+    const kt_op zero = constant(e, 0.0), one = constant(e, 1.0), none = constant(e, -1.0);
     const kt_op k = law_number_of(e, "stiffness", stiffness_unit, r->stiffness);
     const kt_op c = law_number_of(e, "damping", damping_unit, r->damping);
     const kt_op above =
@@ -71,9 +71,7 @@ static kt_op stop_in_joint(const code_effect *e, kt_op q, kt_op v) {
         isinf(r->lower) ? none : kt_op_subtract(g, law_number_of(e, "lower", position_unit, r->lower), q);
     const kt_op is_lower = kt_op_subtract(g, below, above);
     const kt_op x = isinf(r->upper) ? below : isinf(r->lower) ? above : kt_op_choose(g, is_lower, below, above);
-    const kt_op side = isinf(r->upper)   ? constant(e, -1.0)
-                       : isinf(r->lower) ? constant(e, 1.0)
-                                         : kt_op_choose(g, is_lower, constant(e, -1.0), constant(e, 1.0));
+    const kt_op side = isinf(r->upper) ? none : isinf(r->lower) ? one : kt_op_choose(g, is_lower, none, one);
     const kt_op elastic = kt_op_multiply(g, k, x), viscous = kt_op_multiply(g, c, kt_op_multiply(g, side, v));
     const kt_op sum = kt_op_add(g, elastic, kt_op_call(g, KT_OP_ABS, viscous, -1));
     const kt_op damped = kt_op_multiply(g, viscous, kt_op_divide(g, elastic, sum));
@@ -87,12 +85,11 @@ static kt_op limit_smoothly(const code_effect *e, kt_op u) {
         return u;
     const kt_op limit = law_number_of(e, "limit", torque_unit, e->record->limit);
     const kt_op size = kt_op_call(g, KT_OP_ABS, u, -1);
-    const kt_op missing = kt_op_subtract(g, kt_op_multiply(g, constant(e, 1.1), limit), size);
-    const kt_op part =
-        kt_op_divide(g, kt_op_multiply(g, missing, missing), kt_op_multiply(g, constant(e, 4.0 * 0.1), limit));
+    const kt_op missing = kt_op_subtract(g, kt_op_scale(g, 1.1, limit), size), range = kt_op_scale(g, 4.0 * 0.1, limit);
+    const kt_op part = kt_op_divide(g, kt_op_multiply(g, missing, missing), range);
     const kt_op force = kt_op_choose(g, missing, kt_op_subtract(g, limit, part), limit);
-    const kt_op signed_force = kt_op_choose(g, kt_op_negate(g, u), kt_op_negate(g, force), force);
-    return choose_above(g, size, kt_op_multiply(g, constant(e, 0.9), limit), signed_force, u);
+    const kt_op minus = kt_op_negate(g, force), signed_force = kt_op_choose(g, kt_op_negate(g, u), minus, force);
+    return choose_above(g, size, kt_op_scale(g, 0.9, limit), signed_force, u);
 }
 
 static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
@@ -101,9 +98,8 @@ static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
     const kt_op k = law_number_of(e, "stiffness", stiffness_unit, r->stiffness);
     const kt_op c = law_number_of(e, "damping", damping_unit, r->damping);
     const kt_op target = kt_code_curve(e->tree, &r->curve[0], e->name, "target", position_unit);
-    const kt_op rate = kt_code_rate_of_time(g, target);
-    kt_op u = kt_op_add(g, kt_op_multiply(g, k, kt_op_subtract(g, target, q)),
-                        kt_op_multiply(g, c, kt_op_subtract(g, rate, v)));
+    const kt_op error_rate = kt_op_subtract(g, kt_code_rate_of_time(g, target), v);
+    kt_op u = kt_op_add_products(g, k, kt_op_subtract(g, target, q), c, error_rate);
     if (!isinf(r->lower)) {
         const kt_op lower = law_number_of(e, "lower", torque_unit, r->lower);
         u = choose_above(g, lower, u, lower, u);
@@ -157,11 +153,10 @@ static void spring_between(code_effect *e) {
     const kt_effect_record *r = e->record;
     const kt_op k = law_number_of(e, "stiffness", "N/m", r->stiffness),
                 c = law_number_of(e, "damping", "N s/m", r->damping);
-    const kt_op rest = law_number_of(e, "length", "m", r->length);
+    const kt_op rest = law_number_of(e, "length", "m", r->length), least = constant(e, DBL_MIN);
     const code_line line = kt_code_line_of(e);
-    const kt_op apart = kt_op_subtract(g, kt_op3_dot(g, line.d, line.d), constant(e, DBL_MIN));
-    const kt_op tension =
-        kt_op_add(g, kt_op_multiply(g, k, kt_op_subtract(g, line.length, rest)), kt_op_multiply(g, c, line.rate));
+    const kt_op apart = kt_op_subtract(g, kt_op3_dot(g, line.d, line.d), least);
+    const kt_op tension = kt_op_add_products(g, k, kt_op_subtract(g, line.length, rest), c, line.rate);
     const kt_op3 elastic = kt_op3_scale(g, kt_op_divide(g, tension, line.length), line.d);
     pull_ends(e, choose_vector(g, apart, elastic, kt_op3_scale(g, c, line.moving)));
 }
@@ -213,8 +208,9 @@ static kt_op rub_of_contact(const code_effect *e, kt_op normal, kt_op speed) {
     const kt_op mu = law_number_of(e, "friction", "coefficient", e->record->friction);
     const kt_op slip = law_number_of(e, "slip", "m/s", e->record->slip), one = constant(e, 1.0);
     const kt_op ratio = kt_op_divide(g, speed, slip);
-    const kt_op share = kt_op_divide(g, kt_op_call(g, KT_OP_TANH, ratio, -1), ratio);
-    return kt_op_multiply(g, kt_op_divide(g, kt_op_multiply(g, mu, normal), slip), kt_op_choose(g, ratio, share, one));
+    kt_op share = kt_op_divide(g, kt_op_call(g, KT_OP_TANH, ratio, -1), ratio);
+    share = kt_op_choose(g, ratio, share, one);
+    return kt_op_multiply(g, kt_op_divide(g, kt_op_multiply(g, mu, normal), slip), share);
 }
 
 /* With the height h = n . (c - p) of a sphere over a plane, and x = r - h its depth. */
@@ -230,15 +226,16 @@ static void contact_between(code_effect *e) {
     const kt_op3 apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point);
     const kt_op x = kt_op_subtract(g, radius, kt_op3_dot(g, n, apart)), depth = kt_op_choose(g, x, x, zero);
     const kt_op3 down = kt_op3_scale(g, kt_op_negate(g, radius), n), arm = kt_op3_add(g, apart, down);
-    const kt_op3 s = kt_op3_subtract(g, velocity_at(g, &e->end[0], down), velocity_at(g, &e->end[1], arm));
+    const kt_op3 plane = velocity_at(g, &e->end[1], arm);
+    const kt_op3 s = kt_op3_subtract(g, velocity_at(g, &e->end[0], down), plane);
     const kt_op deeper = kt_op_negate(g, kt_op3_dot(g, n, s));
     const kt_op elastic = kt_op_multiply(g, k, kt_op_call(g, KT_OP_POWER, depth, power));
-    const kt_op gain =
-        kt_op_add(g, constant(e, 1.0), kt_op_multiply(g, kt_op_multiply(g, constant(e, 1.5), loss), deeper));
+    const kt_op more = kt_op_multiply(g, kt_op_scale(g, 1.5, loss), deeper);
+    const kt_op gain = kt_op_add(g, constant(e, 1.0), more);
     const kt_op normal = kt_op_multiply(g, elastic, kt_op_choose(g, gain, gain, zero));
     const kt_op3 across = kt_op3_add(g, s, kt_op3_scale(g, deeper, n));
-    const kt_op rub = rub_of_contact(e, normal, kt_op3_length(g, across));
-    e->force[0] = kt_op3_subtract(g, kt_op3_scale(g, normal, n), kt_op3_scale(g, rub, across));
+    const kt_op3 friction = kt_op3_scale(g, rub_of_contact(e, normal, kt_op3_length(g, across)), across);
+    e->force[0] = kt_op3_subtract(g, kt_op3_scale(g, normal, n), friction);
     e->force[1] = negative_of(g, e->force[0]);
     e->moment[0] = kt_op3_cross(g, down, e->force[0]);
     e->moment[1] = kt_op3_cross(g, arm, e->force[1]);
@@ -295,7 +292,8 @@ static kt_op3 euler_vector_of(kt_graph *g, const kt_op33 *r) {
     const kt_op3 v = {{p[1], p[2], p[3]}};
     const kt_op sine = kt_op3_length(g, v), two = kt_op_number(g, 2.0);
     const kt_op half = kt_op_divide(g, kt_op_call(g, KT_OP_ATAN2, sine, p[0]), sine);
-    return kt_op3_scale(g, kt_op_choose(g, sine, kt_op_multiply(g, two, half), kt_op_divide(g, two, p[0])), v);
+    const kt_op limit = kt_op_divide(g, two, p[0]); /* of theta / |v| */
+    return kt_op3_scale(g, kt_op_choose(g, sine, kt_op_multiply(g, two, half), limit), v);
 }
 
 /* G^-T u = u + theta x u / 2 + c theta x (theta x u), with c of x = |theta|^2 (effect/triple.h) */
@@ -305,15 +303,18 @@ static kt_op3 map_moment(const code_effect *e, kt_op3 theta, kt_op3 u) {
                                     1.0 / 74724249600.0};
     kt_graph *g = graph_of(e);
     const kt_op x = kt_op3_dot(g, theta, theta), one = constant(e, 1.0);
-    const kt_op y = kt_op_multiply(g, constant(e, 0.5), kt_op_call(g, KT_OP_SQRT, x, -1));
+    const kt_op y = kt_op_scale(g, 0.5, kt_op_call(g, KT_OP_SQRT, x, -1));
     const kt_op far = kt_op_subtract(g, one, kt_op_divide(g, y, kt_op_call(g, KT_OP_TAN, y, -1)));
     kt_op near = constant(e, 0.0);
-    for (int k = 6; k >= 0; k--)
-        near = kt_op_add(g, constant(e, series[k]), kt_op_multiply(g, x, near));
-    const kt_op c = choose_above(g, constant(e, 0.25), x, near, kt_op_divide(g, far, x));
+    for (int k = 6; k >= 0; k--) {
+        near = kt_op_multiply(g, x, near);
+        near = kt_op_add(g, constant(e, series[k]), near);
+    }
+    const kt_op ratio = kt_op_divide(g, far, x), c = choose_above(g, constant(e, 0.25), x, near, ratio);
     const kt_op3 across = kt_op3_cross(g, theta, u);
     const kt_op3 half = kt_op3_scale(g, constant(e, 0.5), across);
-    return kt_op3_add(g, kt_op3_add(g, u, half), kt_op3_scale(g, c, kt_op3_cross(g, theta, across)));
+    const kt_op3 second = kt_op3_scale(g, c, kt_op3_cross(g, theta, across));
+    return kt_op3_add(g, kt_op3_add(g, u, half), second);
 }
 
 static kt_op33 transposed(const kt_op33 *a) {
@@ -381,8 +382,8 @@ static void formulas_at_ends(code_effect *e) {
         return;
     }
     const code_line line = kt_code_line_of(e);
-    const kt_op ratio =
-        kt_op_choose(g, line.length, kt_op_divide(g, kt_code_formula_value(e, 0), line.length), constant(e, 0.0));
+    const kt_op zero = constant(e, 0.0), pull = kt_code_formula_value(e, 0);
+    const kt_op ratio = kt_op_choose(g, line.length, kt_op_divide(g, pull, line.length), zero);
     pull_ends(e, kt_op3_scale(g, kt_op_negate(g, ratio), line.d));
 }
 

@@ -19,48 +19,45 @@ static kt_op3 relative_spin(const kt_code_closing *c, kt_op3 *turning) {
     return kt_op3_subtract(c->tree->graph, c->omega[1], c->omega[0]);
 }
 
-static kt_op scale_op(kt_graph *g, double s, kt_op a) { return kt_op_multiply(g, kt_op_number(g, s), a); }
-
 static kt_op op_power(kt_graph *g, kt_op a, int n) { return n == 1 ? a : kt_op_multiply(g, a, op_power(g, a, n - 1)); }
 
 /* e_z along f_z (kt_row_coaxial): h = (-e_y . f, e_x . f), b = cos(theta / 2), F = 2 / (b (1 + b)), and F', F'' by
  * e . f. */
 void kt_code_add_one_axis(const kt_code_closing *c, kt_code_loop_rows *rows, unsigned active) {
     kt_graph *g = c->tree->graph;
-    const kt_op one = kt_op_number(g, 1.0);
+    const kt_op one = kt_op_number(g, 1.0), two = kt_op_number(g, 2.0);
+    const kt_op three = kt_op_number(g, 3.0), nine = kt_op_number(g, 9.0);
     const kt_op3 x = kt_code_end_axis(c, 0, 0), y = kt_code_end_axis(c, 0, 1);
     const kt_op3 e = kt_code_end_axis(c, 0, 2), f = kt_code_end_axis(c, 1, 2);
     const kt_op3 side[2] = {kt_op3_scale(g, kt_op_number(g, -1.0), y), x};
     kt_op3 turning;
     const kt_op3 w = relative_spin(c, &turning);
-    const kt_op h[2] = {kt_op3_dot(g, side[0], f), kt_op3_dot(g, side[1], f)};
-    const kt_op half = scale_op(g, 0.5, kt_op_add(g, one, kt_op3_dot(g, e, f)));
+    const kt_op h_x = kt_op3_dot(g, side[0], f), h[2] = {h_x, kt_op3_dot(g, side[1], f)};
+    const kt_op half = kt_op_scale(g, 0.5, kt_op_add(g, one, kt_op3_dot(g, e, f)));
     const kt_op b = kt_op_call(g, KT_OP_SQRT, half, -1), sum = kt_op_add(g, one, b);
-    const kt_op f0 = kt_op_divide(g, kt_op_number(g, 2.0), kt_op_multiply(g, b, sum));
+    const kt_op f0 = kt_op_divide(g, two, kt_op_multiply(g, b, sum));
     const kt_op cube = kt_op_multiply(g, half, b); /* b^3 */
-    const kt_op f1 = kt_op_negate(g, kt_op_divide(g, kt_op_add(g, one, scale_op(g, 2.0, b)),
-                                                  scale_op(g, 2.0, kt_op_multiply(g, cube, op_power(g, sum, 2)))));
-    const kt_op over = kt_op_add(g, kt_op_number(g, 3.0),
-                                 kt_op_multiply(g, b, kt_op_add(g, kt_op_number(g, 9.0), scale_op(g, 8.0, b))));
-    const kt_op under = scale_op(g, 8.0, kt_op_multiply(g, kt_op_multiply(g, half, cube), op_power(g, sum, 3)));
+    kt_op under = kt_op_scale(g, 2.0, kt_op_multiply(g, cube, op_power(g, sum, 2)));
+    const kt_op f1 = kt_op_negate(g, kt_op_divide(g, kt_op_add(g, one, kt_op_scale(g, 2.0, b)), under));
+    const kt_op over = kt_op_add(g, three, kt_op_multiply(g, b, kt_op_add(g, nine, kt_op_scale(g, 8.0, b))));
+    under = op_power(g, sum, 3);
+    under = kt_op_scale(g, 8.0, kt_op_multiply(g, kt_op_multiply(g, half, cube), under));
     const kt_op f2 = kt_op_divide(g, over, under);
     const kt_op3 across = kt_op3_cross(g, f, e), bias = kt_op3_cross(g, w, kt_op3_cross(g, w, f));
     const kt_op c1 = kt_op3_dot(g, w, across), c2 = kt_op3_dot(g, e, bias);
-    const kt_op bent = kt_op_add(g, kt_op_multiply(g, f2, kt_op_multiply(g, c1, c1)), kt_op_multiply(g, f1, c2));
+    const kt_op bent = kt_op_add_products(g, f2, kt_op_multiply(g, c1, c1), f1, c2);
     for (int k = 0; k < 2; k++) {
         if (!(active & 1u << (KT_PART_TILT_X + k)))
             continue;
         const kt_op3 lever = kt_op3_cross(g, f, side[k]);
-        const kt_op3 m =
-            kt_op3_add(g, kt_op3_scale(g, f0, lever), kt_op3_scale(g, kt_op_multiply(g, f1, h[k]), across));
+        const kt_op3 m = kt_op3_combine(g, f0, lever, kt_op_multiply(g, f1, h[k]), across);
         const kt_op first = kt_op_multiply(g, f0, kt_op3_dot(g, side[k], bias));
-        const kt_op second = scale_op(g, 2.0, kt_op_multiply(g, kt_op_multiply(g, f1, c1), kt_op3_dot(g, w, lever)));
-        const kt_op drift = kt_op_add(g, kt_op_add(g, first, second), kt_op_multiply(g, bent, h[k]));
-        const kt_code_row row = {.moment = m,
-                                 .measure = KT_CODE_ANGLE,
-                                 .force = kt_op3_zero(g),
-                                 .phi = kt_op_multiply(g, f0, h[k]),
-                                 .drift = kt_op_subtract(g, drift, kt_op3_dot(g, m, turning))};
+        const kt_op rate = kt_op3_dot(g, w, lever), third = kt_op_multiply(g, bent, h[k]);
+        const kt_op second = kt_op_scale(g, 2.0, kt_op_multiply(g, kt_op_multiply(g, f1, c1), rate));
+        const kt_op drift = kt_op_add(g, kt_op_add(g, first, second), third);
+        kt_code_row row = {.moment = m, .force = kt_op3_zero(g), .measure = KT_CODE_ANGLE};
+        row.phi = kt_op_multiply(g, f0, h[k]);
+        row.drift = kt_op_subtract(g, drift, kt_op3_dot(g, m, turning));
         kt_code_add_row(c, rows, &row);
     }
 }
@@ -68,7 +65,7 @@ void kt_code_add_one_axis(const kt_code_closing *c, kt_code_loop_rows *rows, uns
 /* Equal orientation (kt_row_parallel): q = (c, e) from the entries e_j . f_k, and p = 4 e / (1 + c). */
 void kt_code_add_orientation(const kt_code_closing *c, kt_code_loop_rows *rows, unsigned active) {
     kt_graph *g = c->tree->graph;
-    const kt_op one = kt_op_number(g, 1.0);
+    const kt_op one = kt_op_number(g, 1.0), two = kt_op_number(g, 2.0), half = kt_op_number(g, 0.5);
     kt_op r[3][3];
     for (int j = 0; j < 3; j++)
         for (int k = 0; k < 3; k++)
@@ -76,8 +73,7 @@ void kt_code_add_orientation(const kt_code_closing *c, kt_code_loop_rows *rows, 
     const kt_op trace = kt_op_add(g, kt_op_add(g, r[0][0], r[1][1]), r[2][2]);
     const kt_op twice = kt_op_call(g, KT_OP_SQRT, kt_op_add(g, one, trace), -1); /* 2 cos(theta / 2) */
     /* 4 / (1 + c) / (4 c) = 2 / (c' (1 + c' / 2)) with c' = 2 c */
-    const kt_op scale =
-        kt_op_divide(g, kt_op_number(g, 2.0), kt_op_multiply(g, twice, kt_op_add(g, one, scale_op(g, 0.5, twice))));
+    const kt_op scale = kt_op_divide(g, two, kt_op_multiply(g, twice, kt_op_add(g, one, kt_op_scale(g, 0.5, twice))));
     kt_op component[3];
     kt_op3 p = kt_op3_zero(g), turning;
     for (int k = 0; k < 3; k++) {
@@ -86,23 +82,21 @@ void kt_code_add_orientation(const kt_code_closing *c, kt_code_loop_rows *rows, 
         p = kt_op3_add(g, p, kt_op3_scale(g, component[k], kt_code_end_axis(c, 0, k)));
     }
     const kt_op3 w = relative_spin(c, &turning);
-    const kt_op s = scale_op(g, 1.0 / 16.0, kt_op3_dot(g, p, p)), pw = kt_op3_dot(g, p, w), ww = kt_op3_dot(g, w, w);
+    const kt_op s = kt_op_scale(g, 1.0 / 16.0, kt_op3_dot(g, p, p)), pw = kt_op3_dot(g, p, w), ww = kt_op3_dot(g, w, w);
     const int first = rows->count;
     for (int k = 0; k < 3; k++) {
         if (!(active & 1u << (KT_PART_ROTATION_X + k)))
             continue;
         const kt_op3 e = kt_code_end_axis(c, 0, k);
         kt_op3 m = kt_op3_scale(g, kt_op_subtract(g, one, s), e);
-        m = kt_op3_add(g, m, kt_op3_scale(g, kt_op_number(g, 0.5), kt_op3_cross(g, p, e)));
-        m = kt_op3_add(g, m, kt_op3_scale(g, scale_op(g, 0.125, component[k]), p));
-        const kt_op bent = scale_op(g, 0.25, kt_op_multiply(g, pw, kt_op3_dot(g, m, w)));
+        m = kt_op3_add(g, m, kt_op3_scale(g, half, kt_op3_cross(g, p, e)));
+        m = kt_op3_add(g, m, kt_op3_scale(g, kt_op_scale(g, 0.125, component[k]), p));
+        const kt_op bent = kt_op_scale(g, 0.25, kt_op_multiply(g, pw, kt_op3_dot(g, m, w)));
         const kt_op back =
-            scale_op(g, 0.125, kt_op_multiply(g, kt_op_multiply(g, kt_op_add(g, one, s), ww), component[k]));
-        const kt_code_row row = {.moment = m,
-                                 .measure = KT_CODE_ANGLE,
-                                 .force = kt_op3_zero(g),
-                                 .phi = component[k],
-                                 .drift = kt_op_subtract(g, kt_op_subtract(g, bent, back), kt_op3_dot(g, m, turning))};
+            kt_op_scale(g, 0.125, kt_op_multiply(g, kt_op_multiply(g, kt_op_add(g, one, s), ww), component[k]));
+        const kt_op carried = kt_op3_dot(g, m, turning);
+        kt_code_row row = {.moment = m, .force = kt_op3_zero(g), .phi = component[k], .measure = KT_CODE_ANGLE};
+        row.drift = kt_op_subtract(g, kt_op_subtract(g, bent, back), carried);
         kt_code_add_row(c, rows, &row);
         if ((active >> KT_PART_ROTATION_X & 7u) == 7u)
             rows->block[rows->count - 1] = first;
@@ -112,22 +106,20 @@ void kt_code_add_orientation(const kt_code_closing *c, kt_code_loop_rows *rows, 
 /* e_z and f_z at a right angle (kt_row_orthogonal): c = e . f, s = |e x f|, G' = 2 / (s (1 + s)) and G''. */
 void kt_code_add_right_angle(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
-    const kt_op one = kt_op_number(g, 1.0);
+    const kt_op one = kt_op_number(g, 1.0), two = kt_op_number(g, 2.0);
     const kt_op3 e = kt_code_end_axis(c, 0, 2), f = kt_code_end_axis(c, 1, 2);
     kt_op3 turning;
     const kt_op3 w = relative_spin(c, &turning), lever = kt_op3_cross(g, f, e);
     const kt_op cosine = kt_op3_dot(g, e, f), s = kt_op3_length(g, lever), sum = kt_op_add(g, one, s);
-    const kt_op g1 = kt_op_divide(g, kt_op_number(g, 2.0), kt_op_multiply(g, s, sum));
-    const kt_op over = kt_op_multiply(g, scale_op(g, 2.0, cosine), kt_op_add(g, one, scale_op(g, 2.0, s)));
-    const kt_op g2 = kt_op_divide(g, over, kt_op_multiply(g, op_power(g, s, 3), op_power(g, sum, 2)));
+    const kt_op g1 = kt_op_divide(g, two, kt_op_multiply(g, s, sum)), twice = kt_op_multiply(g, two, cosine);
+    const kt_op over = kt_op_multiply(g, twice, kt_op_add(g, one, kt_op_scale(g, 2.0, s))), cube = op_power(g, s, 3);
+    const kt_op g2 = kt_op_divide(g, over, kt_op_multiply(g, cube, op_power(g, sum, 2)));
     const kt_op c1 = kt_op3_dot(g, w, lever), c2 = kt_op3_dot(g, e, kt_op3_cross(g, w, kt_op3_cross(g, w, f)));
     const kt_op3 m = kt_op3_scale(g, g1, lever);
-    const kt_op bent = kt_op_add(g, kt_op_multiply(g, g1, c2), kt_op_multiply(g, g2, kt_op_multiply(g, c1, c1)));
-    const kt_code_row row = {.moment = m,
-                             .measure = KT_CODE_ANGLE,
-                             .force = kt_op3_zero(g),
-                             .phi = kt_op_divide(g, scale_op(g, 2.0, cosine), sum),
-                             .drift = kt_op_subtract(g, bent, kt_op3_dot(g, m, turning))};
+    const kt_op bent = kt_op_add_products(g, g1, c2, g2, kt_op_multiply(g, c1, c1));
+    kt_code_row row = {.moment = m, .force = kt_op3_zero(g), .measure = KT_CODE_ANGLE};
+    row.phi = kt_op_divide(g, twice, sum);
+    row.drift = kt_op_subtract(g, bent, kt_op3_dot(g, m, turning));
     kt_code_add_row(c, rows, &row);
 }
 
@@ -137,13 +129,14 @@ typedef struct code_angle {
 } code_angle;
 
 static code_angle code_angle_of(kt_graph *g, kt_op angle) {
-    return (code_angle){kt_op_call(g, KT_OP_COS, angle, -1), kt_op_call(g, KT_OP_SIN, angle, -1)};
+    const kt_op cosine = kt_op_call(g, KT_OP_COS, angle, -1);
+    return (code_angle){cosine, kt_op_call(g, KT_OP_SIN, angle, -1)};
 }
 
 /* From a to b. */
 static code_angle code_angle_between(kt_graph *g, code_angle a, code_angle b) {
-    return (code_angle){kt_op_add(g, kt_op_multiply(g, a.cosine, b.cosine), kt_op_multiply(g, a.sine, b.sine)),
-                        kt_op_subtract(g, kt_op_multiply(g, a.cosine, b.sine), kt_op_multiply(g, a.sine, b.cosine))};
+    const kt_op cosine = kt_op_add_products(g, a.cosine, b.cosine, a.sine, b.sine);
+    return (code_angle){cosine, kt_op_subtract_products(g, a.cosine, b.sine, a.sine, b.cosine)};
 }
 
 /* d_z - pitch theta, less whole turns. */
@@ -170,31 +163,29 @@ void kt_code_add_turn(const kt_code_closing *c, kt_code_loop_rows *rows, unsigne
     const kt_op sum = kt_op_add(g, one, kt_op3_dot(g, e, f)), inverse = kt_op_divide(g, one, sum);
     const kt_op3 k = kt_op3_scale(g, inverse, kt_op3_add(g, e, f));
     const kt_op rate = kt_op3_dot(g, k, w), opening = kt_op3_dot(g, w, kt_op3_cross(g, f, e));
-    const kt_op bias = kt_op_negate(
-        g, kt_op_add(g, kt_op_multiply(g, kt_op_multiply(g, rate, opening), inverse), kt_op3_dot(g, k, turning)));
-    const code_angle theta = {kt_op_add(g, kt_op3_dot(g, x, fx), kt_op3_dot(g, y, fy)),
-                              kt_op_subtract(g, kt_op3_dot(g, y, fx), kt_op3_dot(g, x, fy))};
+    const kt_op swept = kt_op_multiply(g, kt_op_multiply(g, rate, opening), inverse);
+    const kt_op bias = kt_op_negate(g, kt_op_add(g, swept, kt_op3_dot(g, k, turning)));
+    const kt_op x_fy = kt_op3_dot(g, x, fy);
+    code_angle theta = {.sine = kt_op_subtract(g, kt_op3_dot(g, y, fx), x_fy)};
+    theta.cosine = kt_op3_add_dots(g, x, fx, y, fy);
     const code_angle turn = code_angle_between(g, code_angle_of(g, c->number->angle), theta);
     if (active & 1u << KT_CODE_ADVANCE) {
         const kt_op pitch = c->number->pitch;
-        const kt_code_row row = {.moment = kt_op3_scale(g, kt_op_negate(g, pitch), k),
-                                 .force = e,
-                                 .phi = advance_of_screw(g, pitch, kt_op3_dot(g, e, c->d), turn),
-                                 .drift = kt_op_negate(g, kt_op_multiply(g, pitch, bias)),
-                                 .pitch = &pitch};
+        kt_code_row row = {.moment = kt_op3_scale(g, kt_op_negate(g, pitch), k), .force = e, .pitch = &pitch};
+        row.phi = advance_of_screw(g, pitch, kt_op3_dot(g, e, c->d), turn);
+        row.drift = kt_op_negate(g, kt_op_multiply(g, pitch, bias));
         kt_code_add_row(c, rows, &row);
         return;
     }
     /* p = 4 tan(theta / 4) from b = cos(theta / 2) */
     const kt_op cosine = kt_op_multiply(g, turn.cosine, inverse), sine = kt_op_multiply(g, turn.sine, inverse);
-    const kt_op b = kt_op_call(g, KT_OP_SQRT, scale_op(g, 0.5, kt_op_add(g, one, cosine)), -1);
-    const kt_op p = kt_op_divide(g, scale_op(g, 2.0, sine), kt_op_multiply(g, b, kt_op_add(g, one, b)));
-    const kt_op slope = kt_op_add(g, one, scale_op(g, 1.0 / 16.0, kt_op_multiply(g, p, p)));
-    const kt_op bent = scale_op(g, 0.125, kt_op_multiply(g, p, kt_op_multiply(g, rate, rate)));
-    const kt_code_row row = {.moment = kt_op3_scale(g, slope, k),
-                             .force = kt_op3_zero(g),
-                             .phi = p,
-                             .drift = kt_op_multiply(g, slope, kt_op_add(g, bias, bent)),
-                             .measure = KT_CODE_ANGLE};
+    const kt_op b = kt_op_call(g, KT_OP_SQRT, kt_op_scale(g, 0.5, kt_op_add(g, one, cosine)), -1);
+    const kt_op under = kt_op_multiply(g, b, kt_op_add(g, one, b)),
+                p = kt_op_divide(g, kt_op_scale(g, 2.0, sine), under);
+    const kt_op slope = kt_op_add(g, one, kt_op_scale(g, 1.0 / 16.0, kt_op_multiply(g, p, p)));
+    const kt_op bent = kt_op_scale(g, 0.125, kt_op_multiply(g, p, kt_op_multiply(g, rate, rate)));
+    kt_code_row row = {.force = kt_op3_zero(g), .phi = p, .measure = KT_CODE_ANGLE};
+    row.moment = kt_op3_scale(g, slope, k);
+    row.drift = kt_op_multiply(g, slope, kt_op_add(g, bias, bent));
     kt_code_add_row(c, rows, &row);
 }

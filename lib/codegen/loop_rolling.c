@@ -33,7 +33,7 @@ static code_disc_contact contact_of_disc(const kt_code_closing *c, kt_op3 n, kt_
     const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), at.s);
     at.t = kt_op3_scale(g, inverse, kt_op3_cross(g, a, across));
     const kt_op closing = kt_op_multiply(g, kt_op_multiply(g, cosine, rate), inverse); /* -s' */
-    kt_op3 sum = kt_op3_add(g, kt_op3_scale(g, rate, a), kt_op3_scale(g, cosine, moved));
+    kt_op3 sum = kt_op3_combine(g, rate, a, cosine, moved);
     sum = kt_op3_subtract(g, sum, kt_op3_scale(g, closing, at.t));
     at.rate = kt_op3_scale(g, kt_op_negate(g, inverse), sum);
     return at;
@@ -46,18 +46,17 @@ void kt_code_add_rolling(const kt_code_closing *c, kt_code_loop_rows *rows, unsi
     const code_disc_contact at = contact_of_disc(c, n, w);
     const kt_op back = kt_op_negate(g, radius);
     const kt_op3 p = kt_op3_scale(g, back, at.t), moved = kt_op3_scale(g, back, at.rate);
-    const kt_op3 turning = kt_op3_cross(g, c->omega[0], c->omega[1]);
-    const kt_op3 bias = kt_op3_subtract(g, kt_op3_cross(g, w, moved), kt_op3_cross(g, turning, p));
+    const kt_op3 turned = kt_op3_cross(g, kt_op3_cross(g, c->omega[0], c->omega[1]), p);
+    const kt_op3 bias = kt_op3_subtract(g, kt_op3_cross(g, w, moved), turned);
+    const kt_op height = kt_op_multiply(g, radius, at.s); /* of the centre */
     for (int k = 0; k < 3; k++) {
         if (!(active & 1u << (KT_CODE_ROLL_X + k)))
             continue;
         const kt_op3 along = kt_code_end_axis(c, 0, k);
-        const kt_code_row row = {.moment = kt_op3_cross(g, p, along),
-                                 .force = along,
-                                 .phi = kt_op_subtract(g, kt_op3_dot(g, n, c->d), kt_op_multiply(g, radius, at.s)),
-                                 .drift = kt_op3_dot(g, along, bias),
-                                 .measure = k < 2 ? KT_CODE_VELOCITY : KT_CODE_LENGTH,
-                                 .reach = &p};
+        kt_code_row row = {.moment = kt_op3_cross(g, p, along), .force = along, .reach = &p};
+        row.phi = kt_op_subtract(g, kt_op3_dot(g, n, c->d), height);
+        row.drift = kt_op3_dot(g, along, bias);
+        row.measure = k < 2 ? KT_CODE_VELOCITY : KT_CODE_LENGTH;
         kt_code_add_row(c, rows, &row);
     }
 }
@@ -65,10 +64,8 @@ void kt_code_add_rolling(const kt_code_closing *c, kt_code_loop_rows *rows, unsi
 void kt_code_add_edge(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const kt_op3 a = kt_code_end_axis(c, 1, 2), w = kt_op3_subtract(g, c->omega[1], c->omega[0]);
-    const kt_code_row row = {.moment = kt_op3_zero(g),
-                             .force = a,
-                             .phi = kt_op_number(g, 0.0),
-                             .drift = kt_op3_dot(g, kt_op3_cross(g, w, a), c->u),
-                             .measure = KT_CODE_VELOCITY};
+    kt_code_row row = {.moment = kt_op3_zero(g), .force = a, .measure = KT_CODE_VELOCITY};
+    row.phi = kt_op_number(g, 0.0);
+    row.drift = kt_op3_dot(g, kt_op3_cross(g, w, a), c->u);
     kt_code_add_row(c, rows, &row);
 }

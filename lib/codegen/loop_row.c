@@ -30,7 +30,7 @@ void kt_code_add_row(const kt_code_closing *c, kt_code_loop_rows *rows, const kt
         kt_op3 w, u;
         memcpy(w.x, c->column + 6 * v, sizeof w.x);
         memcpy(u.x, c->column + 6 * v + 3, sizeof u.x);
-        a[v] = kt_op_add(g, kt_op3_dot(g, row->moment, w), kt_op3_dot(g, row->force, u));
+        a[v] = kt_op3_add_dots(g, row->moment, w, row->force, u);
         size[v] = square_of_entry(g, row, w, u);
         kt_op_name(g, a[v], "A%d_%d", at, (int)v);
     }
@@ -39,13 +39,14 @@ void kt_code_add_row(const kt_code_closing *c, kt_code_loop_rows *rows, const kt
     rows->rate[at] = kt_op_number(g, 0.0);
     rows->scaled[at] = row->measure == KT_CODE_ANGLE ? row->phi : kt_op_divide(g, rows->phi[at], c->tree->loop_length);
     const kt_op3 alpha = kt_op3_subtract(g, c->alpha[1], c->alpha[0]);
-    const kt_op linear = kt_op_add(g, kt_op3_dot(g, row->moment, alpha), kt_op3_dot(g, row->force, c->bias));
+    const kt_op linear = kt_op3_add_dots(g, row->moment, alpha, row->force, c->bias);
     rows->right[at] = kt_op_negate(g, kt_op_add(g, linear, row->drift));
 }
 
 void kt_code_add_along(const kt_code_closing *c, kt_code_loop_rows *rows, kt_op3 e) {
     kt_graph *g = c->tree->graph;
-    const kt_code_row row = {
-        .moment = kt_op3_zero(g), .force = e, .phi = kt_op3_dot(g, e, c->d), .drift = kt_op_number(g, 0.0)};
+    kt_code_row row = {.moment = kt_op3_zero(g), .force = e};
+    row.phi = kt_op3_dot(g, e, c->d);
+    row.drift = kt_op_number(g, 0.0);
     kt_code_add_row(c, rows, &row);
 }

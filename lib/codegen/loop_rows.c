@@ -57,8 +57,7 @@ static void add_coincidence(const kt_code_closing *c, kt_code_loop_rows *rows) {
     double axis[3][3];
     const int count = coincidence_axes(c, axis), first = rows->count;
     for (int k = 0; k < count; k++) {
-        kt_code_add_along(
-            c, rows, (kt_op3){{kt_op_number(g, axis[k][0]), kt_op_number(g, axis[k][1]), kt_op_number(g, axis[k][2])}});
+        kt_code_add_along(c, rows, kt_op3_of(g, axis[k]));
         rows->block[first + k] = first;
     }
 }
@@ -67,11 +66,9 @@ static void add_distance_row(const kt_code_closing *c, kt_code_loop_rows *rows) 
     kt_graph *g = c->tree->graph;
     const kt_op norm = kt_op3_length(g, c->d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
     const kt_op3 n = kt_op3_scale(g, inverse, c->d), across = kt_op3_cross(g, n, c->u);
-    const kt_code_row row = {
-        .moment = kt_op3_zero(g),
-        .force = n,
-        .phi = kt_op_subtract(g, norm, c->function[0]),
-        .drift = kt_op_subtract(g, kt_op_multiply(g, kt_op3_dot(g, across, across), inverse), c->function[2])};
+    kt_code_row row = {.moment = kt_op3_zero(g), .force = n};
+    row.phi = kt_op_subtract(g, norm, c->function[0]);
+    row.drift = kt_op_subtract(g, kt_op_multiply(g, kt_op3_dot(g, across, across), inverse), c->function[2]);
     kt_code_add_row(c, rows, &row);
     rows->rate[rows->count - 1] = c->function[1];
 }

@@ -43,10 +43,10 @@ static void add_on_cylinder(const kt_code_closing *c, kt_code_loop_rows *rows, d
     const code_around a = point_around_axis(c);
     const kt_op s = kt_op_number(g, sign);
     const kt_op bent = kt_op_multiply(g, kt_op_multiply(g, a.g, a.g), a.inverse);
-    const kt_code_row row = {.moment = kt_op3_zero(g),
-                             .force = kt_op3_scale(g, s, a.m),
-                             .phi = kt_op_multiply(g, s, kt_op_subtract(g, a.rho, c->number->radius)),
-                             .drift = kt_op_multiply(g, s, bent)};
+    kt_code_row row = {.moment = kt_op3_zero(g)};
+    row.force = kt_op3_scale(g, s, a.m);
+    row.phi = kt_op_multiply(g, s, kt_op_subtract(g, a.rho, c->number->radius));
+    row.drift = kt_op_multiply(g, s, bent);
     kt_code_add_row(c, rows, &row);
 }
 
@@ -54,10 +54,9 @@ static void add_on_sphere(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const kt_op norm = kt_op3_length(g, c->d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);
     const kt_op3 n = kt_op3_scale(g, inverse, c->d), across = kt_op3_cross(g, n, c->u);
-    const kt_code_row row = {.moment = kt_op3_zero(g),
-                             .force = n,
-                             .phi = kt_op_subtract(g, norm, c->number->radius),
-                             .drift = kt_op_multiply(g, kt_op3_dot(g, across, across), inverse)};
+    kt_code_row row = {.moment = kt_op3_zero(g), .force = n};
+    row.phi = kt_op_subtract(g, norm, c->number->radius);
+    row.drift = kt_op_multiply(g, kt_op3_dot(g, across, across), inverse);
     kt_code_add_row(c, rows, &row);
 }
 
@@ -65,17 +64,15 @@ static void add_on_torus(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const code_around a = point_around_axis(c);
     const kt_op s = kt_op_subtract(g, a.rho, c->number->radius), axial = kt_op3_dot(g, a.e, c->u);
-    const kt_op square = kt_op_add(g, kt_op_multiply(g, s, s), kt_op_multiply(g, a.y, a.y));
+    const kt_op square = kt_op_add_products(g, s, s, a.y, a.y);
     const kt_op tau = kt_op_call(g, KT_OP_SQRT, square, -1), inverse = kt_op_divide(g, kt_op_number(g, 1.0), tau);
-    const kt_op3 n = kt_op3_scale(g, inverse, kt_op3_add(g, kt_op3_scale(g, s, a.m), kt_op3_scale(g, a.y, a.e)));
-    const kt_op difference = kt_op_subtract(g, kt_op_multiply(g, a.out, a.y), kt_op_multiply(g, axial, s));
+    const kt_op3 n = kt_op3_scale(g, inverse, kt_op3_combine(g, s, a.m, a.y, a.e));
+    const kt_op difference = kt_op_subtract_products(g, a.out, a.y, axial, s);
     const kt_op swept = kt_op_multiply(g, difference, inverse);
     const kt_op around = kt_op_multiply(g, s, kt_op_multiply(g, kt_op_multiply(g, a.g, a.g), a.inverse));
-    const kt_code_row row = {.moment = kt_op3_zero(g),
-                             .force = n,
-                             .phi = kt_op_subtract(g, tau, c->number->tube),
-                             .drift =
-                                 kt_op_multiply(g, kt_op_add(g, kt_op_multiply(g, swept, swept), around), inverse)};
+    kt_code_row row = {.moment = kt_op3_zero(g), .force = n};
+    row.phi = kt_op_subtract(g, tau, c->number->tube);
+    row.drift = kt_op_multiply(g, kt_op_add(g, kt_op_multiply(g, swept, swept), around), inverse);
     kt_code_add_row(c, rows, &row);
 }
 
@@ -102,8 +99,8 @@ static kt_op arc_of_circle(const kt_code_closing *c) {
     const kt_op goal = kt_op_divide(g, c->function[0], c->number->radius);
     const kt_op x = kt_op3_dot(g, kt_code_end_axis(c, 0, 0), c->d), y = kt_op3_dot(g, kt_code_end_axis(c, 0, 1), c->d);
     const kt_op cosine = kt_op_call(g, KT_OP_COS, goal, -1), sine = kt_op_call(g, KT_OP_SIN, goal, -1);
-    const kt_op over = kt_op_subtract(g, kt_op_multiply(g, y, cosine), kt_op_multiply(g, x, sine));
-    const kt_op under = kt_op_add(g, kt_op_multiply(g, x, cosine), kt_op_multiply(g, y, sine));
+    const kt_op over = kt_op_subtract_products(g, y, cosine, x, sine);
+    const kt_op under = kt_op_add_products(g, x, cosine, y, sine);
     return kt_op_multiply(g, c->number->radius, kt_op_call(g, KT_OP_ATAN2, over, under));
 }
 
@@ -117,11 +114,11 @@ static void add_along_curve(const kt_code_closing *c, kt_code_loop_rows *rows) {
         row.drift = kt_op_negate(g, c->function[2]);
     } else {
         const code_around a = point_around_axis(c);
-        const kt_op ratio = kt_op_multiply(g, c->number->radius, a.inverse);
-        const kt_op swept = kt_op_multiply(g, kt_op_multiply(g, ratio, a.inverse), kt_op_multiply(g, a.out, a.g));
+        const kt_op ratio = kt_op_multiply(g, c->number->radius, a.inverse), rates = kt_op_multiply(g, a.out, a.g);
+        const kt_op swept = kt_op_multiply(g, kt_op_multiply(g, ratio, a.inverse), rates);
         row.force = kt_op3_scale(g, ratio, a.t);
         row.phi = arc_of_circle(c);
-        row.drift = kt_op_negate(g, kt_op_add(g, kt_op_multiply(g, kt_op_number(g, 2.0), swept), c->function[2]));
+        row.drift = kt_op_negate(g, kt_op_add(g, kt_op_scale(g, 2.0, swept), c->function[2]));
     }
     kt_code_add_row(c, rows, &row);
     rows->rate[rows->count - 1] = c->function[1];

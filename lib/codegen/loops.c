@@ -230,8 +230,8 @@ static void move_loop_link(kt_code_closing *c, int k, int i, const kt_code_frame
     const kt_op3 w = c->omega[k], turning = kt_op33_apply(g, own, spin);
     const kt_op3 along = kt_op33_apply(g, parent, kt_code_rest_up(g, frame, shift));
     const kt_op3 carried = kt_op3_cross(g, w, offset), twice = kt_op3_scale(g, kt_op_number(g, 2.0), along);
-    const kt_op3 bias =
-        kt_op3_add(g, kt_op3_cross(g, c->alpha[k], offset), kt_op3_cross(g, w, kt_op3_add(g, carried, twice)));
+    const kt_op3 inward = kt_op3_cross(g, w, kt_op3_add(g, carried, twice));
+    const kt_op3 bias = kt_op3_add(g, kt_op3_cross(g, c->alpha[k], offset), inward);
     c->velocity[k] = kt_op3_add(g, c->velocity[k], kt_op3_add(g, carried, along));
     c->linear[k] = kt_op3_add(g, c->linear[k], bias);
     c->alpha[k] = kt_op3_add(g, c->alpha[k], kt_op3_cross(g, w, turning));
@@ -290,8 +290,8 @@ static kt_op *make_loop_columns(const kt_code_closing *c) {
 static void move_point(const kt_code_closing *c, int k, kt_op3 *velocity, kt_op3 *linear) {
     kt_graph *g = c->tree->graph;
     const kt_op3 arm = kt_op3_subtract(g, c->point[1], c->place->position[c->record->link[c->end[k]]]);
-    const kt_op3 carried = kt_op3_cross(g, c->omega[k], arm);
-    const kt_op3 bias = kt_op3_add(g, kt_op3_cross(g, c->alpha[k], arm), kt_op3_cross(g, c->omega[k], carried));
+    const kt_op3 carried = kt_op3_cross(g, c->omega[k], arm), inward = kt_op3_cross(g, c->omega[k], carried);
+    const kt_op3 bias = kt_op3_add(g, kt_op3_cross(g, c->alpha[k], arm), inward);
     *velocity = kt_op3_add(g, c->velocity[k], carried);
     *linear = kt_op3_add(g, c->linear[k], bias);
 }
@@ -319,7 +319,8 @@ static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
         move_point(c, k, &velocity[k], &linear[k]);
     if (c->moves) {
         c->u = kt_op3_subtract(g, velocity[1], velocity[0]);
-        const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, c->omega[0], c->u));
+        const kt_op3 swung = kt_op3_cross(g, c->omega[0], c->u);
+        const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), swung);
         c->bias = kt_op3_subtract(g, kt_op3_subtract(g, linear[1], linear[0]), twice);
     }
     c->d = kt_op3_subtract(g, c->point[1], c->point[0]);
@@ -343,9 +344,8 @@ static void add_loop_formula(kt_code_tree *tree, const kt_loop_record *r, kt_cod
         *entry = kt_op_add(g, *entry, slope);
         for (int i = 0; i < r->term_count; i++) {
             const kt_link *other = tree->link[term[i].link].link;
-            along = kt_op_add(
-                g, along,
-                kt_op_multiply(g, kt_code_rate_of_position(g, slope, other), kt_op_input(g, KT_OP_RATE, other->v)));
+            const kt_op rate = kt_op_input(g, KT_OP_RATE, other->v);
+            along = kt_op_add(g, along, kt_op_multiply(g, kt_code_rate_of_position(g, slope, other), rate));
         }
         bent = kt_op_add(g, bent, kt_op_multiply(g, along, v));
     }

@@ -26,10 +26,9 @@ static void speed_link(kt_code_tree *tree, int i, kt_code_speed *all) {
 static kt_op twice_energy(kt_code_tree *tree, int i, const kt_code_speed *s) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
-    const kt_op3 momentum = kt_op3_add(g, kt_op3_scale(g, l->mass, s->linear),
-                                       kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, s->omega, l->moment)));
-    kt_op sum = kt_op_add(g, kt_op3_dot(g, s->linear, momentum),
-                          kt_op3_dot(g, s->omega, kt_op6_apply(g, &l->inertia, s->omega)));
+    const kt_op3 across = kt_op3_cross(g, s->omega, l->moment);
+    const kt_op3 momentum = kt_op3_combine(g, l->mass, s->linear, kt_op_number(g, 2.0), across);
+    kt_op sum = kt_op3_add_dots(g, s->linear, momentum, s->omega, kt_op6_apply(g, &l->inertia, s->omega));
     for (int k = 0; k < kt_link_dofs(l->link); k++) {
         const kt_op v = kt_op_input(g, KT_OP_RATE, l->link->v + k);
         sum = kt_op_add(g, sum, kt_op_multiply(g, l->armature[k], kt_op_multiply(g, v, v)));
@@ -64,14 +63,13 @@ void kt_code_energy(kt_code_tree *tree, kt_op energy[2]) {
         if (i > 0)
             twice = kt_op_add(g, twice, twice_energy(tree, i, &all[i]));
     }
-    energy[0] = kt_op_multiply(g, kt_op_number(g, 0.5), twice);
+    energy[0] = kt_op_scale(g, 0.5, twice);
     for (int i = tree->link_count - 1; i > 0; i--) {
         const kt_code_speed *s = &all[i];
         kt_code_speed *p = &all[tree->link[i].parent];
         kt_graph_section(g, "%s: first moment, R h + m r", tree->link[i].name);
-        const kt_op3 moved =
-            kt_op3_add(g, kt_code_up(g, &s->frame, s->moment), kt_op3_scale(g, s->mass, s->frame.offset));
-        p->moment = kt_op3_add(g, p->moment, moved);
+        const kt_op3 m_r = kt_op3_scale(g, s->mass, s->frame.offset);
+        p->moment = kt_op3_add(g, p->moment, kt_op3_add(g, kt_code_up(g, &s->frame, s->moment), m_r));
         p->mass = kt_op_add(g, p->mass, s->mass);
     }
     kt_graph_section(g, "potential energy: - g . h");

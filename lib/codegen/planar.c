@@ -42,23 +42,24 @@ bool kt_code_is_planar(const kt_model *model) { return model->n.plane > 0 && mod
 /* ---- vectors of the plane ---------------------------------------------------------------------------------------- */
 
 static kt_op2 flat_add(kt_graph *g, kt_op2 a, kt_op2 b) {
-    return (kt_op2){{kt_op_add(g, a.x[0], b.x[0]), kt_op_add(g, a.x[1], b.x[1])}};
+    const kt_op first = kt_op_add(g, a.x[0], b.x[0]);
+    return (kt_op2){{first, kt_op_add(g, a.x[1], b.x[1])}};
 }
 
 static kt_op2 flat_scale(kt_graph *g, kt_op s, kt_op2 a) {
-    return (kt_op2){{kt_op_multiply(g, s, a.x[0]), kt_op_multiply(g, s, a.x[1])}};
+    const kt_op first = kt_op_multiply(g, s, a.x[0]);
+    return (kt_op2){{first, kt_op_multiply(g, s, a.x[1])}};
 }
 
-static kt_op flat_dot(kt_graph *g, kt_op2 a, kt_op2 b) {
-    return kt_op_add(g, kt_op_multiply(g, a.x[0], b.x[0]), kt_op_multiply(g, a.x[1], b.x[1]));
-}
+static kt_op flat_dot(kt_graph *g, kt_op2 a, kt_op2 b) { return kt_op_add_products(g, a.x[0], b.x[0], a.x[1], b.x[1]); }
 
 /* Rotated by a right angle. */
 static kt_op2 flat_across(kt_graph *g, kt_op2 a) { return (kt_op2){{kt_op_negate(g, a.x[1]), a.x[0]}}; }
 
 /* The vector u, given at q = 0, of a link with the rotation e. */
 static kt_op2 flat_turn(kt_graph *g, kt_op2 e, kt_op2 u) {
-    return flat_add(g, flat_scale(g, u.x[0], e), flat_scale(g, u.x[1], flat_across(g, e)));
+    const kt_op2 across = flat_scale(g, u.x[1], flat_across(g, e));
+    return flat_add(g, flat_scale(g, u.x[0], e), across);
 }
 
 static kt_op2 flat_of(kt_graph *g, const kt_op33 *axes, kt_op3 u) {
@@ -68,8 +69,8 @@ static kt_op2 flat_of(kt_graph *g, const kt_op33 *axes, kt_op3 u) {
 
 /* M u */
 static kt_op2 flat_apply(kt_graph *g, const code_flat *x, kt_op2 u) {
-    return (kt_op2){{kt_op_add(g, kt_op_multiply(g, x->xx, u.x[0]), kt_op_multiply(g, x->xy, u.x[1])),
-                     kt_op_add(g, kt_op_multiply(g, x->xy, u.x[0]), kt_op_multiply(g, x->yy, u.x[1]))}};
+    const kt_op first = kt_op_add_products(g, x->xx, u.x[0], x->xy, u.x[1]);
+    return (kt_op2){{first, kt_op_add_products(g, x->xy, u.x[0], x->yy, u.x[1])}};
 }
 
 /* M -= u v' */
@@ -91,7 +92,8 @@ static code_flat ground_of_plane(kt_code_tree *tree, const kt_plane *plane) {
     bool unused;
     code_flat ground = {.rotation = {{kt_op_number(g, 1.0), zero}}, .omega = zero, .alpha = zero};
     ground.axes = kt_code_rotation(g, &across, &unused);
-    ground.linear = flat_scale(g, kt_op_number(g, -1.0), flat_of(g, &ground.axes, tree->gravity));
+    const kt_op2 gravity = flat_of(g, &ground.axes, tree->gravity);
+    ground.linear = flat_scale(g, kt_op_number(g, -1.0), gravity);
     return ground;
 }
 
@@ -127,7 +129,7 @@ static void start_flat(kt_code_tree *tree, int i, const code_flat *p, code_flat 
     b->along = flat_turn(g, b->rotation, along);
     b->bias = flat_scale(g, kt_op_negate(g, kt_op_multiply(g, p->omega, p->omega)), b->offset);
     if (!flat->revolute) {
-        const kt_op twice = kt_op_multiply(g, kt_op_number(g, 2.0), kt_op_multiply(g, p->omega, v));
+        const kt_op twice = kt_op_scale(g, 2.0, kt_op_multiply(g, p->omega, v));
         b->bias = flat_add(g, b->bias, flat_scale(g, twice, flat_across(g, b->along)));
     }
     kt_op_name(g, b->omega, "w%d", i);
@@ -154,9 +156,9 @@ static flat_pivot make_flat_pivot(kt_code_tree *tree, int i, const code_flat *x,
     const int v = l->link->v;
     const bool turns = tree->model->planar[i].revolute;
     const kt_op own = turns ? x->moment : flat_dot(g, x->along, x->force);
-    const kt_op tau =
-        kt_op_multiply(g, kt_op_number(g, turns ? tree->model->planar[i].sign : 1.0), kt_code_given_force(tree, v));
-    flat_pivot u = {.n = turns ? x->j : flat_dot(g, x->h, x->along), .f = turns ? x->h : flat_apply(g, x, x->along)};
+    const kt_op tau = kt_op_scale(g, turns ? tree->model->planar[i].sign : 1.0, kt_code_given_force(tree, v));
+    flat_pivot u = {.n = turns ? x->j : flat_dot(g, x->h, x->along)};
+    u.f = turns ? x->h : flat_apply(g, x, x->along);
     u.inertia = kt_op_add(g, turns ? x->j : flat_dot(g, x->along, u.f), l->armature[0]);
     u.inverse = kt_op_divide(g, kt_op_number(g, 1.0), u.inertia);
     u.tau = tau;
@@ -175,25 +177,28 @@ static void pass_flat_hinge(kt_graph *g, const flat_pivot *u, kt_op2 p, code_fla
     x->j = kt_op_subtract(g, whole, kt_op_multiply(g, n, nd));
     flat_reduce(g, x, x->h, x->slope);
     x->h = flat_apply(g, x, p);
-    x->force = flat_add(g, x->force, flat_add(g, flat_scale(g, u->y, x->slope), flat_apply(g, x, x->bias)));
+    const kt_op2 carried = flat_apply(g, x, x->bias);
+    const kt_op own = flat_dot(g, x->slope, x->bias);
+    x->force = flat_add(g, x->force, flat_add(g, flat_scale(g, u->y, x->slope), carried));
     x->moment = kt_op_add(g, u->tau, flat_dot(g, p, x->force));
-    x->free = kt_op_subtract(g, kt_op_multiply(g, u->y, u->inverse), flat_dot(g, x->slope, x->bias));
+    x->free = kt_op_subtract(g, kt_op_multiply(g, u->y, u->inverse), own);
     x->gain = kt_op_add(g, kt_op_number(g, 1.0), nd);
 }
 
 /* Any joint. */
 static void pass_flat_joint(kt_graph *g, const flat_pivot *u, kt_op2 p, code_flat *x) {
-    const kt_op2 bent = flat_apply(g, x, p);
-    const kt_op across = kt_op_add(g, flat_dot(g, p, x->h), flat_dot(g, p, flat_add(g, x->h, bent)));
+    const kt_op2 h = flat_add(g, x->h, flat_apply(g, x, p));
+    const kt_op second = flat_dot(g, p, h), across = kt_op_add(g, flat_dot(g, p, x->h), second);
     const kt_op lever = kt_op_add(g, u->n, flat_dot(g, p, u->f)), ratio = kt_op_multiply(g, lever, u->inverse);
     const kt_op y = kt_op_multiply(g, kt_op_subtract(g, u->y, flat_dot(g, u->f, x->bias)), u->inverse);
     const kt_op2 carried = flat_apply(g, x, x->bias);
     x->slope = flat_scale(g, u->inverse, u->f);
-    x->moment = kt_op_add(g, x->moment, kt_op_add(g, flat_dot(g, x->h, x->bias), kt_op_multiply(g, u->n, y)));
+    const kt_op n_y = kt_op_multiply(g, u->n, y), reduced = kt_op_multiply(g, lever, ratio);
+    x->moment = kt_op_add(g, x->moment, kt_op_add(g, flat_dot(g, x->h, x->bias), n_y));
     x->force = flat_add(g, x->force, flat_add(g, carried, flat_scale(g, y, u->f)));
     x->moment = kt_op_add(g, x->moment, flat_dot(g, p, x->force));
-    x->j = kt_op_subtract(g, kt_op_add(g, x->j, across), kt_op_multiply(g, lever, ratio));
-    x->h = flat_add(g, flat_add(g, x->h, bent), flat_scale(g, kt_op_negate(g, ratio), u->f));
+    x->j = kt_op_subtract(g, kt_op_add(g, x->j, across), reduced);
+    x->h = flat_add(g, h, flat_scale(g, kt_op_negate(g, ratio), u->f));
     flat_reduce(g, x, u->f, x->slope);
     x->free = y;
     x->gain = ratio;
@@ -235,7 +240,7 @@ static void respond_flat(kt_code_tree *tree, int i, const code_flat *p, code_fla
     x->alpha = flat->revolute ? kt_op_add(g, p->alpha, own) : p->alpha;
     if (!flat->revolute)
         x->linear = flat_add(g, x->linear, flat_scale(g, own, x->along));
-    a[link->v] = flat->revolute ? kt_op_multiply(g, kt_op_number(g, flat->sign), own) : own;
+    a[link->v] = flat->revolute ? kt_op_scale(g, flat->sign, own) : own;
     kt_op_name(g, x->alpha, "al%d", i);
 }
 

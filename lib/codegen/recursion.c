@@ -107,9 +107,11 @@ static void move_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_
     const kt_op3 before = kt_code_from_rest(g, &m->frame, omega);
     const kt_op3 carried = kt_op3_add(g, p->linear, kt_op33_apply(g, &p->u, m->frame.offset));
     const kt_op3 coriolis = kt_op3_cross(g, kt_op3_scale(g, kt_op_number(g, 2.0), omega), shift);
-    const kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, carried), kt_op3_add(g, coriolis, gain));
+    gain = kt_op3_add(g, coriolis, gain);
+    const kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, carried), gain);
     m->omega = kt_op3_add(g, before, spin);
-    m->alpha = kt_op3_add(g, kt_code_down(g, &m->frame, p->alpha), kt_op3_add(g, kt_op3_cross(g, before, spin), turn));
+    turn = kt_op3_add(g, kt_op3_cross(g, before, spin), turn);
+    m->alpha = kt_op3_add(g, kt_code_down(g, &m->frame, p->alpha), turn);
     m->linear = kt_code_from_rest(g, &m->frame, linear);
     kt_code_multiply_rates(g, m);
     kt_op3_name(g, m->omega, "w", i);
@@ -128,8 +130,9 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
         const kt_op gyro = kt_op_multiply(g, kt_op_subtract(g, jj[kk], jj[jj_]), ww[jk]);
         const kt_op first = kt_op_multiply(g, jj[kt_op6_index(i, j)], m->u.row[k].x[i]);
         const kt_op second = kt_op_multiply(g, jj[kt_op6_index(i, k)], m->u.row[j].x[i]);
-        const kt_op across = kt_op_multiply(g, jj[jk], kt_op_subtract(g, ww[jj_], ww[kk]));
-        out.x[i] = kt_op_add(g, kt_op_add(g, own, gyro), kt_op_add(g, kt_op_subtract(g, second, first), across));
+        kt_op across = kt_op_multiply(g, jj[jk], kt_op_subtract(g, ww[jj_], ww[kk]));
+        across = kt_op_add(g, kt_op_subtract(g, second, first), across);
+        out.x[i] = kt_op_add(g, kt_op_add(g, own, gyro), across);
     }
     return out;
 }
@@ -156,8 +159,9 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
                          l->name, i, has_acceleration ? " + s a" : "");
         move_link(tree, i, has_acceleration, all);
         kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", l->name);
-        m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), kt_op33_apply(g, &m->u, l->moment));
-        m->moment = kt_op3_add(g, kt_code_spin_moment(g, l, m), kt_op3_cross(g, l->moment, m->linear));
+        const kt_op3 u_h = kt_op33_apply(g, &m->u, l->moment), h_a = kt_op3_cross(g, l->moment, m->linear);
+        m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), u_h);
+        m->moment = kt_op3_add(g, kt_code_spin_moment(g, l, m), h_a);
     }
     kt_graph_pass(g);
     for (int i = tree->link_count - 1; i > 0; i--) {
@@ -172,9 +176,8 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         for (int k = 0; k < kt_link_dofs(link) && has_acceleration; k++)
             tau[link->v + k] = kt_op_add(
                 g, tau[link->v + k], kt_op_multiply(g, l->armature[k], kt_code_rate(tree, KT_OP_GIVEN, link->v + k)));
-        const kt_op3 force = kt_code_up(g, &m->frame, m->force);
-        const kt_op3 moment =
-            kt_op3_add(g, kt_code_up(g, &m->frame, m->moment), kt_op3_cross(g, m->frame.offset, force));
+        const kt_op3 force = kt_code_up(g, &m->frame, m->force), r_f = kt_op3_cross(g, m->frame.offset, force);
+        const kt_op3 moment = kt_op3_add(g, kt_code_up(g, &m->frame, m->moment), r_f);
         p->force = kt_op3_add(g, p->force, force);
         p->moment = kt_op3_add(g, p->moment, moment);
     }
@@ -230,9 +233,9 @@ static code_wrench unit_wrench(kt_graph *g, const kt_code_link *l, const kt_code
         turn.x[k] = kt_op_number(g, 1.0);
     if (kt_code_motion(l) == KT_MOTION_SCREW)
         shift.x[k] = l->pitch;
-    return (code_wrench){.n =
-                             kt_op3_add(g, kt_op6_apply(g, &body->inertia, turn), kt_op3_cross(g, body->moment, shift)),
-                         .f = kt_op3_add(g, kt_op3_scale(g, body->mass, shift), kt_op3_cross(g, turn, body->moment))};
+    const kt_op3 h_a = kt_op3_cross(g, body->moment, shift), alpha_h = kt_op3_cross(g, turn, body->moment);
+    const kt_op3 n = kt_op3_add(g, kt_op6_apply(g, &body->inertia, turn), h_a);
+    return (code_wrench){n, kt_op3_add(g, kt_op3_scale(g, body->mass, shift), alpha_h)};
 }
 
 /* Begins the columns of one joint, with its own entries. body: what the joint carries. */
@@ -253,7 +256,8 @@ static void begin_columns(kt_code_tree *tree, const kt_code_frame *frame, int i,
     for (int k = 0; k < lengths && has_quaternion; k++) {
         kt_op3 unit = kt_op3_zero(g);
         unit.x[k] = kt_op_number(g, 1.0);
-        column[v + k] = (code_column){{kt_op3_cross(g, moment, unit), kt_op3_scale(g, body->mass, unit)}, i, true};
+        const kt_op3 n = kt_op3_cross(g, moment, unit);
+        column[v + k] = (code_column){{n, kt_op3_scale(g, body->mass, unit)}, i, true};
         for (int j = 0; j < lengths; j++)
             mass[(size_t)(v + k) * nv + (size_t)(v + j)] = j == k ? body->mass : kt_op_number(g, 0.0);
     }

@@ -5,8 +5,8 @@
 
 code_line kt_code_line_of(const code_effect *e) {
     kt_graph *g = e->tree->graph;
-    code_line line = {.d = kt_op3_subtract(g, e->end[1].point, e->end[0].point),
-                      .moving = kt_op3_subtract(g, e->end[1].velocity, e->end[0].velocity)};
+    code_line line = {.d = kt_op3_subtract(g, e->end[1].point, e->end[0].point)};
+    line.moving = kt_op3_subtract(g, e->end[1].velocity, e->end[0].velocity);
     line.length = kt_op3_length(g, line.d);
     const kt_op along = kt_op_divide(g, kt_op3_dot(g, line.d, line.moving), line.length);
     line.rate = kt_op_choose(g, line.length, along, kt_op3_length(g, line.moving));
@@ -18,7 +18,7 @@ static kt_op marker_variable(const code_effect *e, const kt_variable_record *x) 
     kt_code_tree *tree = e->tree;
     kt_graph *g = tree->graph;
     const kt_op33 *turn = &e->place->turn[x->link];
-    kt_op3 arm = {{kt_op_number(g, x->arm.x), kt_op_number(g, x->arm.y), kt_op_number(g, x->arm.z)}};
+    kt_op3 arm = kt_op3_of(g, (const double[3]){x->arm.x, x->arm.y, x->arm.z});
     for (int b = 0; b < (int)tree->model->n.body; b++) {
         const kt_pose *in = &tree->model->body[b].in_link;
         const kt_vec3 at = kt_mat3_apply_transposed(in->rotation, kt_vec3_sub(x->arm, in->position));

@@ -1,10 +1,14 @@
 /* Vectors, rotations and symmetric matrices of nodes. */
 #include "codegen/vector.h"
 
-kt_op3 kt_op3_zero(kt_graph *g) {
-    const kt_op zero = kt_op_number(g, 0.0);
-    return (kt_op3){{zero, zero, zero}};
+kt_op3 kt_op3_of(kt_graph *g, const double v[3]) {
+    kt_op3 out;
+    for (int k = 0; k < 3; k++)
+        out.x[k] = kt_op_number(g, v[k]);
+    return out;
 }
+
+kt_op3 kt_op3_zero(kt_graph *g) { return kt_op3_of(g, (const double[3]){0.0}); }
 
 kt_op3 kt_op3_add(kt_graph *g, kt_op3 a, kt_op3 b) {
     kt_op3 out;
@@ -27,18 +31,28 @@ kt_op3 kt_op3_scale(kt_graph *g, kt_op s, kt_op3 a) {
     return out;
 }
 
+kt_op3 kt_op3_combine(kt_graph *g, kt_op s, kt_op3 a, kt_op t, kt_op3 b) {
+    const kt_op3 second = kt_op3_scale(g, t, b);
+    return kt_op3_add(g, kt_op3_scale(g, s, a), second);
+}
+
 kt_op3 kt_op3_cross(kt_graph *g, kt_op3 a, kt_op3 b) {
     kt_op3 out;
     for (int k = 0; k < 3; k++) {
         const int i = (k + 1) % 3, j = (k + 2) % 3;
-        out.x[k] = kt_op_subtract(g, kt_op_multiply(g, a.x[i], b.x[j]), kt_op_multiply(g, a.x[j], b.x[i]));
+        out.x[k] = kt_op_subtract_products(g, a.x[i], b.x[j], a.x[j], b.x[i]);
     }
     return out;
 }
 
 kt_op kt_op3_dot(kt_graph *g, kt_op3 a, kt_op3 b) {
-    const kt_op xy = kt_op_add(g, kt_op_multiply(g, a.x[0], b.x[0]), kt_op_multiply(g, a.x[1], b.x[1]));
+    const kt_op xy = kt_op_add_products(g, a.x[0], b.x[0], a.x[1], b.x[1]);
     return kt_op_add(g, xy, kt_op_multiply(g, a.x[2], b.x[2]));
+}
+
+kt_op kt_op3_add_dots(kt_graph *g, kt_op3 a, kt_op3 b, kt_op3 c, kt_op3 d) {
+    const kt_op second = kt_op3_dot(g, c, d);
+    return kt_op_add(g, kt_op3_dot(g, a, b), second);
 }
 
 kt_op kt_op3_length(kt_graph *g, kt_op3 a) { return kt_op_call(g, KT_OP_SQRT, kt_op3_dot(g, a, a), -1); }
@@ -53,8 +67,7 @@ void kt_op3_name(kt_graph *g, kt_op3 a, const char *name, int number) {
 kt_op33 kt_op33_of(kt_graph *g, const double m[3][3]) {
     kt_op33 out;
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            out.row[i].x[j] = kt_op_number(g, m[i][j]);
+        out.row[i] = kt_op3_of(g, m[i]);
     return out;
 }
 
@@ -166,8 +179,8 @@ kt_op6 kt_op6_inertia_of(kt_graph *g, kt_op3 a, kt_op3 b) {
         product[k] = kt_op_multiply(g, a.x[k], b.x[k]);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const kt_op both = kt_op_add(g, kt_op_multiply(g, a.x[i], b.x[j]), kt_op_multiply(g, a.x[j], b.x[i]));
-        out.x[kt_op6_index(i, i)] = kt_op_multiply(g, kt_op_number(g, 2.0), kt_op_add(g, product[j], product[k]));
+        const kt_op both = kt_op_add_products(g, a.x[i], b.x[j], a.x[j], b.x[i]);
+        out.x[kt_op6_index(i, i)] = kt_op_scale(g, 2.0, kt_op_add(g, product[j], product[k]));
         out.x[kt_op6_index(i, j)] = kt_op_negate(g, both);
     }
     return out;

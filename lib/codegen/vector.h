@@ -19,11 +19,16 @@ typedef struct kt_op6 {
 } kt_op6;
 
 kt_op3 kt_op3_zero(kt_graph *g);
+kt_op3 kt_op3_of(kt_graph *g, const double v[3]);
 kt_op3 kt_op3_add(kt_graph *g, kt_op3 a, kt_op3 b);
 kt_op3 kt_op3_subtract(kt_graph *g, kt_op3 a, kt_op3 b);
 kt_op3 kt_op3_scale(kt_graph *g, kt_op s, kt_op3 a);
+/* s a + t b */
+kt_op3 kt_op3_combine(kt_graph *g, kt_op s, kt_op3 a, kt_op t, kt_op3 b);
 kt_op3 kt_op3_cross(kt_graph *g, kt_op3 a, kt_op3 b);
 kt_op kt_op3_dot(kt_graph *g, kt_op3 a, kt_op3 b);
+/* a . b + c . d */
+kt_op kt_op3_add_dots(kt_graph *g, kt_op3 a, kt_op3 b, kt_op3 c, kt_op3 d);
 kt_op kt_op3_length(kt_graph *g, kt_op3 a);
 /* Names the variables of a vector: `name`, the number, and x, y or z. */
 void kt_op3_name(kt_graph *g, kt_op3 a, const char *name, int number);
