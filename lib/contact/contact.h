@@ -21,6 +21,7 @@ typedef struct kt_contact {
     bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
     bool leaves;          /* its reaction, or its stick, has ended at this instant */
     bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
+    bool spared;          /* it touches, and loops hold its gap (kt_contacts_spare_held) */
     uint64_t bit;         /* its loop is on; 0: contacts share bits (model/switching.h) */
     double sign;          /* of the residual if the contact is open; 1 for friction */
     int effect;           /* friction: the effect; contacts: -1 */
@@ -244,6 +245,18 @@ KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_
  * motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               const double *W, double *u, kt_error *error);
+/* Writes x'M x to *square, in which every joint moves by its unit: 1 rad, or the mechanism's length. Data of the
+ * simulation belong to `open`. The scale of W is this number: W x'M x >= (J x)^2, and in x a gap moves at most by the
+ * mechanism's length or a radian. */
+KT_CHECKED kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q,
+                                           double *square, kt_error *error);
+/* Whether contact k has a lever on a joint. own: the number of its row in the diagonal of W. */
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square);
+/* Leaves contacts that touch out of the list, if other loops hold their gaps, as a foothold at the same point does
+ * (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W and u, and
+ * renews both if a contact is left out. Contacts that close faster than kt_contact_resting stay in the list. */
+KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, double *W,
+                                            kt_error *error);
 /* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
  * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
  * since their motion is prescribed. */
@@ -325,6 +338,8 @@ KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_ins
 
 /* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
 KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);
+/* Lists the rows of contacts that touch and are not spared, and of friction. */
+void kt_contacts_list_rows(kt_simulation *simulation);
 /* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
 KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t,
                                                const double *q, double *W, kt_error *error);

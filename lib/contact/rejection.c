@@ -107,24 +107,59 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     return true;
 }
 
-/* The scale of W is x'M x, with W x'M x >= (J x)^2. In x, every joint moves by its unit, and the gap moves at most by
- * the mechanism's length or a radian. */
-kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
-                                   double *u, kt_error *error) {
-    const struct kt_contacts *c = simulation->contacts;
-    const double length = c->all->length > 0.0 ? c->all->length : 1.0;
-    const double *q = kt_integrator_state(simulation->integrator);
+static double unit_length(const struct kt_contacts *c) { return c->all->length > 0.0 ? c->all->length : 1.0; }
+
+kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q, double *square,
+                                kt_error *error) {
+    const double length = unit_length(simulation->contacts);
     double *x = simulation->a;
-    char where[KT_WHERE_SIZE];
     for (size_t i = 1; i < open->n.link; i++)
         for (int k = 0; k < kt_link_dofs(&open->link[i]); k++)
             x[open->link[i].v + k] = k < kt_link_lengths(&open->link[i]) ? length : 1.0;
     const kt_status status = kt_kinematics_update(open, simulation->data, q, x, NULL, error);
-    const double square = status == KT_OK ? 2.0 * kt_kinetic_energy(open, simulation->data) : 0.0;
+    *square = status == KT_OK ? 2.0 * kt_kinetic_energy(open, simulation->data) : 0.0;
+    return status;
+}
+
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square) {
+    const bool turns = kt_loop_measure_of(c->all, c->item[k].loop, 0) == KT_MEASURE_ANGLE;
+    const double unit = turns ? 1.0 : unit_length(c);
+    return own * square > lever * lever * unit * unit;
+}
+
+kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, double *W,
+                                 kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    double square, size;
+    bool any = false;
+    if (open->n.group == 0 || c->meeting == 0)
+        return KT_OK;
+    const kt_status status =
+        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
+    if (status != KT_OK)
+        return status;
+    for (int i = 0; i < c->meeting; i++) {
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, W, i), square) ||
+            kt_contact_rate(c, W, i, &size) < -kt_contact_resting)
+            continue;
+        c->item[c->list[i]].spared = true;
+        any = true;
+    }
+    if (!any)
+        return KT_OK;
+    kt_contacts_list_rows(simulation);
+    return kt_contacts_find_response(simulation, open, t, kt_integrator_state(simulation->integrator), W, error);
+}
+
+kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
+                                   double *u, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    char where[KT_WHERE_SIZE];
+    double square;
+    const kt_status status =
+        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
     for (int i = 0; status == KT_OK && i < c->meeting; i++) {
-        const bool turns = kt_loop_measure_of(c->all, c->item[c->list[i]].loop, 0) == KT_MEASURE_ANGLE;
-        const double unit = turns ? 1.0 : length;
-        if (!(u[i] < 0.0) || kt_contacts_own(c, W, i) * square > lever * lever * unit * unit)
+        if (!(u[i] < 0.0) || kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, W, i), square))
             continue;
         if (u[i] >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
             u[i] = 0.0;

@@ -15,25 +15,14 @@ static void add_row(struct kt_contacts *c, int k, int component) {
     c->component[c->touching++] = component;
 }
 
-/* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
-kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
+void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const double scale = fmax(1.0, c->all->length);
-    char where[KT_WHERE_SIZE];
+    const double most = kt_contact_touching * fmax(1.0, c->all->length);
     c->touching = 0;
     for (int k = 0; k < c->sides; k++) {
-        if (kt_contact_is_released(&c->item[k]))
-            continue;
-        simulation->memory.beyond = c->gap[k] < -deep * scale;
-        if (simulation->memory.beyond) {
-            snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
-            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, or bound the "
-                                "steps (max_step) if it was there at the start",
-                                kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
-        }
-        if (c->gap[k] <= kt_contact_touching * scale || c->item[k].meets ||
-            kt_contact_is_closed(simulation->model, &c->item[k]))
+        const kt_contact *item = &c->item[k];
+        const bool touches = c->gap[k] <= most || item->meets || kt_contact_is_closed(simulation->model, item);
+        if (touches && !item->spared && !kt_contact_is_released(item))
             add_row(c, k, 0);
     }
     c->meeting = c->touching;
@@ -44,6 +33,27 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
     for (int i = 0; i < c->meeting; i++)
         for (int component = 0; component < 2 && c->item[c->list[i]].of >= 0; component++)
             add_row(c, c->item[c->list[i]].of, component);
+}
+
+/* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
+kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double scale = fmax(1.0, c->all->length);
+    char where[KT_WHERE_SIZE];
+    for (int k = 0; k < c->sides; k++) {
+        c->item[k].spared = false;
+        if (kt_contact_is_released(&c->item[k]))
+            continue;
+        simulation->memory.beyond = c->gap[k] < -deep * scale;
+        if (simulation->memory.beyond) {
+            snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
+            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                                "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, or bound the "
+                                "steps (max_step) if it was there at the start",
+                                kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);
+        }
+    }
+    kt_contacts_list_rows(simulation);
     return KT_OK;
 }
 

@@ -203,6 +203,11 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }
+    for (int k = 0; status == KT_OK && k < c->sides; k++)
+        if (c->item[k].spared) {
+            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
+            simulation->event_memory[k].side = -1;
+        }
     for (int k = c->sides; k < c->n; k++)
         simulation->contact_state[k].closes_at = -HUGE_VAL;
     (void)kt_contacts_follow_slip(simulation);
@@ -233,6 +238,8 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     status = kt_contacts_find_response(simulation, open, t, y, W, error);
     if (status == KT_OK)
         status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
+    if (status == KT_OK)
+        status = kt_contacts_spare_held(simulation, open, t, W, error);
     for (int i = 0; status == KT_OK && i < c->touching; i++) {
         u[i] = kt_contact_rate(c, W, i, &size);
         if (fabs(u[i]) <= kt_contact_rounding * size)

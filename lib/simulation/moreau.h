@@ -5,6 +5,9 @@
 #include "contact/contact.h"
 #include "linear/cone.h"
 
+/* Why a contact takes no part in a step: it does not close, or other loops hold its gap. */
+enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
+
 /* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. Its rows are those of
  * struct kt_contacts. At most `items` items and `list` rows take part in a step. */
 #define KT_MOREAU_FIELDS(X)                                                                                            \
@@ -14,7 +17,7 @@
     X(double, change, s->nv, "scratch: displacements")                                                                 \
     X(double, position, s->nq, "scratch")                                                                              \
     X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
-    X(int, place, s->n_contacts, "of each contact: its item; -1: it takes no part")                                    \
+    X(int, place, s->n_contacts, "of each contact: its item, or a reason why it has none")                             \
     X(int, item, s->items, "the contact, or dry friction")                                                             \
     X(int, chosen, s->items, "scratch: items of a problem")                                                            \
     X(double, none, s->items, "scratch: zeros")                                                                        \

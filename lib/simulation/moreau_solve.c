@@ -169,7 +169,7 @@ static bool list_closing(kt_simulation *simulation, double h, const double *v, b
     const struct kt_contacts *c = simulation->contacts;
     bool any = false;
     for (int k = 0; k < c->sides; k++) {
-        if (simulation->moreau->place[k] >= 0 || kt_contact_is_released(&c->item[k]) ||
+        if (simulation->moreau->place[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
             !(is_closing(simulation, k, h) || (begins && was_closed(simulation, k, v))))
             continue;
         set_law(simulation, add_moreau_item(simulation, k, v), h);
@@ -198,7 +198,7 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const d
     m->t = t;
     c->touching = 0;
     for (int k = 0; k < c->n; k++)
-        m->place[k] = -1;
+        m->place[k] = KT_MOREAU_NO_PART;
     add_dry_friction(simulation, h, v);
     return m->dry > 0 ? respond_to_rows(simulation, 0, error) : KT_OK;
 }
@@ -219,9 +219,45 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 
+/* Spares contacts from item `from` on that have no lever: other loops hold their gaps (kt_contacts_spare_held). Their
+ * rates in the middle are not zero, since v belongs to the beginning. If loops move, they may close a gap.
+ * *any: whether any contact is spared. */
+static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    double square = 0.0;
+    const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &square, error);
+    *any = false;
+    for (int i = from; status == KT_OK && i < m->count; i++) {
+        const int r = m->first[i];
+        const double own = c->touching <= m->stride ? c->W[r * m->stride + r] : kt_contacts_product(c, r, r);
+        const bool closes = m->begin[r] < -kt_contact_resting || m->free[r] < -kt_contact_resting;
+        if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
+            continue;
+        m->place[m->item[i]] = KT_MOREAU_HELD;
+        *any = true;
+    }
+    return status;
+}
+
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
-    const int first = simulation->contacts->touching;
-    *any = list_closing(simulation, h, v, simulation->moreau->count == simulation->moreau->dry);
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const int first = c->touching, from = m->count;
+    const bool begins = from == m->dry;
+    bool spares = false;
+    *any = list_closing(simulation, h, v, begins);
+    kt_status status = *any ? respond_to_rows(simulation, first, error) : KT_OK;
+    if (status == KT_OK && *any && simulation->model->n.group > 0)
+        status = spare_held_items(simulation, from, &spares, error);
+    if (status != KT_OK || !spares)
+        return status;
+    for (int i = from; i < m->count; i++)
+        if (m->place[m->item[i]] == i)
+            m->place[m->item[i]] = KT_MOREAU_NO_PART;
+    m->count = from;
+    c->touching = first;
+    *any = list_closing(simulation, h, v, begins);
     return *any ? respond_to_rows(simulation, first, error) : KT_OK;
 }
 

@@ -187,6 +187,86 @@ KT_TEST(contacts_that_close_by_rounding_rest) {
     running_stop(&r);
 }
 
+/* ---- contacts at feet ------------------------------------------------------------------------------------------ */
+
+/* A box with two feet is thrown. Its feet have hard contacts and footholds at the same points, and the feet land one
+ * after the other. Each foothold holds the gap of the contact at its foot, and a weld holds the gaps of both. */
+#define TWO_FEET(loop, contact)                                                                                        \
+    "kinetree: 1\n"                                                                                                    \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "bodies: [{name: foot, joint: {type: free, position: {position: [0.3, -0.2, 0.5]}, velocity: {linear: [0.7, "      \
+    "0.4, 0.2], angular: [0.5, -0.3, 1.1]}}, mass: 3, shape: {type: box, size: [0.4, 0.3, 0.2]}, markers: {a: "        \
+    "[0.2, 0, -0.2], b: [-0.2, 0, -0.2]}}]\n"                                                                          \
+    "loops:\n"                                                                                                         \
+    "  - {name: fA, type: " loop ", between: [foot.a, world], switched: off}\n"                                        \
+    "  - {name: fB, type: " loop ", between: [foot.b, world], switched: off}\n"                                        \
+    "effects:\n"                                                                                                       \
+    "  - {name: cA, type: contact, point: foot.a, plane: world, restitution: 0" contact "}\n"                          \
+    "  - {name: cB, type: contact, point: foot.b, plane: world, restitution: 0" contact "}\n"                          \
+    "events:\n"                                                                                                        \
+    "  - {name: landA, when: marker.foot.a.z, direction: falling, limit: 1, then: {engage_here: fA}}\n"                \
+    "  - {name: landB, when: marker.foot.b.z, direction: falling, limit: 1, then: {engage_here: fB}}\n"                \
+    "  - {name: offA, when: t - 1.2, then: {release: fA}}\n"                                                           \
+    "  - {name: offB, when: t - 1.2, then: {release: fB}}\n"
+
+static double energy_of(const running *r) {
+    kt_error error = {0};
+    kt_data *data = NULL;
+    double sum = (double)NAN;
+    if (kt_data_create(r->model, &data, &error) == KT_OK &&
+        kt_kinematics_update(r->model, data, kt_simulation_positions(r->simulation),
+                             kt_simulation_velocities(r->simulation), NULL, &error) == KT_OK)
+        sum = kt_kinetic_energy(r->model, data) + kt_potential_energy(r->model, data);
+    kt_data_free(data);
+    return sum;
+}
+
+/* Runs to 1.5 s. Returns how far the energy rises within 0.05 s. *open: whether all contacts are open while footholds
+ * act. Impacts take no more energy than the mechanism loses. */
+static double rise_on_two_feet(const char *text, bool *open) {
+    running r;
+    double worst = 0.0;
+    *open = false;
+    if (running_start(text, NULL, &r)) {
+        const double start = energy_of(&r);
+        double energy = start;
+        bool good = true;
+        for (int k = 1; good && k <= 30; k++) {
+            const double before = energy;
+            good = advance(&r, 0.05 * k);
+            energy = energy_of(&r);
+            worst = fmax(worst, energy - before);
+            const kt_contact_counts counts = kt_simulation_contacts(r.simulation);
+            *open = k == 23 ? counts.closings == counts.openings : *open;
+        }
+        kt_check_below("impacts take, J", kt_simulation_contacts(r.simulation).dissipated, start - energy);
+    }
+    running_stop(&r);
+    return worst;
+}
+
+/* Bound of energies: rounding of 1e5 evaluations at 16 J. */
+KT_TEST(footholds_hold_contacts_at_their_feet) {
+    static const char *const texts[] = {TWO_FEET("spherical", ""), TWO_FEET("spherical", ", friction: 0.4"),
+                                        TWO_FEET("weld", ""), TWO_FEET("weld", ", friction: 0.4"),
+                                        TWO_FEET("spherical", ", friction: 0.4, poisson: true")};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        bool open;
+        kt_note("scene %d", (int)i);
+        kt_check_below("the energy rises, J", rise_on_two_feet(texts[i], &open), 16.0 * 1e-11);
+        kt_check_true("contacts at held feet are open", open);
+    }
+}
+
+/* Fixed steps of 1 ms, of the first order in the energy at impacts. Bound: 16 J times 1e-3 / 50. */
+KT_TEST(footholds_hold_contacts_at_their_feet_in_time_stepping) {
+    bool open;
+    kt_check_below(
+        "the energy rises, J",
+        rise_on_two_feet(TWO_FEET("spherical", ", friction: 0.4") "simulate: {contact: steps, step: 1e-3}\n", &open),
+        3.2e-4);
+}
+
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* A second simulation goes on from a checkpoint of the first one, in all phases. It has been at other footholds

@@ -18,6 +18,7 @@ bool running_start_read(running *to) {
     kt_simulation_options made = kt_simulation_options_default();
     compiled.settable = kt_scene_sets(&to->scene);
     made.events = kt_scene_event_room(&to->scene);
+    made.contact = to->scene.contact;
     kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
     if (status == KT_OK)
         status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
