@@ -204,7 +204,8 @@ typedef struct kt_equilibrium {
  *
  * In a model with auxiliary states the equilibrium is one of positions and states, x' = 0. It is found with Newton's
  * method from q and kt_linearization_own_states, which then contains the states found. It may be unstable, for either
- * value of `nearest`.
+ * value of `nearest`. If the rates of all auxiliary states are the number 0, as those of footholds are, the states are
+ * held, and the search is that of positions.
  *
  * Errors:
  *   KT_ERROR_STEP: no equilibrium is found. The message names the joint with the largest remaining acceleration or the

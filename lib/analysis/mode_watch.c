@@ -205,8 +205,10 @@ size_t kt_mode_watch_size(const kt_model *model) {
 kt_status kt_mode_watch_init(const kt_model *model, void *memory, size_t size, kt_mode_watch **watch, kt_error *error) {
     if (KT_IS_MISSING(error, model, watch))
         return KT_ERROR_ARGUMENT;
-    kt_status status = kt_auxiliary_states_reject(
-        model, "kt_mode_watch_init", "the frequencies that are watched would be those without them", error);
+    kt_status status = KT_OK;
+    if (!kt_auxiliary_states_are_idle(model))
+        status = kt_auxiliary_states_reject(model, "kt_mode_watch_init",
+                                            "the frequencies that are watched would be those without them", error);
     if (status == KT_OK)
         status = kt_massless_reject(model, "kt_mode_watch_init", "its accelerations have no derivatives", error);
     if (status != KT_OK)

@@ -119,6 +119,24 @@ kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, con
     return status;
 }
 
+bool kt_auxiliary_states_are_constant(const kt_model *model) {
+    bool all = true;
+    for (size_t i = 0; i < model->n.x && all; i++) {
+        const kt_effect_record *rate = &model->state[i];
+        double out[6] = {0.0};
+        all = rate->law == NULL && rate->variable_count == 0 && kt_formulas_evaluate(model, rate, NULL, out) == 0 &&
+              out[0] == 0.0;
+    }
+    return all;
+}
+
+bool kt_auxiliary_states_are_idle(const kt_model *model) {
+    bool idle = kt_auxiliary_states_are_constant(model);
+    for (size_t i = 0; i < model->n.variable && idle; i++)
+        idle = model->variable[i].type != KT_VARIABLE_STATE;
+    return idle;
+}
+
 kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
     return model->n.x == 0 ? KT_OK
                            : kt_error_set(error, KT_ERROR_UNSUPPORTED, where,

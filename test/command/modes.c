@@ -337,3 +337,45 @@ KT_TEST(a_foothold_changes_no_verdict) {
     ran = kt_shell("$K modes grab.yaml");
     kt_check_contains("modes", ran.out, "2 eigenvalues are zero: neither stiffness nor damping acts on a\n");
 }
+
+/* A box on three elastic contacts slides and turns freely. Its equilibrium is that without the foothold. */
+KT_TEST(equilibrium_holds_places_of_footholds) {
+    static const char scene[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "bodies: [{name: box, joint: {type: free, position: {position: [0.3, -0.2, 0.11]}}, mass: 3, shape: {type: "
+        "box, "
+        "size: [0.4, 0.3, 0.2]}, markers: {a: [0.2, 0.1, -0.1], b: [-0.2, 0.1, -0.1], c: [0, -0.1, -0.1]}}]\n"
+        "effects:\n"
+        "  - {type: contact, point: box.a, plane: world, stiffness: 1e4, dissipation: 0.1}\n"
+        "  - {type: contact, point: box.b, plane: world, stiffness: 1e4, dissipation: 0.1}\n"
+        "  - {type: contact, point: box.c, plane: world, stiffness: 1e4, dissipation: 0.1}\n"
+        "%s";
+    char text[1200];
+    (void)snprintf(text, sizeof text, scene, "");
+    kt_write_file("box.yaml", text);
+    kt_expect(0, "a neutral equilibrium: 6 eigenvalues are zero", "$K equilibrium box.yaml > plain.txt");
+    (void)snprintf(text, sizeof text, scene,
+                   "loops: [{name: grab, type: spherical, between: [box.a, world], switched: off}]\n"
+                   "events: [{name: low, when: t - 1, then: {engage_here: grab}}]\n");
+    kt_write_file("box-grab.yaml", text);
+    kt_expect(0, "a neutral equilibrium: 6 eigenvalues are zero", "$K equilibrium box-grab.yaml > held.txt");
+    kt_expect(0, NULL, "grep -q quaternion plain.txt && diff plain.txt held.txt");
+}
+
+/* Fixed steps are compared with the modes, which places of footholds do not change. The period is 2 s. */
+KT_TEST(fixed_steps_are_watched_besides_a_foothold) {
+    static const char scene[] =
+        "kinetree: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "bodies: [{name: a, joint: {type: revolute, axis: y, position: 0.1}, mass: 1, com: [0, 0, -1], markers: {tip: "
+        "[0, 0, -1]}}]\n"
+        "loops: [{name: grab, type: spherical, between: [a.tip, world], switched: off}]\n"
+        "events: [{name: low, when: t - 100, then: {engage_here: grab}}]\n"
+        "simulate: {duration: 9, integrator: rk4, step: 0.01}\n";
+    kt_write_file("steps.yaml", scene);
+    kt_ran ran = kt_shell("$K run steps.yaml --out /dev/null");
+    kt_check_true("no warning", strstr(ran.err, "warning") == NULL);
+    ran = kt_shell("$K run steps.yaml --out /dev/null --step 0.3");
+    kt_check_contains("warning", ran.err, "steps a period");
+}
