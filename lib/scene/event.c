@@ -203,6 +203,30 @@ static const struct {
              {"engage", "the name of a loop or an effect"},
              {"engage_here", "the name of a loop"}};
 
+/* How each action is written. */
+static const struct {
+    const char *word, *form;
+} action_forms[] = {{"stop", "'stop'"},
+                    {"record", "'record'"},
+                    {"set", "{set: {NAME: VALUE}}"},
+                    {"release", "{release: NAME}"},
+                    {"engage", "{engage: NAME}"},
+                    {"engage_here", "{engage_here: NAME}"},
+                    {"call", "{call: NAME}"}};
+
+/* Reports a word or a key that is no action, and names the nearest one. */
+static bool reject_action(kt_reader *r, const kt_scope *scope, kt_node *node, const char *word) {
+    kt_nearest near = kt_nearest_make(word, &r->effort);
+    kt_phrase what = {.length = 0};
+    for (int k = 0; k < KT_COUNT_OF(action_forms); k++)
+        (void)kt_nearest_try(&near, action_forms[k].word);
+    for (int k = 0; k < KT_COUNT_OF(action_forms) && near.best != NULL; k++)
+        if (strcmp(near.best, action_forms[k].word) == 0)
+            kt_phrase_add(&what, "did you mean %s? ", action_forms[k].form);
+    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is no action; %s%s %s", kt_name_quote(word).text, what.text,
+                       near.best != NULL ? "Expected" : "expected", actions_expected);
+}
+
 /* {call: NAME}, {release: NAME}, {engage: NAME}, {engage_here: NAME} */
 static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
                        const actions_read *to) {
@@ -229,23 +253,14 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
             to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k > 1, .here = k == 3};
         return true;
     }
-    return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected %s", actions_expected);
+    const kt_node *key = node->count == 1 ? node->of.first : NULL;
+    return key != NULL && key->kind == KT_NODE_TEXT
+               ? reject_action(r, scope, node, key->of.text)
+               : kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected one action in each map: %s", actions_expected);
 }
-
-/* How each action is written. */
-static const struct {
-    const char *word, *form;
-} action_forms[] = {{"stop", "'stop'"},
-                    {"record", "'record'"},
-                    {"set", "{set: {NAME: VALUE}}"},
-                    {"release", "{release: NAME}"},
-                    {"engage", "{engage: NAME}"},
-                    {"engage_here", "{engage_here: NAME}"},
-                    {"call", "{call: NAME}"}};
 
 /* The action that is a word; -1 after reporting that there is none. */
 static int read_word(kt_reader *r, const kt_scope *scope, kt_node *node) {
-    kt_nearest near = kt_nearest_make(node->kind == KT_NODE_TEXT ? node->of.text : "", &r->effort);
     if (node->kind != KT_NODE_TEXT || node->count == 0) {
         (void)kt_fault_expected(r, scope, node, actions_expected);
         return -1;
@@ -253,14 +268,7 @@ static int read_word(kt_reader *r, const kt_scope *scope, kt_node *node) {
     for (int k = 0; k < KT_COUNT_OF(action_names); k++)
         if (strcmp(node->of.text, action_names[k]) == 0)
             return k;
-    for (int k = 0; k < KT_COUNT_OF(action_forms); k++)
-        (void)kt_nearest_try(&near, action_forms[k].word);
-    kt_phrase what = {.length = 0};
-    for (int k = 0; k < KT_COUNT_OF(action_forms) && near.best != NULL; k++)
-        if (strcmp(near.best, action_forms[k].word) == 0)
-            kt_phrase_add(&what, "did you mean %s? ", action_forms[k].form);
-    (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is no action; %s%s %s", kt_name_quote(node->of.text).text,
-                      what.text, near.best != NULL ? "Expected" : "expected", actions_expected);
+    (void)reject_action(r, scope, node, node->of.text);
     return -1;
 }
 
