@@ -226,6 +226,29 @@ KT_TEST(second_run_with_one_checkpoint_is_rejected_at_its_start) {
     kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out second.csv --checkpoint long.state");
 }
 
+static bool is_link(const char *name) {
+    struct stat status;
+    return lstat(name, &status) == 0 && S_ISLNK(status.st_mode);
+}
+
+/* Chains of links, to a file that does not exist at first, in another folder. */
+KT_TEST(checkpoint_behind_a_link_is_written_there) {
+    static const char line[] = "$K run chain.yaml --quiet --duration 1 --out linked.csv --checkpoint link.state "
+                               "--checkpoint-interval 1e-3";
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
+    kt_expect(0, NULL,
+              "mkdir -p store && rm -f store/* && ln -sf store/next.state link.state && "
+              "ln -sf real.state store/next.state");
+    for (int round = 0; round < 2; round++) {
+        kt_expect(0, NULL, line);
+        kt_check_true("the link stays", is_link("link.state") && is_link("store/next.state"));
+        kt_check_true("its file is written", size_of("store/real.state") > 0 && !is_link("store/real.state"));
+        kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out linked.csv --resume link.state");
+    }
+    kt_expect(0, NULL, "ln -sf round.state link.state && ln -sf link.state round.state");
+    kt_expect(4, "Too many levels of symbolic links", line);
+}
+
 /* A run that ends before its first checkpoint leaves no empty file, also if it is killed. An old file stays. */
 KT_TEST(run_without_a_checkpoint_leaves_the_file_as_it_was) {
     kt_expect(0, NULL,

@@ -100,10 +100,10 @@ static bool take_fingerprints(kt_checkpoint *checkpoint, const kt_outcome *outco
 static int lock_name(kt_checkpoint *checkpoint) {
     struct stat status;
     for (;;) {
-        checkpoint->has_file = stat(checkpoint->path, &status) == 0;
+        checkpoint->has_file = stat(checkpoint->file, &status) == 0;
         const int file =
-            kt_open_locked(checkpoint->has_file ? checkpoint->path : checkpoint->new_path, O_RDWR | O_CREAT);
-        if (file < 0 || checkpoint->has_file || stat(checkpoint->path, &status) != 0)
+            kt_open_locked(checkpoint->has_file ? checkpoint->file : checkpoint->new_path, O_RDWR | O_CREAT);
+        if (file < 0 || checkpoint->has_file || stat(checkpoint->file, &status) != 0)
             return file;
         (void)unlink(checkpoint->new_path);
         (void)close(file);
@@ -113,11 +113,16 @@ static int lock_name(kt_checkpoint *checkpoint) {
 static bool take_lock(kt_checkpoint *checkpoint) {
     if (checkpoint->path == NULL)
         return true;
-    const size_t room = strlen(checkpoint->path) + sizeof ".new";
+    checkpoint->file = kt_follow_links(checkpoint->path);
+    if (checkpoint->file == NULL) {
+        kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
+        return false;
+    }
+    const size_t room = strlen(checkpoint->file) + sizeof ".new";
     checkpoint->new_path = malloc(room);
     if (checkpoint->new_path == NULL)
         return say_no_memory();
-    (void)snprintf(checkpoint->new_path, room, "%s.new", checkpoint->path);
+    (void)snprintf(checkpoint->new_path, room, "%s.new", checkpoint->file);
     checkpoint->lock = lock_name(checkpoint);
     if (checkpoint->lock < 0)
         kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,
@@ -154,6 +159,7 @@ void kt_checkpoint_close(kt_checkpoint *checkpoint) {
     if (checkpoint->lock >= 0)
         (void)close(checkpoint->lock);
     free(checkpoint->new_path);
+    free(checkpoint->file);
     free(checkpoint->block);
     *checkpoint = (kt_checkpoint){.lock = -1};
 }
@@ -203,12 +209,12 @@ static bool write_and_rename(kt_checkpoint *checkpoint, const kt_progress_so_far
     if (file < 0)
         return false;
     if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, words) && fsync(file) == 0 &&
-        rename(checkpoint->new_path, checkpoint->path) == 0) {
+        rename(checkpoint->new_path, checkpoint->file) == 0) {
         if (checkpoint->has_file)
             (void)close(checkpoint->lock);
         checkpoint->lock = file;
         checkpoint->has_file = true;
-        kt_sync_folder(checkpoint->path);
+        kt_sync_folder(checkpoint->file);
         return true;
     }
     const int reason = errno;

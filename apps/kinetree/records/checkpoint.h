@@ -8,9 +8,10 @@
 /* The file of a run's checkpoints, and how often it is written. */
 typedef struct kt_checkpoint {
     const char *path;     /* NULL: none are written */
-    char *new_path;       /* FILE.new, which becomes `path` when it is complete; NULL: none */
-    int lock;             /* descriptor of `path`, or of `new_path` before the first checkpoint; -1: none */
-    bool has_file;        /* the lock is on `path` */
+    char *file;           /* the file itself, behind symbolic links; NULL: none */
+    char *new_path;       /* FILE.new, which becomes `file` when it is complete; NULL: none */
+    int lock;             /* descriptor of `file`, or of `new_path` before the first checkpoint; -1: none */
+    bool has_file;        /* the lock is on `file` */
     double interval;      /* s between two checkpoints, measured by kt_clock */
     double last;          /* s, value of kt_clock when the last one was written */
     uint64_t scene;       /* fingerprint of the scene */

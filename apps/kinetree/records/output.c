@@ -16,7 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { LOCK_TRIES = 100 /* a second */, OPEN_TRIES = 3 };
+enum { LOCK_TRIES = 100 /* a second */, OPEN_TRIES = 3, LINKS_MOST = 40 };
 
 static bool is_stream(const char *path) { return strcmp(path, "-") == 0; }
 
@@ -50,6 +50,32 @@ static char *find_canonical_name(const char *path) {
     whole = join_texts(real, "/", slash != NULL ? slash + 1 : path);
     free(real);
     return whole;
+}
+
+/* Returns the text of a symbolic link, from the folder of the link. NULL: memory is insufficient. */
+static char *read_one_link(const char *path) {
+    char text[PATH_MAX];
+    const ssize_t length = readlink(path, text, sizeof text - 1);
+    if (length < 0)
+        return NULL;
+    text[length] = '\0';
+    char *folder = text[0] != '/' ? kt_folder_of(path) : NULL;
+    char *name = text[0] == '/' ? strdup(text) : folder != NULL ? join_texts(folder, "/", text) : NULL;
+    free(folder);
+    return name;
+}
+
+char *kt_follow_links(const char *path) {
+    struct stat status;
+    char *name = strdup(path);
+    for (int i = 0; name != NULL && lstat(name, &status) == 0 && S_ISLNK(status.st_mode); i++) {
+        char *next = i < LINKS_MOST ? read_one_link(name) : NULL;
+        free(name);
+        name = next;
+        if (i == LINKS_MOST)
+            errno = ELOOP;
+    }
+    return name;
 }
 
 /* Returns whether a file is written directly, without a partial file: devices, pipes and links to nonexistent files. */

@@ -27,6 +27,10 @@ int kt_output_open(kt_output *output, int flags);
  * with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 
+/* Returns the name behind symbolic links, which need not exist. The caller frees it. NULL, with errno: the links lead
+ * round, or memory is insufficient. */
+char *kt_follow_links(const char *path);
+
 /* Returns the folder of a file: "." if the path names none. The caller frees it. NULL: not enough memory. */
 char *kt_folder_of(const char *path);
 
