@@ -13,12 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *skip_decimal_sign(const char *c) { return *c == '+' || *c == '-' ? c + 1 : c; }
-
 static const char *skip_digits(const char *c) { return c + strspn(c, "0123456789"); }
 
 const char *kt_decimal_end(const char *text) {
-    const char *const whole = skip_decimal_sign(text), *c = skip_digits(whole);
+    const char *const whole = kt_decimal_skip_sign(text), *c = skip_digits(whole);
     bool has_digits = c > whole;
     if (*c == '.') {
         const char *const fraction = c + 1;
@@ -28,7 +26,7 @@ const char *kt_decimal_end(const char *text) {
     if (!has_digits)
         return text;
     if (*c == 'e' || *c == 'E') {
-        const char *const exponent = skip_decimal_sign(c + 1), *const end = skip_digits(exponent);
+        const char *const exponent = kt_decimal_skip_sign(c + 1), *const end = skip_digits(exponent);
         c = end > exponent ? end : c;
     }
     return c;
@@ -63,7 +61,7 @@ static long read_exponent(const char *text, const char *end) {
         return 0;
     const bool negative = at[1] == '-';
     long value = 0;
-    for (at = skip_decimal_sign(at + 1); at < end; at++)
+    for (at = kt_decimal_skip_sign(at + 1); at < end; at++)
         value = value < 100000000 ? 10 * value + (*at - '0') : value;
     return negative ? -value : value;
 }
@@ -74,7 +72,7 @@ bool kt_decimal_read(const char *text, double *value, const char **end) {
     if (after == text)
         return false;
     long exponent = read_exponent(text, after);
-    const int count = collect_digits(skip_decimal_sign(text), digits, &exponent);
+    const int count = collect_digits(kt_decimal_skip_sign(text), digits, &exponent);
     (void)snprintf(whole, sizeof whole, "%s%.*se%ld", *text == '-' ? "-" : "", count > 0 ? count : 1, digits, exponent);
     const double number = strtod(whole, NULL);
     if (!isfinite(number))

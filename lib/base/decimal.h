@@ -4,6 +4,11 @@
 
 #include <stdbool.h>
 
+/* Returns the text behind a sign, or the text itself if it begins with none. */
+static inline const char *kt_decimal_skip_sign(const char *text) {
+    return *text == '+' || *text == '-' ? text + 1 : text;
+}
+
 /* Returns the end of the number that the text begins with, or the text itself if it begins with none. The grammar is
  * that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
  *

@@ -3,11 +3,6 @@
 #include "codegen/recursion.h"
 #include "expression/expression.h"
 
-/* x > y ? chosen : other */
-static kt_op choose_above(kt_graph *g, kt_op x, kt_op y, kt_op chosen, kt_op other) {
-    return kt_op_choose(g, kt_op_subtract(g, x, y), chosen, other);
-}
-
 /* Powers with small whole exponents are products. */
 static kt_op power_of(kt_graph *g, kt_op x, kt_op y) {
     const kt_op square = kt_op_multiply(g, x, x);
@@ -32,23 +27,23 @@ static kt_op operate_on_two(kt_graph *g, kt_operator code, kt_op x, kt_op y) {
     case KT_OPERATOR_POWER:
         return power_of(g, x, y);
     case KT_OPERATOR_LESS:
-        return choose_above(g, y, x, one, zero);
+        return kt_op_choose_above(g, y, x, one, zero);
     case KT_OPERATOR_LESS_EQUAL:
-        return choose_above(g, x, y, zero, one);
+        return kt_op_choose_above(g, x, y, zero, one);
     case KT_OPERATOR_GREATER:
-        return choose_above(g, x, y, one, zero);
+        return kt_op_choose_above(g, x, y, one, zero);
     case KT_OPERATOR_GREATER_EQUAL:
-        return choose_above(g, y, x, zero, one);
+        return kt_op_choose_above(g, y, x, zero, one);
     case KT_OPERATOR_EQUAL:
-        return choose_above(g, x, y, zero, choose_above(g, y, x, zero, one));
+        return kt_op_choose_above(g, x, y, zero, kt_op_choose_above(g, y, x, zero, one));
     case KT_OPERATOR_NOT_EQUAL:
-        return choose_above(g, x, y, one, choose_above(g, y, x, one, zero));
+        return kt_op_choose_above(g, x, y, one, kt_op_choose_above(g, y, x, one, zero));
     case KT_OPERATOR_ATAN2:
         return kt_op_call(g, KT_OP_ATAN2, x, y);
     case KT_OPERATOR_MIN:
-        return choose_above(g, x, y, y, x);
+        return kt_op_choose_above(g, x, y, y, x);
     case KT_OPERATOR_MAX:
-        return choose_above(g, y, x, y, x);
+        return kt_op_choose_above(g, y, x, y, x);
     case KT_OPERATOR_HYPOT:
         return kt_op_call(g, KT_OP_HYPOT, x, y);
     default:
@@ -67,9 +62,9 @@ static kt_op operate_on_one(kt_graph *g, kt_operator code, kt_op x) {
     if (code == KT_OPERATOR_NEGATE)
         return kt_op_negate(g, x);
     if (code == KT_OPERATOR_STEP)
-        return choose_above(g, zero, x, zero, one);
+        return kt_op_choose_above(g, zero, x, zero, one);
     if (code == KT_OPERATOR_SIGN)
-        return choose_above(g, x, zero, one, choose_above(g, zero, x, kt_op_number(g, -1.0), zero));
+        return kt_op_choose_above(g, x, zero, one, kt_op_choose_above(g, zero, x, kt_op_number(g, -1.0), zero));
     return kt_op_call(g, function[code], x, -1);
 }
 

@@ -133,6 +133,10 @@ kt_op kt_op_subtract_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d);
 kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b);
 /* condition > 0 ? chosen : other; both are computed. */
 kt_op kt_op_choose(kt_graph *g, kt_op condition, kt_op chosen, kt_op other);
+/* x > y ? chosen : other */
+static inline kt_op kt_op_choose_above(kt_graph *g, kt_op x, kt_op y, kt_op chosen, kt_op other) {
+    return kt_op_choose(g, kt_op_subtract(g, x, y), chosen, other);
+}
 
 /* Writes the nodes that a node is computed from, and returns how many. */
 int kt_op_operands(const kt_op_node *n, kt_op operand[3]);

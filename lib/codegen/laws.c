@@ -15,11 +15,6 @@ static kt_op law_number_of(const code_effect *e, const char *key, const char *me
     return kt_code_number(e->tree, e->name, key, meaning, value);
 }
 
-/* x > y ? chosen : other */
-static kt_op choose_above(kt_graph *g, kt_op x, kt_op y, kt_op chosen, kt_op other) {
-    return kt_op_choose(g, kt_op_subtract(g, x, y), chosen, other);
-}
-
 static kt_op3 choose_vector(kt_graph *g, kt_op condition, kt_op3 chosen, kt_op3 other) {
     kt_op3 out;
     for (int k = 0; k < 3; k++)
@@ -89,7 +84,7 @@ static kt_op limit_smoothly(const code_effect *e, kt_op u) {
     const kt_op part = kt_op_divide(g, kt_op_multiply(g, missing, missing), range);
     const kt_op force = kt_op_choose(g, missing, kt_op_subtract(g, limit, part), limit);
     const kt_op minus = kt_op_negate(g, force), signed_force = kt_op_choose(g, kt_op_negate(g, u), minus, force);
-    return choose_above(g, size, kt_op_scale(g, 0.9, limit), signed_force, u);
+    return kt_op_choose_above(g, size, kt_op_scale(g, 0.9, limit), signed_force, u);
 }
 
 static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
@@ -102,11 +97,11 @@ static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_op u = kt_op_add_products(g, k, kt_op_subtract(g, target, q), c, error_rate);
     if (!isinf(r->lower)) {
         const kt_op lower = law_number_of(e, "lower", torque_unit, r->lower);
-        u = choose_above(g, lower, u, lower, u);
+        u = kt_op_choose_above(g, lower, u, lower, u);
     }
     if (!isinf(r->upper)) {
         const kt_op upper = law_number_of(e, "upper", torque_unit, r->upper);
-        u = choose_above(g, u, upper, upper, u);
+        u = kt_op_choose_above(g, u, upper, upper, u);
     }
     return limit_smoothly(e, u);
 }
@@ -166,7 +161,7 @@ static void attraction_between(code_effect *e) {
     const kt_op s = law_number_of(e, "strength", "N m^2", e->record->strength);
     const kt_op3 d = kt_op3_subtract(g, e->end[1].point, e->end[0].point);
     const kt_op distance = kt_op3_length(g, d), least = constant(e, 1e-50);
-    const kt_op r = choose_above(g, distance, least, distance, least);
+    const kt_op r = kt_op_choose_above(g, distance, least, distance, least);
     const kt_op force = kt_op_divide(g, kt_op_divide(g, s, r), r);
     pull_ends(e, kt_op3_scale(g, force, kt_op3_scale(g, kt_op_divide(g, constant(e, 1.0), r), d)));
 }
@@ -310,7 +305,7 @@ static kt_op3 map_moment(const code_effect *e, kt_op3 theta, kt_op3 u) {
         near = kt_op_multiply(g, x, near);
         near = kt_op_add(g, constant(e, series[k]), near);
     }
-    const kt_op ratio = kt_op_divide(g, far, x), c = choose_above(g, constant(e, 0.25), x, near, ratio);
+    const kt_op ratio = kt_op_divide(g, far, x), c = kt_op_choose_above(g, constant(e, 0.25), x, near, ratio);
     const kt_op3 across = kt_op3_cross(g, theta, u);
     const kt_op3 half = kt_op3_scale(g, constant(e, 0.5), across);
     const kt_op3 second = kt_op3_scale(g, c, kt_op3_cross(g, theta, across));

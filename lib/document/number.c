@@ -16,11 +16,9 @@ static bool is_one_of(const char *text, const char *const *words) {
     return false;
 }
 
-static const char *skip_sign(const char *c) { return *c == '+' || *c == '-' ? c + 1 : c; }
-
 /* 0x1F, 0o17; also with a sign. */
 static bool is_hex(const char *text) {
-    const char *c = skip_sign(text);
+    const char *c = kt_decimal_skip_sign(text);
     if (c[0] != '0' || (c[1] != 'x' && c[1] != 'o' && c[1] != 'X' && c[1] != 'O') || c[2] == '\0')
         return false;
     return c[2 + strspn(c + 2, "0123456789abcdefABCDEF")] == '\0';
@@ -28,18 +26,18 @@ static bool is_hex(const char *text) {
 
 /* Whole numbers with a needless leading zero, such as 017. */
 static bool is_octal(const char *text) {
-    const char *c = skip_sign(text);
+    const char *c = kt_decimal_skip_sign(text);
     return c[0] == '0' && c[1] != '\0' && c[strspn(c, "0123456789")] == '\0';
 }
 
 static bool is_not_finite(const char *text) {
     static const char *const words[] = {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN", NULL};
-    return is_one_of(skip_sign(text), words);
+    return is_one_of(kt_decimal_skip_sign(text), words);
 }
 
 static bool is_inf_word(const char *text) {
     static const char *const words[] = {"inf", "nan", "infinity", NULL};
-    const char *word = skip_sign(text);
+    const char *word = kt_decimal_skip_sign(text);
     char lower[sizeof "infinity"];
     size_t length = strlen(word);
     if (length >= sizeof lower)

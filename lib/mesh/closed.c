@@ -6,6 +6,8 @@
  */
 #include "mesh/mesh.h"
 
+#include "base/order.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,12 +23,10 @@ typedef struct corner {
     int vertex;
 } corner;
 
-static int order_numbers(double a, double b) { return (a > b) - (a < b); }
-
 static int order_corners(const void *a, const void *b) {
     const kt_vec3 x = ((const corner *)a)->at, y = ((const corner *)b)->at;
-    const int by_x = order_numbers(x.x, y.x), by_y = order_numbers(x.y, y.y);
-    return by_x != 0 ? by_x : by_y != 0 ? by_y : order_numbers(x.z, y.z);
+    const int by_x = kt_order_numbers(x.x, y.x), by_y = kt_order_numbers(x.y, y.y);
+    return by_x != 0 ? by_x : by_y != 0 ? by_y : kt_order_numbers(x.z, y.z);
 }
 
 static int order_edges(const void *a, const void *b) {

@@ -239,7 +239,8 @@ static void check_key_joint(kt_checked *c, const kt_key *key) {
         (void)kt_checker_scalar_joint(c->checker, key->name, -1, joint);
 }
 
-static void check_key(kt_checked *c, const kt_key *key) {
+/* Checks keys of numbers, places and ends. Returns false for other kinds of keys. */
+static bool check_place_key(kt_checked *c, const kt_key *key) {
     const void *at = member(c->object, key);
     switch (key->kind) {
     case KT_KEY_NUMBER:
@@ -272,6 +273,16 @@ static void check_key(kt_checked *c, const kt_key *key) {
         check_end(c, key, at, 0);
         check_end(c, key, (const kt_end *)at + 1, 1);
         break;
+    default:
+        return false;
+    }
+    return true;
+}
+
+static void check_key(kt_checked *c, const kt_key *key) {
+    if (check_place_key(c, key))
+        return;
+    switch (key->kind) {
     case KT_KEY_JOINT:
         check_key_joint(c, key);
         break;

@@ -1,4 +1,5 @@
 /* How far a picture extends: the box around the mechanism, its size, and the planes that are shown below it. */
+#include "base/order.h"
 #include "picture/maker.h"
 #include "picture/solid.h"
 
@@ -60,11 +61,6 @@ kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds 
     return bounds;
 }
 
-static int compare_numbers(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The median of the lengths of links: of rods, and between the joints of a body; 0 if there are none. */
 static double median_length(const kt_picture_maker *m, double *lengths) {
     const kt_picture *p = m->picture;
@@ -77,7 +73,7 @@ static double median_length(const kt_picture_maker *m, double *lengths) {
         if (p->joints[i].frame.body > 0 && length > 0.0)
             lengths[n++] = length;
     }
-    qsort(lengths, n, sizeof *lengths, compare_numbers);
+    qsort(lengths, n, sizeof *lengths, kt_compare_numbers);
     return n > 0 ? lengths[n / 2] : 0.0;
 }
 

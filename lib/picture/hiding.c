@@ -9,6 +9,7 @@
  *    again. */
 #include "picture/hiding.h"
 
+#include "base/order.h"
 #include "picture/outline.h"
 #include "picture/solid.h"
 
@@ -220,11 +221,6 @@ static bool find_cuts(const kt_piece *piece, const shown *other, cuts *c) {
     return c->count > count;
 }
 
-static int compare_numbers(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Replaces each piece by its parts between its cuts, at the same position of the list. */
 static bool cut_all(kt_pieces *pieces, cuts *all) {
     kt_pieces made = {0};
@@ -232,7 +228,7 @@ static bool cut_all(kt_pieces *pieces, cuts *all) {
     for (int i = 0; i < pieces->count && fine; i++) {
         kt_piece piece = pieces->items[i];
         const double high = piece.high;
-        qsort(all[i].at, (size_t)all[i].count, sizeof all[i].at[0], compare_numbers);
+        qsort(all[i].at, (size_t)all[i].count, sizeof all[i].at[0], kt_compare_numbers);
         for (int k = 0; k <= all[i].count && fine; k++) {
             piece.high = k < all[i].count ? all[i].at[k] : high;
             fine = add_piece(&made, piece);

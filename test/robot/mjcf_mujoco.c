@@ -10,6 +10,7 @@
 #include "numbers.h"
 
 #include "algebra/principal.h"
+#include "base/order.h"
 
 #include "kinetree/export.h"
 #include "kinetree/import.h"
@@ -204,11 +205,6 @@ static void compare_forces(pair *p, findings *f, double bound) {
 
 /* ---- principal axes ---------------------------------------------------------------------------------------------- */
 
-static int compare_numbers(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Quantities that do not depend on axes agree to rounding: mass, centre of mass, and principal moments. The error of
  * these moments is of second order in that of the axes. The whole inertia agrees to 1.5e-6, the largest error of
  * MuJoCo's rotations. Its axes and moments are then replaced by those that belong to the same inertia to rounding. */
@@ -236,8 +232,8 @@ static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, 
     const double entries[2][3] = {{inertia.xy, inertia.xz, inertia.yz}, {as_theirs.xy, as_theirs.xz, as_theirs.yz}};
     for (int k = 0; k < 3; k++)
         kt_worst_near(whole, entries[0][k], entries[1][k], 1.5e-6 * most, "%s", body->name);
-    qsort(sorted[0], 3, sizeof *sorted[0], compare_numbers);
-    qsort(sorted[1], 3, sizeof *sorted[1], compare_numbers);
+    qsort(sorted[0], 3, sizeof *sorted[0], kt_compare_numbers);
+    qsort(sorted[1], 3, sizeof *sorted[1], kt_compare_numbers);
     for (int k = 0; k < 3; k++)
         kt_worst_near(invariant, sorted[0][k], sorted[1][k], 1e-12 * most, "moments of %s", body->name);
     kt_worst_near(invariant, body->mass, m->body_mass[theirs], 1e-12 * body->mass, "mass of %s", body->name);

@@ -2,7 +2,8 @@
  * per method. The colour shows the order; filled marks are adaptive methods, hollow marks are fixed steps. */
 #include "subcommands/accuracy.h"
 #include "plot/plot.h"
-#include "text/list.h"
+
+#include "base/order.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,8 @@
 
 #include "command.h"
 #include "plot/plot.h"
-#include "text/list.h"
+
+#include "base/order.h"
 
 #include <math.h>
 #include <stdio.h>

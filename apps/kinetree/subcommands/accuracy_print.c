@@ -1,8 +1,8 @@
 /* Prints the results of an accuracy study: tables, the cost of variants, and every run as CSV. */
 #include "records/output.h"
 #include "subcommands/accuracy.h"
-#include "text/list.h"
 
+#include "base/order.h"
 #include "kinetree/study.h"
 
 #include <errno.h>

@@ -44,8 +44,3 @@ int kt_list_read(const char *command, const char *name, const char *list, double
         kt_say("%s: --%s takes numbers above zero with commas between, not '%s'", command, name, list);
     return -1;
 }
-
-int kt_compare_numbers(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}

@@ -12,7 +12,4 @@ int kt_numbers_read(const char *list, double *numbers, int most);
  * number of numbers, or -1 on errors. */
 int kt_list_read(const char *command, const char *name, const char *list, double *numbers, int most);
 
-/* Orders doubles for qsort, the least first. */
-int kt_compare_numbers(const void *a, const void *b);
-
 #endif

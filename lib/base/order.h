@@ -1,0 +1,13 @@
+/* The order of numbers, for qsort. A NaN has no order and counts as equal to each number. */
+#ifndef KT_BASE_ORDER_H
+#define KT_BASE_ORDER_H
+
+/* Returns -1, 0 or 1 if a is less than b, equal to it, or greater. */
+static inline int kt_order_numbers(double a, double b) { return (a > b) - (a < b); }
+
+/* The same for two doubles by their addresses. */
+static inline int kt_compare_numbers(const void *a, const void *b) {
+    return kt_order_numbers(*(const double *)a, *(const double *)b);
+}
+
+#endif
