@@ -136,10 +136,13 @@ static int read_times(const char *list, motion *m) {
     return m->state_count > 0 ? -1 : reject_times(list);
 }
 
-/* Sets evenly spaced times from the start to the end. */
+/* Returns the k-th of evenly spaced times from 0 to `end`. The last one is `end` itself: end * n / n may be rounded to
+ * a later time, which the run does not reach. */
+static double even_time(double end, int k, int intervals) { return k < intervals ? end * k / intervals : end; }
+
 static void lay_times(motion *m, double end) {
     for (int i = 0; i < m->state_count; i++)
-        m->times[i] = m->state_count > 1 ? end * i / (m->state_count - 1) : 0.0;
+        m->times[i] = m->state_count > 1 ? even_time(end, i, m->state_count - 1) : 0.0;
 }
 
 static double film_speed_of(const kt_draw_arguments *arguments) {
@@ -229,7 +232,7 @@ static kt_status follow_run(motion *m, double end, kt_error *error) {
     kt_status status = KT_OK;
     int state = 0;
     for (int k = 0; k <= steps && status == KT_OK; k++) {
-        const double time = k < steps ? end * k / steps : end;
+        const double time = even_time(end, k, steps);
         for (; status == KT_OK && state < m->state_count && m->times[state] <= time; state++)
             status = take_drawn_state(m, state, error);
         if (status == KT_OK && m->marker_count > 0)
