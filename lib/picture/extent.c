@@ -34,30 +34,43 @@ bool kt_picture_shows_end(const kt_picture_effect *effect, int end) {
            !(effect->type == KT_EFFECT_ATTRACTION && effect->ends[end].body == 0);
 }
 
-static void widen_by_line(void *user, kt_vec3 from, kt_vec3 to) {
-    widen_bounds(user, from);
-    widen_bounds(user, to);
+typedef struct point_listener {
+    kt_picture_point *each;
+    void *user;
+} point_listener;
+
+static void hear_ends_of_line(void *user, kt_vec3 from, kt_vec3 to) {
+    const point_listener *listener = user;
+    listener->each(listener->user, from);
+    listener->each(listener->user, to);
 }
+
+void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_point *each, void *user) {
+    point_listener listener = {each, user};
+    for (int i = 0; i < p->joint_count; i++)
+        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
+            each(user, kt_body_frame_pose(&p->joints[i].frame, poses).position);
+    for (int i = 0; i < p->loop_count; i++) {
+        const kt_pose first = kt_body_frame_pose(&p->loops[i].ends[0], poses);
+        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
+            each(user, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
+        for (int k = 0; k < p->loops[i].stroke_count; k++)
+            each(user, kt_pose_apply(first, p->loops[i].strokes[k].to));
+    }
+    for (int i = 0; i < p->effect_count; i++) {
+        for (int k = 0; k < p->effects[i].end_count; k++)
+            if (kt_picture_shows_end(&p->effects[i], k))
+                each(user, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
+        kt_picture_path(p, &p->effects[i], poses, hear_ends_of_line, &listener);
+    }
+}
+
+static void widen_by_point(void *user, kt_vec3 point) { widen_bounds(user, point); }
 
 kt_bounds kt_picture_widen(const kt_picture *p, const kt_pose *poses, kt_bounds bounds) {
     for (int i = 0; i < p->solid_count; i++)
         widen_by_solid(&bounds, &p->solids[i], poses);
-    for (int i = 0; i < p->joint_count; i++)
-        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
-            widen_bounds(&bounds, kt_body_frame_pose(&p->joints[i].frame, poses).position);
-    for (int i = 0; i < p->loop_count; i++)
-        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
-            widen_bounds(&bounds, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
-    for (int i = 0; i < p->loop_count; i++)
-        for (int k = 0; k < p->loops[i].stroke_count; k++)
-            widen_bounds(&bounds,
-                         kt_pose_apply(kt_body_frame_pose(&p->loops[i].ends[0], poses), p->loops[i].strokes[k].to));
-    for (int i = 0; i < p->effect_count; i++)
-        for (int k = 0; k < p->effects[i].end_count; k++)
-            if (kt_picture_shows_end(&p->effects[i], k))
-                widen_bounds(&bounds, kt_body_frame_pose(&p->effects[i].ends[k], poses).position);
-    for (int i = 0; i < p->effect_count; i++)
-        kt_picture_path(p, &p->effects[i], poses, widen_by_line, &bounds);
+    kt_picture_points(p, poses, widen_by_point, &bounds);
     return bounds;
 }
 

@@ -189,7 +189,12 @@ kt_vec3 kt_load_direction(const kt_effect *effect);
 /* Fills the strokes of all loops of a picture; loops are the description's. */
 void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds);
 
-/* The box widened by all solids, joints, loops and effects' ends of the picture at these poses (planes left out). */
+/* Calls `each` for the points, in the world, through which joints, loops and effects are drawn: their frames, the ends
+ * of strokes, and the corners of lines along paths. Solids and planes are not among them. */
+typedef void kt_picture_point(void *user, kt_vec3 point);
+void kt_picture_points(const kt_picture *picture, const kt_pose *poses, kt_picture_point *each, void *user);
+
+/* The box widened by all solids and points of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 /* Lays the displayed squares of planes below the middle of a box. The size of the box determines theirs. The poses are
  * those of the bodies that carry the planes. kt_picture_create uses its own poses; a run may need more room. */

@@ -90,8 +90,6 @@ static int ink_of(const char *name, int from, int to) {
     return count;
 }
 
-/* The title ends above row 110, and the drawing begins below row 150. Rows are pixels, at twice the size of an
- * SVG's. */
 /* Pixels that are far from grey. */
 static int colour_of(const char *name) {
     cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
@@ -113,10 +111,28 @@ KT_TEST(circles_of_joints_do_not_hide_a_thousand_links) {
     kt_check_above("pixels of the links' colours", colour_of("chain.png"), 3000.0);
 }
 
+/* Two weights on a rope over a pulley, which is the highest part of the picture and has no solid. */
+static const char over_pulley[] =
+    "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+    "  - {name: a, joint: {type: prismatic, axis: z, at: [-0.1, 0, 1]}, mass: 3, shape: {type: sphere, radius: 0.05}}\n"
+    "  - {name: b, joint: {type: prismatic, axis: z, at: [0.1, 0, 1]}, mass: 2, shape: {type: sphere, radius: 0.05}}\n"
+    "effects:\n  - type: expression\n"
+    "    path: [a, {body: world, at: [0, 0, 2], radius: 0.1, axis: y, side: [0, 0, 1]}, b]\n"
+    "    force: \"-1e4*max(length - 2.314, 0) - 50*speed\"\n"
+    "simulate: {duration: 0.8}\n";
+
+/* The title ends above row 110, and the drawing begins below row 150. Rows are pixels, at twice the size of an
+ * SVG's. */
 KT_TEST(nothing_lies_between_the_title_of_a_png_and_what_is_drawn) {
-    static const char *const scenes[] = {"pair.yaml --strobe 8 --until 0.5 --trace lower.tip", "pair.yaml --names",
-                                         KT_SCENES "/articulated-rotor.yaml --axes"};
+    static const char *const scenes[] = {"pair.yaml --strobe 8 --until 0.5 --trace lower.tip",
+                                         "pair.yaml --names",
+                                         KT_SCENES "/articulated-rotor.yaml --axes",
+                                         "over.yaml",
+                                         "over.yaml --view iso",
+                                         "over.yaml --at 0,0.4",
+                                         "over.yaml --strobe 5"};
     kt_write_file("pair.yaml", pair);
+    kt_write_file("over.yaml", over_pulley);
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         kt_expect(0, "t.png", "$K draw %s --out t.png", scenes[i]);
         kt_check_equal_int("pixels between", ink_of("t.png", 110, 150), 0);

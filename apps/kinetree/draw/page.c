@@ -59,24 +59,20 @@ static void widen_by_solids(layout *l, const kt_drawing *d, const kt_pose *poses
     }
 }
 
-static void widen_by_frames(layout *l, const kt_drawing *d, const kt_pose *poses) {
-    const kt_picture *p = d->picture;
-    for (int i = 0; i < p->joint_count; i++)
-        if (p->joints[i].type != KT_JOINT_FREE && p->joints[i].type != KT_JOINT_PLANAR)
-            widen_layout(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->joints[i].frame, poses).position));
-    for (int i = 0; i < p->loop_count; i++)
-        for (int k = 0; k < (p->loops[i].type == KT_LOOP_ROLLING ? 1 : 2); k++)
-            widen_layout(l, kt_camera_point(&d->camera, kt_body_frame_pose(&p->loops[i].ends[k], poses).position));
-    for (int i = 0; i < p->loop_count; i++) {
-        const kt_pose frame = kt_body_frame_pose(&p->loops[i].ends[0], poses);
-        for (int k = 0; k < p->loops[i].stroke_count; k++)
-            widen_layout(l, kt_camera_point(&d->camera, kt_pose_apply(frame, p->loops[i].strokes[k].to)));
-    }
-    for (int i = 0; i < p->effect_count; i++)
-        for (int k = 0; k < p->effects[i].end_count; k++)
-            if (kt_picture_shows_end(&p->effects[i], k))
-                widen_layout(l,
-                             kt_camera_point(&d->camera, kt_body_frame_pose(&p->effects[i].ends[k], poses).position));
+typedef struct point_view {
+    layout *l;
+    const kt_camera *camera;
+} point_view;
+
+static void widen_layout_by_point(void *user, kt_vec3 point) {
+    const point_view *view = user;
+    widen_layout(view->l, kt_camera_point(view->camera, point));
+}
+
+static void widen_by_state(layout *l, const kt_drawing *d, const kt_pose *poses) {
+    point_view view = {l, &d->camera};
+    widen_by_solids(l, d, poses);
+    kt_picture_points(d->picture, poses, widen_layout_by_point, &view);
 }
 
 static void widen_by_markers(layout *l, const kt_drawing *d, const kt_pose *poses) {
@@ -137,14 +133,10 @@ static void arrange(layout *l, const kt_drawing *d) {
 
 static layout lay_out_page(const kt_drawing *d) {
     layout l = {.left = DBL_MAX, .right = -DBL_MAX, .bottom = DBL_MAX, .top = -DBL_MAX};
-    for (int i = 0; i < d->state_count; i++) {
-        widen_by_solids(&l, d, drawn_state_of(d, i));
-        widen_by_frames(&l, d, drawn_state_of(d, i));
-    }
-    if (d->rest != NULL) {
-        widen_by_solids(&l, d, d->rest);
-        widen_by_frames(&l, d, d->rest);
-    }
+    for (int i = 0; i < d->state_count; i++)
+        widen_by_state(&l, d, drawn_state_of(d, i));
+    if (d->rest != NULL)
+        widen_by_state(&l, d, d->rest);
     widen_by_markers(&l, d, drawn_state_of(d, d->state_count - 1));
     widen_by_planes(&l, d, drawn_state_of(d, 0));
     for (int i = 0; i < d->path_count; i++)
