@@ -274,7 +274,7 @@ enum { KT_LAW_STATE_MAX = 16 /* states of one effect */ };
  * just after that time. As for the force, the result depends on the arguments alone. */
 typedef double kt_corner_callback(void *user, double t);
 
-/* The axes of the components of a force or torque. */
+/* The axes of the components of a force or torque. Those of an end are the axes of its body or marker (kt_end). */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
 
 /* A force element. Only the members of its type are used. See types.md for the corresponding keys of scene files.
@@ -294,7 +294,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   "servo": stiffness (target(t) - q) + damping (target'(t) - v) in a joint. A smooth bound keeps it within limit, and
  *     a sharp bound keeps it between lower and upper.
  *   "thrust": d(mass)/dt (t) times exhaust. The mass leaves or arrives with the velocity `exhaust` relative to the
- *     body, in the axes of the end's body (kt_variable_mass).
+ *     body, along the end's axes (kt_variable_mass).
  *   "drag": -(linear + quadratic |v|) v on a point. Besides, -(dampings + quadratics |s|) s for each of six speeds s.
  *     The velocity along an axis of the end has a force against it. The angular velocity about this axis has a moment
  *     against it.
@@ -365,7 +365,7 @@ typedef struct kt_effect {
     kt_frame frame;        /* force, torque, expression on a body: the axes of the components: the world's, or the
                               end's */
     kt_function mass;      /* thrust: of the body, kg; only its rate counts */
-    kt_vec3 exhaust;       /* thrust: velocity of the leaving or arriving mass relative to the end, body axes, m/s */
+    kt_vec3 exhaust;       /* thrust: velocity of the leaving or arriving mass relative to the end, its axes, m/s */
     double linear;         /* drag: N s/m */
     double quadratic;      /* drag: N s^2/m^2 */
     double strength;       /* attraction: N m^2; negative: repulsion */

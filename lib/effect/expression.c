@@ -193,7 +193,8 @@ static const kt_key keys[] = {
     {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", KT_WORDS("on a body: a list of three formulas"),
      KT_WORDS("none"), .needed = false},
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
-     KT_WORDS("on a body: `world` or `body`, whose axes they are along"), "world", .needed = false},
+     KT_WORDS("on a body: `world`, or `body` for components along the axes of the marker, or else of the body"),
+     "world", .needed = false},
 };
 const kt_descriptor kt_effect_expression_descriptor = {
     .name = "expression",

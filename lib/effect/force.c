@@ -10,7 +10,7 @@ static void force_wrench(const kt_effect_record *effect, const double *numbers, 
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
-/* A force fixed in the body turns with it: df = theta x f. */
+/* A force fixed in the end turns with its body: df = theta x f. */
 static void force_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);
@@ -36,8 +36,9 @@ static const kt_key keys[] = {
     {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point"), .needed = true},
     {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", KT_WORDS("f: three numbers or functions of time"),
      .needed = true},
-    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", KT_WORDS("`world` or `body`: whose axes the components are along"),
-     "world", .needed = false},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
+     KT_WORDS("`world`, or `body` for components along the axes of the marker, or else of the body"), "world",
+     .needed = false},
 };
 const kt_descriptor kt_effect_force_descriptor = {
     .name = "force",

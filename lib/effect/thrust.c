@@ -1,4 +1,5 @@
-/* Thrust of mass that leaves a body, or arrives. Its velocity u relative to the body is fixed in the body's axes:
+/* Thrust of mass that leaves a body, or arrives. Its velocity u relative to the body is fixed in the axes of the
+ * end:
  *     f = m'(t) u   [MSD H 3.1],   supplied = f . v
  * For a rocket, u is against the motion and m' < 0. The mass m(t) of the body itself is defined with the body
  * (dynamics/variable_mass.c).
@@ -56,7 +57,9 @@ static const kt_key keys[] = {
     {"mass", KT_KEY_FUNCTION, KT_EFFECT_AT(mass), "kg", KT_WORDS("m(t), the mass of the body; its rate alone counts"),
      .needed = true},
     {"exhaust", KT_KEY_VECTOR, KT_EFFECT_AT(exhaust), "m/s",
-     KT_WORDS("u, the velocity of the mass that leaves or arrives relative to the point, body axes"), .needed = true},
+     KT_WORDS("u, the velocity of the mass that leaves or arrives relative to the point, "
+              "along the axes of the marker, or else of the body"),
+     .needed = true},
 };
 const kt_descriptor kt_effect_thrust_descriptor = {
     .name = "thrust",

@@ -36,8 +36,9 @@ static const kt_key keys[] = {
     {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the body"), .needed = true},
     {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", KT_WORDS("m: three numbers or functions of time"),
      .needed = true},
-    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "", KT_WORDS("`world` or `body`: whose axes the components are along"),
-     "world", .needed = false},
+    {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
+     KT_WORDS("`world`, or `body` for components along the axes of the marker, or else of the body"), "world",
+     .needed = false},
 };
 const kt_descriptor kt_effect_torque_descriptor = {
     .name = "torque",

@@ -179,6 +179,41 @@ KT_TEST(derivatives_are_exact) { check_derivatives(BODIES("3", "y") BALL("4") CO
 
 KT_TEST(derivatives_along_paths_are_exact) { check_derivatives(BODIES("3", "y") BALL("4") PATHS); }
 
+/* The body is turned by a right angle about z, and its marker by one about y. The marker's z is the body's x and the
+ * world's y. An end that turns the marker by a right angle about x has the marker's -y as its z: the world's x. The
+ * torque's acceleration is in the axes of the body. */
+KT_TEST(forces_of_an_end_are_along_the_axes_of_its_marker) {
+    static const char *const acts[][2] = {
+        {"type: force, at: ", "value: [0, 0, 2], frame: body"},
+        {"type: expression, at: ", "force: [0, 0, 2], frame: body"},
+        {"type: thrust, at: ", "mass: 10 - t, exhaust: [0, 0, -2]"},
+        {"type: torque, on: ", "value: [0, 0, 2], frame: body"},
+        {"type: expression, at: ", "torque: [0, 0, 2], frame: body"},
+    };
+    static const char *const ends[] = {"b.n", "{body: b, marker: n, rotation: {rpy: [90 deg, 0, 0]}}"};
+    static const double force[2][3] = {{0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}};
+    static const double torque[2][3] = {{1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}};
+    for (int k = 0; k < 10; k++) {
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\nbodies:\n  - name: b\n"
+                       "    joint: {type: free, position: {orientation: {rpy: [0, 0, 90 deg]}}}\n"
+                       "    mass: 2\n    com: [0, 0, 0]\n    inertia: [2, 2, 2]\n"
+                       "    markers: {n: {at: [0, 0, 0], rotation: {rpy: [0, 90 deg, 0]}}}\neffects: [{%s%s, %s}]\n",
+                       acts[k % 5][0], ends[k / 5], acts[k % 5][1]);
+        mechanism s;
+        if (!make(&s, text))
+            return;
+        const bool turns = k % 5 > 2;
+        accelerate(&s, 0.0, s.q, s.v, s.a);
+        for (int i = 0; i < 3; i++) {
+            kt_check_near(acts[k % 5][0], s.a[i], turns ? 0.0 : force[k / 5][i], 1e-15);
+            kt_check_near("about the body's axes", s.a[3 + i], turns ? torque[k / 5][i] : 0.0, 1e-15);
+        }
+        end(&s);
+    }
+}
+
 static double energy_of(mechanism *s, const kt_simulation *simulation) {
     kt_error error = {0};
     const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
