@@ -133,8 +133,9 @@ static void compute_parameter(kt_reader *r, const kt_scope *outer, kt_named_numb
     }
 }
 
-/* The units of an expression follow from those of its parameters, so that it is read again once these have values. */
-static void settle_units(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
+/* Reads an expression with its unit, which follows from the units of its parameters: it is read again once these have
+ * values. */
+static void read_with_unit(kt_reader *r, const kt_scope *outer, kt_named_number *parameter) {
     const kt_scope scope = {.outer = outer, .key = parameter->name};
     parameter->expression = kt_expression_of_node(r, &scope, parameter->node);
     parameter->is_angle = parameter->expression != NULL && kt_expression_is_angle(parameter->expression);
@@ -155,7 +156,7 @@ static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
     for (int i = 0; i < computable_count; i++) {
         kt_named_number *parameter = &r->scene->parameters[computable[i]];
         if (parameter->use_count > 0)
-            settle_units(r, scope, parameter);
+            read_with_unit(r, scope, parameter);
         if (!parameter->is_known)
             compute_parameter(r, scope, parameter);
         if (!parameter->is_known)
@@ -230,11 +231,12 @@ void kt_parameters_read(kt_reader *r) {
         return;
     r->scene->hides_parameters = r->scene->hides_parameters || kt_node_has_stray(map);
     for (int k = 0; k < r->scene->parameter_count && !r->out_of_memory; k++) {
-        const kt_scope here = {.outer = &scope, .key = r->scene->parameters[k].name};
-        if (kt_is_expression(r->scene->parameters[k].node))
-            r->scene->parameters[k].expression = kt_expression_of_node(r, &here, r->scene->parameters[k].node);
+        kt_named_number *parameter = &r->scene->parameters[k];
+        const kt_scope here = {.outer = &scope, .key = parameter->name};
+        if (kt_is_expression(parameter->node))
+            read_with_unit(r, &scope, parameter);
         else
-            read_plain(r, &here, &r->scene->parameters[k]);
+            read_plain(r, &here, parameter);
     }
     if (r->out_of_memory || !list_uses(r, &uses))
         return;
