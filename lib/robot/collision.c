@@ -6,7 +6,6 @@
 #include "document/file.h"
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
-#include "mesh/mesh.h"
 #include "robot/contact.h"
 
 #include <math.h>
@@ -103,7 +102,7 @@ static double touching_tree_mass(const touching *t, int body) {
 /* ---- contacts ---------------------------------------------------------------------------------------------------- */
 
 /* Reads the points of a mesh that touch planes; returns their number. */
-static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 points[KT_CONTACT_EXTREMES]) {
+static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 points[KT_CONTACT_POINTS_MOST]) {
     kt_triangles mesh = {.vertices = NULL};
     kt_error error = {0};
     char *text = NULL;
@@ -118,7 +117,7 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
     if (status != KT_OK)
         return 0;
     kt_triangles_place(&mesh, kt_pose_identity(), item->scale);
-    const int count = kt_contact_extremes(mesh.vertices, mesh.vertex_count, points);
+    const int count = kt_contact_mesh_points(&mesh, points);
     kt_triangles_free(&mesh);
     return count;
 }
@@ -128,7 +127,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
     const kt_body *body = &t->judge->bodies[item->body];
     const char *name = kt_xml_attribute(item->element, "name");
     const double mass = touching_tree_mass(t, item->body);
-    kt_vec3 points[KT_CONTACT_EXTREMES];
+    kt_vec3 points[KT_CONTACT_POINTS_MOST];
     kt_contact_shape shape = {.element = item->element,
                               .name = name != NULL && *name != '\0' ? name : body->name,
                               .body = body->name,

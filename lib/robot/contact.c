@@ -1,9 +1,8 @@
 /* Contacts of robots with planes, as effects.
  *
  * A solid touches a plane in its lowest points. A sphere has one such point, and a capsule has one at each end. A box
- * has its corners, and a cylinder has RIM points on each rim. A mesh has those vertices that are the farthest in the
- * directions of kt_contact_extremes. Each point becomes a `contact` effect of a sphere, whose radius is zero at a
- * corner or on a rim.
+ * has its corners, and a cylinder has RIM points on each rim. The points of a mesh are those of contact_points.c. Each
+ * point becomes a `contact` effect of a sphere, whose radius is zero at a corner or on a rim.
  *
  * An ellipsoid with the half axes A = diag(a, b, c) has the farthest point A^2 n / |A n| in the direction n. Its
  * smallest radius of curvature is r = min^2 / max. A sphere of this radius that touches it there from inside has its
@@ -12,10 +11,9 @@
  */
 #include "robot/contact.h"
 
-#include <float.h>
 #include <math.h>
 
-enum { RIM = KT_CONTACT_POINTS_MOST / 2 };
+enum { RIM = 16 };
 
 static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
                               double radius) {
@@ -37,39 +35,6 @@ static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const 
     effect->dissipation = shape->dissipation;
 }
 
-/* The directions to the faces, edges and corners of a box, for the numbers below KT_CONTACT_EXTREMES. */
-static kt_vec3 direction_at(int i, kt_vec3 extent) {
-    const int k = i < KT_CONTACT_EXTREMES / 2 ? i : i + 1; /* not the centre */
-    const int x = k % 3 - 1, y = k / 3 % 3 - 1, z = k / 9 - 1;
-    return kt_vec3_make(x / extent.x, y / extent.y, z / extent.z);
-}
-
-int kt_contact_extremes(const kt_vec3 *vertices, int count, kt_vec3 points[KT_CONTACT_EXTREMES]) {
-    kt_vec3 low = count > 0 ? vertices[0] : kt_vec3_make(0.0, 0.0, 0.0), high = low;
-    int found[KT_CONTACT_EXTREMES], number = 0;
-    for (int i = 0; i < count; i++) {
-        const kt_vec3 x = vertices[i];
-        low = kt_vec3_make(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = kt_vec3_make(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
-    const kt_vec3 size = kt_vec3_sub(high, low);
-    const kt_vec3 extent = kt_vec3_make(fmax(size.x, DBL_MIN), fmax(size.y, DBL_MIN), fmax(size.z, DBL_MIN));
-    for (int d = 0; d < KT_CONTACT_EXTREMES && count > 0; d++) {
-        const kt_vec3 n = direction_at(d, extent);
-        int best = 0, same = 0;
-        for (int i = 1; i < count; i++)
-            if (kt_vec3_dot(n, vertices[i]) > kt_vec3_dot(n, vertices[best]))
-                best = i;
-        while (same < number && found[same] != best)
-            same++;
-        if (same < number)
-            continue;
-        found[number] = best;
-        points[number++] = vertices[best];
-    }
-    return number;
-}
-
 static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
     const double *a = shape->size, least = fmin(a[0], fmin(a[1], a[2])), most = fmax(a[0], fmax(a[1], a[2]));
     const double r = least * least / most;
@@ -78,7 +43,7 @@ static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_g
         return;
     }
     for (int i = 0; i < KT_CONTACT_EXTREMES; i++) {
-        const kt_vec3 n = kt_vec3_normalize(direction_at(i, kt_vec3_make(a[0], a[1], a[2])));
+        const kt_vec3 n = kt_vec3_normalize(kt_contact_direction(i, kt_vec3_make(a[0], a[1], a[2])));
         const kt_vec3 stretched = kt_vec3_make(a[0] * n.x, a[1] * n.y, a[2] * n.z);
         const double length = kt_vec3_norm(stretched);
         const kt_vec3 far =

@@ -2,6 +2,7 @@
 #ifndef KT_ROBOT_CONTACT_H
 #define KT_ROBOT_CONTACT_H
 
+#include "mesh/mesh.h"
 #include "robot/robot.h"
 
 /* ---- contact_law.c: stiffness, damping, friction ----------------------------------------------------------------- */
@@ -25,7 +26,7 @@ kt_contact_law kt_contact_law_standard(void);
 /* ---- contact.c: solids on planes --------------------------------------------------------------------------------- */
 
 /* Directions in which a body without edges is sampled: to faces, edges and corners of a cube. */
-enum { KT_CONTACT_EXTREMES = 26, KT_CONTACT_POINTS_MOST = 32 /* contacts of one solid with one plane */ };
+enum { KT_CONTACT_EXTREMES = 26, KT_CONTACT_POINTS_MOST = 64 /* contacts of one solid with one plane */ };
 
 /* A solid of a body that touches planes, and how. */
 typedef struct kt_contact_shape {
@@ -54,8 +55,15 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
 /* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
 bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground);
 
-/* Those vertices that are the farthest in KT_CONTACT_EXTREMES directions, each once; returns their number. */
-int kt_contact_extremes(const kt_vec3 *vertices, int count, kt_vec3 points[KT_CONTACT_EXTREMES]);
+/* ---- contact_points.c: meshes on planes -------------------------------------------------------------------------- */
+
+/* The vertices in which a mesh touches planes: the corners of its flat faces, and those that are the farthest in
+ * KT_CONTACT_EXTREMES directions. Returns their number, 0 without vertices. Cost: O(size of the mesh). */
+int kt_contact_mesh_points(const kt_triangles *mesh, kt_vec3 points[KT_CONTACT_POINTS_MOST]);
+
+/* The directions to the faces, edges and corners of a box, for the numbers below KT_CONTACT_EXTREMES. The length of a
+ * direction has no meaning. It has no component along an axis without an extent. */
+kt_vec3 kt_contact_direction(int i, kt_vec3 extent);
 
 #define KT_NOTE_ROUNDED                                                                                                \
     "ellipsoids that touch planes, each as 26 spheres inside it, so that it sinks by up to 8 % of its longest half "   \

@@ -146,7 +146,7 @@ typedef struct kt_mjcf_term {
 typedef struct kt_mjcf_mesh {
     const kt_element *element;
     bool is_known;
-    kt_vec3 points[KT_CONTACT_EXTREMES]; /* that touch planes, if the options ask for contacts */
+    kt_vec3 points[KT_CONTACT_POINTS_MOST]; /* that touch planes, if the options ask for contacts */
     int point_count;
     kt_enclosed enclosed;
 } kt_mjcf_mesh;

@@ -140,7 +140,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     const kt_vec3 scale = scale_of(m, e);
     kt_triangles_place(triangles, reference_of(m, e), scale);
     if (m->source->options->contacts)
-        mesh->point_count = kt_contact_extremes(triangles->vertices, triangles->vertex_count, mesh->points);
+        mesh->point_count = kt_contact_mesh_points(triangles, mesh->points);
     if (scale.x * scale.y * scale.z < 0.0) /* a mirror */
         kt_triangles_turn_over(triangles);
     const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;

@@ -237,6 +237,51 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
     kt_check_worst(&axes);
 }
 
+/* A prism on its sole: a polygon with `corners` at a radius of 0.1 m in a plane, above whose edges it is wider by the
+ * bevel. Its first `corners` vertices are those of the sole. All are rotated; returns their number. */
+static int make_beveled_foot(int corners, double stretch, const double rotation[4], kt_vec3 vertices[3 * 7]) {
+    const kt_mat3 turned = kt_matrix_from_quat(kt_quat_make(rotation[0], rotation[1], rotation[2], rotation[3]));
+    for (int i = 0; i < 3 * corners; i++) {
+        const int ring = i / corners;
+        const double angle = 2.0 * 3.14159265358979323846 * (i % corners + 0.5) / corners, r = ring == 0 ? 0.1 : 0.11;
+        vertices[i] = kt_mat3_apply(turned, kt_vec3_make(stretch * r * cos(angle), r * sin(angle), 0.02 * ring * ring));
+    }
+    return 3 * corners;
+}
+
+/* A sole decides over which area a foot stands. The farthest vertices in few directions are those of the bevel. */
+KT_TEST(meshes_touch_in_all_corners_of_a_flat_sole_that_a_bevel_surrounds) {
+    kt_random random = kt_random_of_test();
+    kt_worst missed = kt_worst_make("from a corner of the sole to the nearest contact, m");
+    for (int trial = 0; trial < 40; trial++) {
+        const int corners = kt_random_int(&random, 3, 7);
+        double rotation[4] = {1.0, 0.0, 0.0, 0.0};
+        if (trial > 0)
+            kt_random_direction(&random, 4, rotation);
+        kt_vec3 vertices[3 * 7];
+        const int count = make_beveled_foot(corners, corners == 4 ? 9.0 : 1.0, rotation, vertices);
+        char text[4000] = "<mujoco><asset><mesh name='m' vertex='";
+        for (int i = 0; i < count; i++)
+            (void)snprintf(text + strlen(text), sizeof text - strlen(text), "%.17g %.17g %.17g ", vertices[i].x,
+                           vertices[i].y, vertices[i].z);
+        (void)snprintf(text + strlen(text), sizeof text - strlen(text),
+                       "'/></asset><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/><geom type='mesh' "
+                       "mesh='m'/></body></worldbody></mujoco>");
+        kt_scene scene;
+        if (contacts_of(text, &with_contacts, &scene) < 0)
+            return;
+        for (int i = 0; i < corners; i++) {
+            double nearest = INFINITY;
+            for (int k = 0; k < scene.description.effect_count; k++)
+                nearest =
+                    fmin(nearest, kt_vec3_norm(kt_vec3_sub(scene.description.effects[k].between[0].at, vertices[i])));
+            kt_worst_near(&missed, nearest, 0.0, 1e-12, "%d, %d corners, %d", trial, corners, i);
+        }
+        kt_scene_free(&scene);
+    }
+    kt_check_worst(&missed);
+}
+
 KT_TEST(robots_that_fall_or_start_in_the_ground_are_told) {
     static const char planeless[] =
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
