@@ -1,6 +1,7 @@
 /* Generated C against the library, in turns: forward and inverse dynamics, the mass matrix, and derivatives of forward
  * dynamics of trees; accelerations and rk4 steps of linkages. The mechanisms are scenes, and the chain of chain.h. A
- * step of a linkage includes the projection of positions and velocities, on both sides.
+ * step of a linkage includes the projection of positions and velocities, on both sides. In lanes, a call computes the
+ * accelerations of eight states: kt_batch_forward, against a file with mech_LANES.
  *
  * The program writes the files with kt_codegen_write, compiles them with `cc` for this processor, and loads them. A
  * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
@@ -8,6 +9,7 @@
  */
 #include "kinetree/codegen.h"
 #include "chain.h"
+#include "kinetree/batch.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -22,9 +24,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#define LANES_FLAGS "-Dmech_LANES=8 -Wno-psabi"
 #define COMPILE "cc -std=c99 -O3 -march=native -fno-math-errno -fPIC -shared"
 
-enum { FORWARD, INVERSE, MASS, DERIVATIVES, STEP, FUNCTIONS, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
+enum { FORWARD, INVERSE, MASS, DERIVATIVES, STEP, LANES, FUNCTIONS };
+enum { STATES = 8, NV_MOST = 64, NQ_MOST = 70, PREPARED_MOST = 4096 };
 
 typedef int given_function(const void *model, const double *q, const double *v, const double *x, double *out);
 typedef int mass_function(const void *model, const double *q, double *out);
@@ -41,8 +45,10 @@ typedef struct subject {
     double bar[FUNCTIONS]; /* 0: the function is left out, since its code would be very long */
     kt_model *model;
     kt_data *data;
-    void *library;
-    given_function *given[2];
+    void *library, *many; /* the file for one state, and for STATES */
+    given_function *given[2], *together;
+    kt_batch *batch;
+    _Alignas(64) double lanes[4][NQ_MOST * STATES]; /* q, v, x, out */
     mass_function *mass;
     derivative_function *derivatives;
     step_function *step;
@@ -56,7 +62,7 @@ typedef struct subject {
 } subject;
 
 static subject subjects[] = {
-    {.scene = "arm7", .bar = {2.0, 2.2, 3.0, 1.5}},
+    {.scene = "arm7", .bar = {2.0, 2.2, 3.0, 1.5, [LANES] = 2.9}},
     {.scene = "humanoid", .bar = {1.2, 1.5, 1.15}},
     {.scene = "chain", .links = 32, .bar = {1.4, 2.0, 1.0}},
     {.scene = "four-bar", .bar = {[FORWARD] = 2.5, [STEP] = 4.5}},
@@ -98,6 +104,7 @@ static void run_library(void *user, long repetitions) {
     for (long i = 0; i < repetitions && s->status == KT_OK; i++)
         s->status = s->function == DERIVATIVES ? derive_library(s, &error)
                     : s->function == STEP      ? step_library(s, &error)
+                    : s->function == LANES     ? kt_batch_forward(s->batch, &error)
                     : s->function == FORWARD   ? accelerate_library(s, &error)
                     : s->function == INVERSE
                         ? kt_dynamics_inverse(s->model, s->data, s->q, s->v, s->x, NULL, s->out[0], &error)
@@ -111,8 +118,9 @@ static void run_generated(void *user, long repetitions) {
         code |= s->function == DERIVATIVES ? derive_generated(s)
                 : s->function == STEP
                     ? s->step(s->prepared, s->q, s->v, s->x, STEP_SIZE, s->out[1], s->out[1] + kt_model_nq(s->model))
-                : s->function == MASS ? s->mass(s->prepared, s->q, s->out[1])
-                                      : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
+                : s->function == LANES ? s->together(s->prepared, s->lanes[0], s->lanes[1], s->lanes[2], s->lanes[3])
+                : s->function == MASS  ? s->mass(s->prepared, s->q, s->out[1])
+                                       : s->given[s->function](s->prepared, s->q, s->v, s->x, s->out[1]);
     if (code != 0)
         s->status = KT_ERROR_SINGULAR;
 }
@@ -125,16 +133,26 @@ static bool find_symbol(void *library, const char *name, void *target) {
     return at != NULL;
 }
 
+/* Compiles the source and loads it under another name, since a name is loaded once; NULL: this fails. */
+static void *compile_file(const char *folder, const char *name, const char *flags) {
+    char command[400], path[64];
+    (void)snprintf(path, sizeof path, "%s/%s.so", folder, name);
+    (void)snprintf(command, sizeof command, COMPILE " %s %s/mech.c -o %s", flags, folder, path);
+    void *const library = system(command) == 0 ? dlopen(path, RTLD_NOW) : NULL; /* NOLINT(cert-env33-c): ours */
+    (void)unlink(path);
+    return library;
+}
+
 /* Writes, compiles and loads the file of a model. Returns false after printing the fault. */
 static bool load_generated(subject *s) {
-    char folder[] = "/tmp/kt-bench-XXXXXX", path[3][64], command[256];
-    static const char *const end[3] = {"c", "h", "so"};
+    char folder[] = "/tmp/kt-bench-XXXXXX", path[2][64];
+    static const char *const end[2] = {"c", "h"};
     kt_error error = {0};
     prepare_function *prepare = NULL;
     const void *standard = NULL;
     if (mkdtemp(folder) == NULL)
         return false;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
         snprintf(path[i], sizeof path[i], "%s/mech.%s", folder, end[i]);
     FILE *source = fopen(path[0], "w"), *header = fopen(path[1], "w");
     const bool derives = s->bar[DERIVATIVES] > 0.0;
@@ -145,21 +163,21 @@ static bool load_generated(subject *s) {
                 kt_codegen_write(s->model, "mech", functions, false, source, header, &error) == KT_OK;
     fine = source != NULL && fclose(source) == 0 && fine;
     fine = header != NULL && fclose(header) == 0 && fine;
-    snprintf(command, sizeof command, COMPILE " %s -o %s", path[0], path[2]);
-    fine = fine && system(command) == 0; /* NOLINT(cert-env33-c): the compiler of this machine */
-    s->library = fine ? dlopen(path[2], RTLD_NOW) : NULL;
+    s->library = fine ? compile_file(folder, "mech", "") : NULL;
+    s->many = fine && s->bar[LANES] > 0.0 ? compile_file(folder, "lanes", LANES_FLAGS) : NULL;
     fine = s->library != NULL && find_symbol(s->library, "mech_prepare", &prepare) &&
            find_symbol(s->library, "mech_default", &standard) &&
            find_symbol(s->library, "mech_forward", &s->given[FORWARD]) &&
            find_symbol(s->library, "mech_inverse", &s->given[INVERSE]) &&
            find_symbol(s->library, "mech_mass", &s->mass) &&
+           (s->bar[LANES] <= 0.0 || (s->many != NULL && find_symbol(s->many, "mech_forward", &s->together))) &&
            (!steps || find_symbol(s->library, "mech_rk4", &s->step)) &&
            (!derives || find_symbol(s->library, "mech_forward_derivatives", &s->derivatives));
     if (fine)
         prepare(standard, s->prepared);
     else
         fprintf(stderr, "%s: the file cannot be made: %s\n", s->scene, error.message);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
         (void)unlink(path[i]);
     (void)rmdir(folder);
     return fine;
@@ -171,6 +189,7 @@ static kt_status compile_scene(subject *s, kt_error *error) {
     snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, s->scene);
     kt_status status = kt_scene_read(path, &scene, NULL, NULL, error);
     if (status == KT_OK) {
+        scene.description.effect_count = scene.description.state_count = 0; /* the file has none */
         status = kt_model_compile(&scene.description, NULL, &s->model, error);
         kt_scene_free(&scene);
     }
@@ -183,6 +202,25 @@ static kt_status compile_chain(subject *s, kt_error *error) {
     if (status == KT_OK) {
         status = kt_model_compile(&chain.description, NULL, &s->model, error);
         kt_chain_describe_free(&chain);
+    }
+    return status;
+}
+
+/* Gives all lanes their states, here and in the batch: forces differ. */
+static kt_status spread_states(subject *s, kt_error *error) {
+    const kt_batch_options options = {.states = STATES};
+    kt_status status = kt_batch_create(s->model, &options, &s->batch, error);
+    for (size_t l = 0; l < STATES && status == KT_OK; l++) {
+        double x[NV_MOST];
+        for (int i = 0; i < kt_model_nq(s->model); i++)
+            s->lanes[0][i * STATES + (int)l] = s->q[i];
+        for (int i = 0; i < kt_model_nv(s->model); i++) {
+            s->lanes[1][i * STATES + (int)l] = s->v[i];
+            s->lanes[2][i * STATES + (int)l] = x[i] = s->x[i] + 0.1 * (double)l;
+        }
+        status = kt_batch_set_state(s->batch, l, 0.0, s->q, s->v, error);
+        if (status == KT_OK)
+            status = kt_batch_set_torque(s->batch, l, x, error);
     }
     return status;
 }
@@ -210,6 +248,10 @@ static bool load_subject(subject *s) {
         (void)kt_bench_tell(&error);
         return false;
     }
+    if (s->bar[LANES] > 0.0 && spread_states(s, &error) != KT_OK) {
+        (void)kt_bench_tell(&error);
+        return false;
+    }
     return load_generated(s);
 }
 
@@ -221,7 +263,7 @@ static void print_head(void) {
 }
 
 static int measure_line(size_t line, const kt_bench_options *options, kt_csv *csv) {
-    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass", "derivatives", "rk4"};
+    static const char *const name[FUNCTIONS] = {"forward", "inverse", "mass", "derivatives", "rk4", "8 lanes"};
     subject *s = &subjects[line / FUNCTIONS];
     kt_bench_times times[2];
     if (s->bar[line % FUNCTIONS] <= 0.0)
@@ -235,8 +277,14 @@ static int measure_line(size_t line, const kt_bench_options *options, kt_csv *cs
                                                   : s->function == MASS      ? nv * nv
                                                   : s->function == STEP      ? kt_model_nq(s->model) + nv
                                                                              : nv;
+    for (int l = 0; s->function == LANES && l < STATES; l++) {
+        if (kt_batch_get_acceleration(s->batch, (size_t)l, s->out[0] + l * nv, NULL) != KT_OK)
+            return KT_BENCH_FAILED;
+        for (int i = 0; i < nv; i++)
+            s->out[1][l * nv + i] = s->lanes[3][i * STATES + l];
+    }
     double most = 0.0, off = 0.0;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < (s->function == LANES ? STATES * nv : count); i++) {
         most = fmax(most, fabs(s->out[0][i]));
         off = fmax(off, fabs(s->out[0][i] - s->out[1][i]));
     }

@@ -176,14 +176,14 @@ static void print_signature(FILE *file, const kt_code_tree *tree, const char *na
     else if (!tree->constant)
         fprintf(file, "const %s_model *model, ", name);
     if (has_time(tree->model, k))
-        fprintf(file, "%s_real t, ", name);
+        fprintf(file, "%s_number t, ", name);
     for (int i = 0; i < 3 && kind->input[i] != NULL; i++) {
         fprintf(file, "const %s_real *%s, ", name, kind->input[i]);
         if (i == 1 && has_states(tree->model, k))
             fprintf(file, "const %s_real *x, ", name);
     }
     if (kind->is_step)
-        fprintf(file, "%s_real h, ", name);
+        fprintf(file, "%s_number h, ", name);
     for (int i = 0; i < 3 && kind->output[i] != NULL; i++)
         fprintf(file, "%s%s_real *%s%s", i > 0 ? ", " : "", name, kind->is_apart && !declares ? "restrict " : "",
                 kind->output[i]);
@@ -235,28 +235,33 @@ static void print_header(FILE *file, const kt_code_tree *tree, const char *name,
     fprintf(file,
             " *\n * Units: SI and radians. Forces of effects are in %s_effects and in steps alone, if these are here.\n"
             " * A function returns 0, or the number of the body whose joint has no inertia; it then writes nothing.\n%s"
-            " * Equal bits on all processors need -ffp-contract=off or -std=c99.\n */\n"
+            " * Equal bits on all processors need -ffp-contract=off or -std=c99. For processors with fused products,\n"
+            " * gcc also needs -fno-tree-slp-vectorize.\n */\n"
             "#ifndef %s_GENERATED_H\n#define %s_GENERATED_H\n\n"
             "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
-            "#ifdef %s_FLOAT /* define it for all files: single precision */\ntypedef float %s_real;\n#else\n"
-            "typedef double %s_real;\n#endif\n\n"
+            "#ifdef %s_FLOAT /* define it for all files: single precision */\ntypedef float %s_number;\n#else\n"
+            "typedef double %s_number;\n#endif\n"
+            "#ifdef %s_LANES /* define it, as 8, for all files: all functions compute as many states, with gcc or "
+            "clang */\n"
+            "typedef %s_number %s_real __attribute__((vector_size(%s_LANES * sizeof(%s_number))));\n#else\n"
+            "typedef %s_number %s_real;\n#endif\n\n"
             "enum { %s_NQ = %d, %s_NV = %d, %s_NX = %d%s }; /* positions, velocities, auxiliary states%s */\n\n"
             "/* kt_codegen_structure of the model */\n#define %s_STRUCTURE 0x%016llxu\n\n",
-            name, about_loops, name, name, name, name, name, name, kt_model_nq(model), name, kt_model_nv(model), name,
-            (int)model->n.x, count, has_loops ? ", equations of loops" : "", name,
-            (unsigned long long)kt_codegen_structure(model));
+            name, about_loops, name, name, name, name, name, name, name, name, name, name, name, name, name,
+            kt_model_nq(model), name, kt_model_nv(model), name, (int)model->n.x, count,
+            has_loops ? ", equations of loops" : "", name, (unsigned long long)kt_codegen_structure(model));
     if (!tree->constant) {
         fprintf(file,
                 "/* Numbers that may change. Those that are zero in the scene are left out: they stay zero. */\n"
                 "typedef struct %s_parameters {\n",
                 name);
         for (int i = 0; i < tree->parameter_count; i++)
-            fprintf(file, "    %s_real %s; /* %s */\n", name, tree->parameter[i].name, tree->parameter[i].meaning);
+            fprintf(file, "    %s_number %s; /* %s */\n", name, tree->parameter[i].name, tree->parameter[i].meaning);
         if (tree->parameter_count == 0)
-            fprintf(file, "    %s_real none;\n", name);
+            fprintf(file, "    %s_number none;\n", name);
         fprintf(file,
                 "} %s_parameters;\n\n/* What the parameters alone decide. */\n"
-                "typedef struct %s_model {\n    %s_real k[%d];\n} %s_model;\n\n"
+                "typedef struct %s_model {\n    %s_number k[%d];\n} %s_model;\n\n"
                 "extern const %s_parameters %s_default; /* the numbers of the scene */\n\n"
                 "/* Computes the model. Call it once, and after each change of a parameter. */\n"
                 "void %s_prepare(const %s_parameters *p, %s_model *model);\n\n",
@@ -305,14 +310,14 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     if (kind->is_hook && p->tree->constant)
         fputs("    (void)generic;\n", p->file);
     if (!p->tree->constant)
-        fputs("    const real *k = model->k;\n", p->file);
+        fputs("    const number *k = model->k;\n", p->file);
     if (has_angles)
         print_angles(p->file, p->tree->model);
     for (int i = 0; i < 3 && kind->input[i] != NULL; i++)
         if (!kt_code_reads(p, f, array[i]) && !(i == 0 && has_angles))
             fprintf(p->file, "    (void)%s;\n", kind->input[i]);
-    if (has_time(p->tree->model, k) && !kt_code_reads(p, f, KT_OP_TIME))
-        fputs("    (void)t;\n", p->file);
+    if (has_time(p->tree->model, k))
+        fputs(kt_code_reads(p, f, KT_OP_TIME) ? "    const real time = SAME(t);\n" : "    (void)t;\n", p->file);
     if (has_states(p->tree->model, k) && !kt_code_reads(p, f, KT_OP_OWN_STATE))
         fputs("    (void)x;\n", p->file);
     if (!p->tree->constant)
@@ -329,8 +334,9 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
     FILE *file = p->file;
     fprintf(file,
             "/* %s.c: generated by Kinetree %s. Do not edit. */\n#include \"%s.h\"\n%s\n"
-            "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#endif\n\ntypedef %s_real real;\n\n",
-            name, kt_version(), name, has_math ? "\n#include <math.h>\n" : "", name);
+            "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#endif\n\n",
+            name, kt_version(), name, has_math ? "\n#include <math.h>\n" : "");
+    kt_code_print_lanes(file, name, functions);
     if (has_angles)
         kt_code_print_sincos(file, name);
     if (!tree->constant) {
@@ -338,9 +344,9 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
         for (int i = 0; i < tree->parameter_count; i++) {
             char text[KT_NUMBER_SIZE];
             kt_number_format(text, tree->parameter[i].value);
-            fprintf(file, "    (real)%s, /* %s */\n", text, tree->parameter[i].name);
+            fprintf(file, "    (number)%s, /* %s */\n", text, tree->parameter[i].name);
         }
-        fprintf(file, "%s};\n\nvoid %s_prepare(const %s_parameters *p, %s_model *model) {\n    real *k = model->k;\n",
+        fprintf(file, "%s};\n\nvoid %s_prepare(const %s_parameters *p, %s_model *model) {\n    number *k = model->k;\n",
                 tree->parameter_count == 0 ? "    0\n" : "", name, name, name);
         fputs("    (void)p;\n    (void)k;\n", file);
         kt_code_print_prepared(p);
@@ -350,14 +356,14 @@ static void print_source(kt_code_printer *p, const char *name, const char *funct
     if (strstr(functions, "NO_INERTIA") != NULL)
         fprintf(file,
                 "/* Below this part of what a joint carries, its inertia is rounding. */\n"
-                "#define NO_INERTIA (real)(sizeof(real) < sizeof(double) ? %.1e : %.1e)\n\n",
+                "#define NO_INERTIA (number)(sizeof(number) < sizeof(double) ? %.1e : %.1e)\n\n",
                 KT_NO_INERTIA / DBL_EPSILON * (double)FLT_EPSILON, KT_NO_INERTIA);
     if (kt_code_count_loop_rows(tree->model) > 0)
         fputs("/* Equations of loops whose squared sine is below this depend on others. From the second one on, there "
               "are\n"
               " * states for which the library has smaller errors. */\n"
-              "#define SINGULAR (real)(sizeof(real) < sizeof(double) ? 1e-5 : 1e-12)\n"
-              "#define NEAR_SINGULAR (real)1e-4\n\n",
+              "#define SINGULAR (number)(sizeof(number) < sizeof(double) ? 1e-5 : 1e-12)\n"
+              "#define NEAR_SINGULAR (number)1e-4\n\n",
               file);
     if (p->has_parts)
         fputs("#ifdef __GNUC__ /* a part has registers of its own */\n#define PART __attribute__((noinline))\n"

@@ -57,7 +57,7 @@ void kt_code_print_number(FILE *file, double value) {
     if (value == (double)(long)value && value > -1e6 && value < 1e6)
         fprintf(file, "%ld", (long)value);
     else
-        fprintf(file, "(real)%s", text);
+        fprintf(file, "(number)%s", text);
 }
 
 /* ---- expressions ------------------------------------------------------------------------------------------------- */
@@ -71,7 +71,7 @@ static const char *name_of_input(const kt_code_printer *p, const kt_op_node *n) 
 
 static void print_input(const kt_code_printer *p, const kt_op_node *n) {
     if (n->a == KT_OP_TIME)
-        fputs("t", p->file);
+        fputs("time", p->file);
     else
         fprintf(p->file, "%s[%d]", name_of_input(p, n), (int)n->b);
 }
@@ -96,25 +96,37 @@ static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
     }
 }
 
-/* (real)f((double)a, (double)b) */
+/* An operand that must be a vector if the file has lanes: numbers of the model are scalars. */
+static void print_real(kt_code_printer *p, kt_op i, code_place place) {
+    const bool is_number =
+        p->origin == KT_OP_OF_STATE && kt_code_is_leaf(p, i) && p->graph->node[i].kind != KT_OP_INPUT;
+    fputs(is_number ? "SAME(" : "", p->file);
+    print_operand(p, i, is_number ? CODE_SUM : place);
+    fputs(is_number ? ")" : "", p->file);
+}
+
+/* real_f(a, b) for states, (number)f((double)a, (double)b) for prepared numbers */
 static void print_call(kt_code_printer *p, const kt_op_node *n) {
+    const bool is_real = p->origin == KT_OP_OF_STATE;
     kt_op operand[3];
     const int count = kt_op_operands(n, operand);
-    fprintf(p->file, "(real)%s(", kt_op_function_name((kt_op_function)n->c));
+    fprintf(p->file, is_real ? "real_%s(" : "(number)%s(", kt_op_function_name((kt_op_function)n->c));
     for (int k = 0; k < count; k++) {
-        fputs(k > 0 ? ", (double)" : "(double)", p->file);
-        print_operand(p, operand[k], CODE_PRODUCT_RIGHT);
+        fputs(k > 0 ? ", " : "", p->file);
+        fputs(is_real ? "" : "(double)", p->file);
+        print_real(p, operand[k], is_real ? CODE_SUM : CODE_PRODUCT_RIGHT);
     }
     fputs(")", p->file);
 }
 
 static void print_choice(kt_code_printer *p, const kt_op_node *n) {
-    fputs("(", p->file);
-    print_operand(p, n->a, CODE_SUM);
-    fputs(" > 0 ? ", p->file);
-    print_operand(p, n->b, CODE_SUM);
-    fputs(" : ", p->file);
-    print_operand(p, n->c, CODE_SUM);
+    const bool is_real = p->origin == KT_OP_OF_STATE;
+    fputs(is_real ? "CHOOSE(" : "(", p->file);
+    print_real(p, n->a, CODE_SUM);
+    fputs(is_real ? ", " : " > 0 ? ", p->file);
+    print_real(p, n->b, CODE_SUM);
+    fputs(is_real ? ", " : " : ", p->file);
+    print_real(p, n->c, CODE_SUM);
     fputs(")", p->file);
 }
 
@@ -233,13 +245,10 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
         const kt_code_guard *guard = &f->guard[k];
         if (kt_code_guard_node(p, guard) != i)
             continue;
-        fputs("    if (!(", p->file);
-        print_operand(p, guard->pivot, CODE_SUM);
-        fputs(guard->loop == 0 ? " > NO_INERTIA * "
-              : guard->is_near ? " > NEAR_SINGULAR * "
-                               : " > SINGULAR * ",
-              p->file);
-        print_operand(p, guard->limit, CODE_PRODUCT_RIGHT);
+        fputs("    if (!is_above(", p->file);
+        print_real(p, guard->pivot, CODE_SUM);
+        fputs(guard->loop == 0 ? ", NO_INERTIA * " : guard->is_near ? ", NEAR_SINGULAR * " : ", SINGULAR * ", p->file);
+        print_real(p, guard->limit, CODE_PRODUCT_RIGHT);
         fputs("))\n        return ", p->file);
         if (kt_code_loop_of(p, i) >= 0)
             print_body_of_loop(p, f, guard);
@@ -263,7 +272,7 @@ static void print_output(kt_code_printer *p, const kt_code_function *f, int k, i
     for (int j = k; j < first + f->output[array]; j++)
         if (j == k || (is_shared && f->out[j] == out))
             fprintf(p->file, "%s[%d] = ", p->arrays->output[array], j - first);
-    print_operand(p, out, CODE_SUM);
+    print_real(p, out, CODE_SUM);
     fputs(";\n", p->file);
 }
 
@@ -285,7 +294,7 @@ static void print_node(kt_code_printer *p, const kt_code_function *f, kt_op i, i
     if (p->width[i] == 0) {
         print_section(p, i, section);
         p->temporary[i] = ++*temporary;
-        fputs("    const real ", p->file);
+        fputs(p->origin == KT_OP_OF_STATE ? "    const real " : "    const number ", p->file);
         print_operand(p, i, CODE_SUM);
         fputs(" = ", p->file);
         print_expression(p, i, CODE_SUM);
@@ -329,7 +338,7 @@ static void print_start_of_loop(kt_code_printer *p, int loop) {
         if (copy->reader != loop)
             continue;
         fprintf(p->file, "    w[%d] = ", kt_code_roll_place(&p->roll.plan[copy->loop], copy->column, copy->row));
-        print_operand(p, copy->node, CODE_SUM);
+        print_real(p, copy->node, CODE_SUM);
         fputs(";\n", p->file);
     }
     for (int k = 0; k < l->slot_count; k++) {
@@ -339,7 +348,7 @@ static void print_start_of_loop(kt_code_printer *p, int loop) {
             fprintf(p->file, "    const real same%d = ", k);
         else
             continue;
-        print_operand(p, l->slot[k].cell[0], CODE_SUM);
+        print_real(p, l->slot[k].cell[0], CODE_SUM);
         fputs(";\n", p->file);
     }
     fprintf(p->file,
@@ -366,7 +375,7 @@ static void print_stores(kt_code_printer *p, const kt_code_function *f, const kt
         print_index(p, p->arrays->output[0], a, b - a);
         fputs(" = ", p->file);
     }
-    print_operand(p, pattern, CODE_SUM);
+    print_real(p, pattern, CODE_SUM);
     fputs(";\n", p->file);
 }
 
@@ -377,7 +386,7 @@ static void print_carried(kt_code_printer *p, const kt_code_loop_plan *l) {
         if (l->slot[k].kind != KT_SLOT_CARRIED)
             continue;
         fprintf(p->file, "    const real next%d = ", (int)l->slot[k].base);
-        print_operand(p, kt_code_roll_node(&p->roll, l, 1, l->slot[k].base), CODE_SUM);
+        print_real(p, kt_code_roll_node(&p->roll, l, 1, l->slot[k].base), CODE_SUM);
         fputs(";\n", p->file);
     }
     for (int k = 0; k < l->slot_count; k++)
@@ -433,17 +442,18 @@ static bool plan_function(kt_code_printer *p, const kt_code_function *f, int ori
 /* Prints the arguments of a part, as its declaration or a call has them. */
 static void print_arguments(const kt_code_printer *p, int part, bool declares) {
     const kt_code_arrays *a = p->arrays;
-    const char *const name[CODE_ARGUMENTS] = {"q", "v", a->given,     "s",          "c",          "x",
-                                              "t", "k", a->output[0], a->output[1], a->output[2], "w"};
+    const char *const name[CODE_ARGUMENTS] = {"q",    "v", a->given,     "s",          "c",          "x",
+                                              "time", "k", a->output[0], a->output[1], a->output[2], "w"};
     bool is_next = false;
     for (int k = 0; k < CODE_ARGUMENTS; k++) {
         if (!(p->needs[part] & 1 << k))
             continue;
         fprintf(p->file, "%s%s%s", is_next ? ", " : "",
-                !declares         ? ""
-                : k == KT_OP_TIME ? "real "
-                : k < CODE_OUTPUT ? "const real *restrict "
-                                  : "real *restrict ",
+                !declares            ? ""
+                : k == KT_OP_TIME    ? "real "
+                : k == CODE_PREPARED ? "const number *restrict "
+                : k < CODE_OUTPUT    ? "const real *restrict "
+                                     : "real *restrict ",
                 name[k]);
         is_next = true;
     }

@@ -71,6 +71,12 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 /* Whether a function calls the C library. */
 bool kt_code_calls(kt_code_printer *p, const kt_code_function *f);
 
+/* Prints lines of text, each with its end. */
+void kt_code_print_lines(FILE *file, const char *const *line, size_t count);
+
+/* Prints the types `number` and `real`, and what the text of functions needs for lanes (lanes.c). */
+void kt_code_print_lanes(FILE *file, const char *name, const char *functions);
+
 /* Prints the sines and cosines of the file, whose names begin with `name`. */
 void kt_code_print_sincos(FILE *file, const char *name);
 

@@ -41,15 +41,16 @@ static const char *const double_lines[] = {
     "",
     "/* An angle beyond SINES_WIDE. */",
     "static void sines_wide(real x, real *sine, real *cosine) {",
-    "    const real most = 1048576.0 * SINES_WIDE, unit = 1048576.0;",
+    "    const number most = 1048576.0 * SINES_WIDE, unit = 1048576.0;",
     "    const real m = unit * ((x * (0.63661977236758138 / unit) + 6755399441055744.0) - 6755399441055744.0);",
     "    const real a = x - m * 0x1.921fb544p+0, p2 = m * 0x1.0b4611a6p-34, b = a - p2;",
     "    const real low = (((a - b) - p2) - m * 0x1.3198a2ep-69) - m * 0x1.b839a252049c1p-104;",
     "    real n, e;",
     "    const real r = sines_reduce(b, &n, &e), sum = r + low;",
     "    sines_of(n, sum, e + ((r - sum) + low), sine, cosine);",
-    "    if (!(x < most && x > -most))",
-    "        *sine = *cosine = (x - x) / (x - x);",
+    "    for (int i = 0; i < LANES; i++)",
+    "        if (!(LANE(x, i) < most && LANE(x, i) > -most))",
+    "            LANE(*sine, i) = LANE(*cosine, i) = (most - most) / (most - most);",
     "}",
 };
 
@@ -71,18 +72,24 @@ static const char *const float_lines[] = {
     "/* x = n pi/2 + r + e */",
     "static inline real sines_reduce(real x, real *n, real *e) {",
     "    *n = (x * 0.636619772f + 12582912.0f) - 12582912.0f;",
-    "    *e = 0.0f;",
+    "    *e = SAME(0.0f);",
     "    return ((x - *n * 1.5703125f) - *n * 4.83751296997e-4f) - *n * 7.54978994877e-8f;",
     "}",
     "",
     "/* An angle beyond SINES_WIDE, in double precision. */",
     "static void sines_wide(real x, real *sine, real *cosine) {",
-    "    const double most = 1e9, n = ((double)x * 0.63661977236758138 + 6755399441055744.0) - 6755399441055744.0;",
-    "    const double r = ((double)x - n * 0x1.921fb544p+0) - n * 0x1.0b4611a626331p-34;",
-    "    const double turn = n - 4.0 * ((0.25 * n + 6755399441055744.0) - 6755399441055744.0);",
-    "    sines_of((real)turn, (real)r, 0.0f, sine, cosine);",
-    "    if (!((double)x < most && (double)x > -most))",
-    "        *sine = *cosine = (x - x) / (x - x);",
+    "    const double most = 1e9;",
+    "    real turn = {0}, r = {0};",
+    "    for (int i = 0; i < LANES; i++) {",
+    "        const double a = (double)LANE(x, i);",
+    "        const double n = (a * 0.63661977236758138 + 6755399441055744.0) - 6755399441055744.0;",
+    "        LANE(turn, i) = (number)(n - 4.0 * ((0.25 * n + 6755399441055744.0) - 6755399441055744.0));",
+    "        LANE(r, i) = (number)((a - n * 0x1.921fb544p+0) - n * 0x1.0b4611a626331p-34);",
+    "    }",
+    "    sines_of(turn, r, SAME(0.0f), sine, cosine);",
+    "    for (int i = 0; i < LANES; i++)",
+    "        if (!((double)LANE(x, i) < most && (double)LANE(x, i) > -most))",
+    "            LANE(*sine, i) = LANE(*cosine, i) = (number)((most - most) / (most - most));",
     "}",
 };
 
@@ -97,7 +104,7 @@ static const char *const lane_lines[] = {
     "#else",
     "#define SINES_BYTES (int)sizeof(real)",
     "#endif",
-    "#define SINES_LANES (SINES_BYTES / (int)sizeof(real))",
+    "#define SINES_LANES (SINES_BYTES > (int)sizeof(real) ? SINES_BYTES / (int)sizeof(real) : 1)",
     "#define SINES_ROOM(n) (((n) + SINES_LANES - 1) / SINES_LANES * SINES_LANES)",
     "",
 };
@@ -112,24 +119,24 @@ static const char *const common_lines[] = {
     "        sines_of(n, r, e, &sine[i], &cosine[i]);",
     "    }",
     "    for (int i = 0; i < count; i++)",
-    "        if (!(x[i] < SINES_WIDE && x[i] > -SINES_WIDE))",
-    "            sines_wide(x[i], &sine[i], &cosine[i]);",
+    "        for (int l = 0; l < LANES; l++)",
+    "            if (!(LANE(x[i], l) < SINES_WIDE && LANE(x[i], l) > -SINES_WIDE)) {",
+    "                real s, c;",
+    "                sines_wide(x[i], &s, &c);",
+    "                LANE(sine[i], l) = LANE(s, l);",
+    "                LANE(cosine[i], l) = LANE(c, l);",
+    "            }",
     "}",
     "",
 };
 
-static void print_lines(FILE *file, const char *const *line, size_t count) {
-    for (size_t i = 0; i < count; i++)
-        fprintf(file, "%s\n", line[i]);
-}
-
 void kt_code_print_sincos(FILE *file, const char *name) {
     fputs("/* ---- sines and cosines ---- */\n\n", file);
-    print_lines(file, lane_lines, sizeof lane_lines / sizeof *lane_lines);
+    kt_code_print_lines(file, lane_lines, sizeof lane_lines / sizeof *lane_lines);
     fprintf(file, "#ifdef %s_FLOAT\n\n", name);
-    print_lines(file, float_lines, sizeof float_lines / sizeof *float_lines);
+    kt_code_print_lines(file, float_lines, sizeof float_lines / sizeof *float_lines);
     fputs("\n#else\n\n", file);
-    print_lines(file, double_lines, sizeof double_lines / sizeof *double_lines);
+    kt_code_print_lines(file, double_lines, sizeof double_lines / sizeof *double_lines);
     fputs("\n#endif\n", file);
-    print_lines(file, common_lines, sizeof common_lines / sizeof *common_lines);
+    kt_code_print_lines(file, common_lines, sizeof common_lines / sizeof *common_lines);
 }

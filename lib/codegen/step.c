@@ -72,8 +72,8 @@ static void print_units(FILE *file, int count) {
             "    for (int k = 0; k < %d; k++) {\n"
             "        real *p = q + step_turn[k][0];\n"
             "        const real square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];\n"
-            "        const real scale = 1 / (real)sqrt((double)square);\n"
-            "        if (!(square > 0 && scale > 0))\n"
+            "        const real scale = 1 / real_sqrt(square);\n"
+            "        if (!is_above(square, SAME(0)) || !is_above(scale, SAME(0)))\n"
             "            return step_turn[k][2];\n"
             "        for (int i = 0; i < 4; i++)\n"
             "            p[i] *= scale;\n"
@@ -101,7 +101,7 @@ static void print_walk(FILE *file, const kt_model *model, const char *plain, con
 
 /* Arguments that only some models have. */
 static bool steps_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
-static const char *take_time(const kt_code_names *n) { return steps_have_time(n) ? "real t, " : ""; }
+static const char *take_time(const kt_code_names *n) { return steps_have_time(n) ? "number t, " : ""; }
 static const char *pass_time(const kt_code_names *n) { return steps_have_time(n) ? "t, " : ""; }
 static const char *pass_time_to_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
 static const char *pass_time_to_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
@@ -141,7 +141,7 @@ static void print_step_rate(FILE *file, const kt_model *model) {
     if (count_quaternions(model) == 0)
         fputs("    (void)q;\n", file);
     print_walk(file, model, "rate[i] = v[j];\n",
-               "        const real u[4] = {0, v[j] / 2, v[j + 1] / 2, v[j + 2] / 2};\n"
+               "        const real u[4] = {SAME(0), v[j] / 2, v[j + 1] / 2, v[j + 2] / 2};\n"
                "        step_multiply(q + i, u, rate + i);\n");
     fputs("}\n\n", file);
 }
@@ -150,12 +150,12 @@ static void print_step_rate(FILE *file, const kt_model *model) {
 static void print_stages(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     fprintf(file, "    for (int i = 0; i <= stages; a += i++) {\n"
-                  "        const real *row = i < stages ? a : b;\n");
+                  "        const number *row = i < stages ? a : b;\n");
     if (steps_have_time(n))
-        fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
+        fputs("        number node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n"
-            "            real sum = 0;\n"
+            "            real sum = {0};\n"
             "            for (int j = 0; j < i; j++)\n"
             "                sum += row[j] * slope[j][l];\n"
             "            y[l] = (l < %d ? q[l] : ",
@@ -186,8 +186,8 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
     print_step_rate(file, model);
     fprintf(file,
             "/* A step of an explicit method; a: its matrix, row by row below the diagonal. */\n"
-            "static int step_explicit(%sint stages, const real *a, const real *b, %sconst real *q, const real *v,\n"
-            "                         %sconst real *tau, real h, real *next_q, real *next_v%s) {\n"
+            "static int step_explicit(%sint stages, const number *a, const number *b, %sconst real *q, const real *v,\n"
+            "                         %sconst real *tau, number h, real *next_q, real *next_v%s) {\n"
             "    real y[%d], slope[4][%d];\n    int code = 0;\n",
             n->take, take_time(n), take_states(model), nx > 0 ? ", real *next_x" : "", nq + nv + nx, nq + nv + nx);
     print_stages(file, n, model);
@@ -203,7 +203,7 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
 static void print_method(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature, int stages,
                          const char *tables) {
     fprintf(file,
-            "%s {\n    static const real %s;\n"
+            "%s {\n    static const number %s;\n"
             "    return step_explicit(%s%d, a, b, %sq, v, %stau, h, next_q, next_v%s);\n}\n\n",
             signature, tables, n->pass, stages, pass_time(n), pass_states(model), model->n.x > 0 ? ", next_x" : "");
 }
@@ -215,10 +215,11 @@ static void print_move(FILE *file, const kt_model *model) {
             "static int step_move(const real *q, const real *d, real *next) {\n");
     print_walk(file, model, "next[i] = q[i] + d[j];\n",
                "        const real *e = d + j, p[4] = {q[i], q[i + 1], q[i + 2], q[i + 3]};\n"
-               "        real half[SINES_ROOM(1)] = {0}, s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
-               "        half[0] = (real)sqrt((double)(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])) / 2;\n"
+               "        real half[SINES_ROOM(1)], s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
+               "        for (int l = 0; l < SINES_ROOM(1); l++)\n"
+               "            half[l] = real_sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / 2;\n"
                "        sines(SINES_ROOM(1), half, s, c);\n"
-               "        const real scale = (half[0] > 0 ? s[0] / half[0] : 1) / 2;\n"
+               "        const real scale = CHOOSE(half[0], s[0] / half[0], SAME(1)) / 2;\n"
                "        const real turn[4] = {c[0], scale * e[0], scale * e[1], scale * e[2]};\n"
                "        step_multiply(p, turn, next + i);\n");
     fputs(count_quaternions(model) > 0 ? "    return step_units(next);\n}\n\n" : "    return 0;\n}\n\n", file);
@@ -244,10 +245,10 @@ static const struct {
     int stages;
     const char *tables;
 } explicit_methods[2] = {
-    {2, "a[] = {1}, b[] = {(real)0.5, (real)0.5}"},
-    {4, "a[] = {(real)0.5, 0, (real)0.5, 0, 0, 1};\n"
-        "    static const real b[] = {(real)(1.0 / 6.0), (real)(1.0 / 3.0), (real)(1.0 / 3.0),\n"
-        "                             (real)(1.0 / 6.0)}"},
+    {2, "a[] = {1}, b[] = {(number)0.5, (number)0.5}"},
+    {4, "a[] = {(number)0.5, 0, (number)0.5, 0, 0, 1};\n"
+        "    static const number b[] = {(number)(1.0 / 6.0), (number)(1.0 / 3.0), (number)(1.0 / 3.0),\n"
+        "                             (number)(1.0 / 6.0)}"},
 };
 
 /* A and B of the steps among the functions. */

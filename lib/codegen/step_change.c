@@ -12,7 +12,7 @@
 #include "codegen/print.h"
 
 static bool changes_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
-static const char *take_time(const kt_code_names *n) { return changes_have_time(n) ? "real t, " : ""; }
+static const char *take_time(const kt_code_names *n) { return changes_have_time(n) ? "number t, " : ""; }
 static const char *pass_time(const kt_code_names *n) { return changes_have_time(n) ? "t, " : ""; }
 static const char *time_of_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
 static const char *time_of_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
@@ -46,7 +46,7 @@ static void print_product(FILE *file, int nv) {
             "/* k = F Y + (0, a_tau) */\n"
             "static void step_change(const real *f, const real *y, real *k) {\n"
             "    for (int c = 0; c < %d; c++)\n        for (int i = 0; i < %d; i++) {\n"
-            "            real sum = c < %d ? 0 : f[%d * c + i];\n"
+            "            real sum = c < %d ? SAME(0) : f[%d * c + i];\n"
             "            for (int m = 0; m < %d; m++)\n"
             "                sum += f[%d * m + i] * y[%d * c + m];\n"
             "            k[%d * c + i] = y[%d * c + %d + i];\n"
@@ -59,19 +59,19 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
     print_product(file, nv);
     fprintf(file,
             "/* A and B of an explicit method; a: its matrix, row by row below the diagonal. */\n"
-            "static int step_changes(%sint stages, const real *a, const real *b, %sconst real *q, const real *v,\n"
-            "                        const real *tau, real h, real *A, real *B) {\n"
+            "static int step_changes(%sint stages, const number *a, const number *b, %sconst real *q, const real *v,\n"
+            "                        const real *tau, number h, real *A, real *B) {\n"
             "    real y[%d], slope[4][%d], f[%d], change[%d], k[4][%d];\n"
             "    for (int i = 0; i <= stages; a += i++) {\n"
-            "        const real *row = i < stages ? a : b;\n",
+            "        const number *row = i < stages ? a : b;\n",
             n->take, take_time(n), 2 * nv, 2 * nv, 3 * nv * nv, all, all);
     if (changes_have_time(n))
-        fputs("        real node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
+        fputs("        number node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
-            "        for (int l = 0; l < %d; l++) {\n            real sum = 0;\n"
+            "        for (int l = 0; l < %d; l++) {\n            real sum = {0};\n"
             "            for (int j = 0; j < i; j++)\n                sum += row[j] * k[j][l];\n"
-            "            change[l] = (l %% %d == 0 && l < %d ? 1 : 0) + h * sum;\n        }\n"
-            "        for (int l = 0; l < %d; l++) {\n            real sum = 0;\n"
+            "            change[l] = (number)(l %% %d == 0 && l < %d) + h * sum;\n        }\n"
+            "        for (int l = 0; l < %d; l++) {\n            real sum = {0};\n"
             "            for (int j = 0; j < i; j++)\n                sum += row[j] * slope[j][l];\n"
             "            y[l] = (l < %d ? q[l] : v[l - %d]) + h * sum;\n        }\n"
             "        if (i == stages)\n            break;\n"
@@ -97,7 +97,8 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
 
 void kt_code_print_method_changes(FILE *file, const kt_code_names *n, const char *signature, int stages,
                                   const char *tables) {
-    fprintf(file, "%s {\n    static const real %s;\n    return step_changes(%s%d, a, b, %sq, v, tau, h, A, B);\n}\n\n",
+    fprintf(file,
+            "%s {\n    static const number %s;\n    return step_changes(%s%d, a, b, %sq, v, tau, h, A, B);\n}\n\n",
             signature, tables, n->pass, stages, pass_time(n));
 }
 
@@ -110,8 +111,8 @@ void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *n, con
             "        return code;\n    for (int c = 0; c < %d; c++) {\n"
             "        real *column = change + %d * c;\n"
             "        for (int i = 0; i < %d; i++) {\n"
-            "            column[%d + i] = h * f[%d * c + i] + (c == %d + i ? 1 : 0);\n"
-            "            column[i] = h * column[%d + i] + (c == i ? 1 : 0);\n        }\n    }\n",
+            "            column[%d + i] = h * f[%d * c + i] + (number)(c == %d + i);\n"
+            "            column[i] = h * column[%d + i] + (number)(c == i);\n        }\n    }\n",
             signature, 3 * nv * nv, 6 * nv * nv, n->pass, pass_time(n), 3 * nv, 2 * nv, nv, nv, nv, nv, nv);
     if (has_loops)
         fprintf(file,

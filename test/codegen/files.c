@@ -288,7 +288,7 @@ KT_TEST(files_name_joints_equations_and_parameters) {
         snprintf(structure, sizeof structure, "#define arm_STRUCTURE 0x%016llxu",
                  (unsigned long long)kt_codegen_structure(t.model));
         kt_check_contains("structure", header, structure);
-        kt_check_contains("a name with a dash", header, "    arm_real link_7_mass; /* kg */");
+        kt_check_contains("a name with a dash", header, "    arm_number link_7_mass; /* kg */");
         kt_check_true("zeros are not parameters", strstr(header, "link3_at_y") == NULL);
         kt_check_contains("a block", source, "/* link-7: motion of link 7 in its own axes");
         kt_check_true("no library", strstr(source, "#include <") == NULL && strstr(source, "malloc") == NULL);

@@ -33,7 +33,7 @@ static bool read_names(kt_generated *g) {
             inside = true;
         else if (inside && line[0] == '}')
             break;
-        else if (inside && sscanf(line, " mech_real %63[a-zA-Z0-9_];", g->name[g->count]) == 1)
+        else if (inside && sscanf(line, " mech_number %63[a-zA-Z0-9_];", g->name[g->count]) == 1)
             g->count++;
     }
     fclose(file);
@@ -116,7 +116,7 @@ static bool read_method(kt_generated *g) {
     while (fgets(line, sizeof line, file) != NULL) {
         g->is_articulated |= strstr(line, "U = A s") != NULL;
         g->is_planar |= strstr(line, "J' = p . M p - V^2 / D") != NULL;
-        g->loops_have_time |= strstr(line, "int mech_forward(const mech_model *model, mech_real t, ") != NULL;
+        g->loops_have_time |= strstr(line, "int mech_forward(const mech_model *model, mech_number t, ") != NULL;
         g->has_parts[0] |= strstr(line, " forward_1(") != NULL;
         g->has_parts[1] |= strstr(line, " mass_1(") != NULL;
     }

@@ -73,7 +73,7 @@ def main():
         claim("effects_are_noted", [] if made.returncode == 0 and "forces of effects" in made.stderr else [made.stderr])
         made = export(folder, "--c", effects, "--out", "step.c", "--functions", "rk4")
         step = pathlib.Path(folder, "step.h")
-        claim("steps_have_effects_and_the_time", [] if step.is_file() and "int step_rk4(const step_model *model, step_real t," in step.read_text() else [made.stderr])
+        claim("steps_have_effects_and_the_time", [] if step.is_file() and "int step_rk4(const step_model *model, step_number t," in step.read_text() else [made.stderr])
         made = export(folder, "--c", SCENES / "pid-arm.yaml", "--out", "pid.c", "--functions", "heun")
         pid = pathlib.Path(folder, "pid.h")
         claim("steps_have_auxiliary_states", [] if pid.is_file() and "pid_real *next_x);" in pid.read_text() else [made.stderr])

@@ -1,0 +1,357 @@
+/* Generated files with mech_LANES: each lane has the bits of a file that computes one state. */
+#define _XOPEN_SOURCE 700
+#include "closed_tree.h"
+#include "effect_set.h"
+
+#include "kinetree/joint.h"
+#include "kinetree/scene.h"
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    LANES_MOST = 8,
+    RECURSIONS = KT_GENERATED_USUAL & ~(KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES),
+    NUMBERS = 6 * 6 * KT_TREE_NV, /* of an array of a function, at most */
+    CHANGES = KT_CODEGEN_HEUN_DERIVATIVES | KT_CODEGEN_RK4_DERIVATIVES | KT_CODEGEN_SEMI_IMPLICIT_DERIVATIVES,
+    CHANGED_MOST = 5 /* coordinates of a mechanism whose steps are differentiated */
+};
+
+static const double now = KT_CLOSED_NOW, length_of_step = 1e-2, unwritten = -0x1.23456789abcdep+77;
+
+/* ---- functions by their heads ------------------------------------------------------------------------------------ */
+
+/* The arguments of a function, as the header declares them. */
+typedef struct lanes_head {
+    char input[4][8]; /* names */
+    int inputs, outputs;
+    bool has_time, has_step;
+} lanes_head;
+
+/* Reads the head of mech_NAME from the header. Returns false if the file does not have it. */
+static bool read_head(const kt_generated *g, const char *name, lanes_head *head) {
+    char path[128], line[512], begin[64];
+    bool found = false;
+    snprintf(path, sizeof path, "%s/mech.h", g->folder);
+    snprintf(begin, sizeof begin, "int mech_%s(", name);
+    FILE *file = fopen(path, "r");
+    memset(head, 0, sizeof *head);
+    while (file != NULL && !found && fgets(line, sizeof line, file) != NULL)
+        found = strncmp(line, begin, strlen(begin)) == 0;
+    if (file != NULL)
+        fclose(file);
+    for (char *rest = line, *word; found && (word = strtok_r(rest, "(,", &rest)) != NULL;) {
+        char *const star = strchr(word, '*');
+        head->has_time |= strstr(word, "mech_number t") != NULL;
+        head->has_step |= strstr(word, "mech_number h") != NULL;
+        if (star == NULL || strstr(word, "mech_real") == NULL)
+            continue;
+        if (strstr(word, "const") == NULL)
+            head->outputs++;
+        else if (head->inputs < 4)
+            snprintf(head->input[head->inputs++], sizeof head->input[0], "%.7s", star + 1);
+    }
+    return found;
+}
+
+typedef int plain_1_1(const void *, const double *, double *);
+typedef int plain_2_1(const void *, const double *, const double *, double *);
+typedef int plain_3_1(const void *, const double *, const double *, const double *, double *);
+typedef int plain_2_2(const void *, const double *, const double *, double *, double *);
+typedef int plain_3_2(const void *, const double *, const double *, const double *, double *, double *);
+typedef int plain_2_3(const void *, const double *, const double *, double *, double *, double *);
+typedef int plain_3_3(const void *, const double *, const double *, const double *, double *, double *, double *);
+typedef int timed_2_1(const void *, double, const double *, const double *, double *);
+typedef int timed_3_1(const void *, double, const double *, const double *, const double *, double *);
+typedef int timed_4_1(const void *, double, const double *, const double *, const double *, const double *, double *);
+typedef int timed_2_2(const void *, double, const double *, const double *, double *, double *);
+typedef int timed_2_3(const void *, double, const double *, const double *, double *, double *, double *);
+typedef int timed_3_3(const void *, double, const double *, const double *, const double *, double *, double *,
+                      double *);
+typedef int plain_step(const void *, const double *, const double *, const double *, double, double *, double *);
+typedef int timed_step(const void *, double, const double *, const double *, const double *, double, double *,
+                       double *);
+
+/* Calls a function of this head. A head without a case fails the test. */
+static int call_head(void *at, const lanes_head *head, const double *model, double *const in[4], double *const out[3]) {
+    const int kind = head->has_step * 1000 + head->has_time * 100 + head->inputs * 10 + head->outputs;
+#define CALL(type, ...)                                                                                                \
+    {                                                                                                                  \
+        type *function;                                                                                                \
+        memcpy(&function, &at, sizeof function);                                                                       \
+        return function(__VA_ARGS__);                                                                                  \
+    }
+    switch (kind) {
+    case 11:
+        CALL(plain_1_1, model, in[0], out[0])
+    case 21:
+        CALL(plain_2_1, model, in[0], in[1], out[0])
+    case 31:
+        CALL(plain_3_1, model, in[0], in[1], in[2], out[0])
+    case 22:
+        CALL(plain_2_2, model, in[0], in[1], out[0], out[1])
+    case 32:
+        CALL(plain_3_2, model, in[0], in[1], in[2], out[0], out[1])
+    case 23:
+        CALL(plain_2_3, model, in[0], in[1], out[0], out[1], out[2])
+    case 33:
+        CALL(plain_3_3, model, in[0], in[1], in[2], out[0], out[1], out[2])
+    case 121:
+        CALL(timed_2_1, model, now, in[0], in[1], out[0])
+    case 131:
+        CALL(timed_3_1, model, now, in[0], in[1], in[2], out[0])
+    case 141:
+        CALL(timed_4_1, model, now, in[0], in[1], in[2], in[3], out[0])
+    case 122:
+        CALL(timed_2_2, model, now, in[0], in[1], out[0], out[1])
+    case 123:
+        CALL(timed_2_3, model, now, in[0], in[1], out[0], out[1], out[2])
+    case 133:
+        CALL(timed_3_3, model, now, in[0], in[1], in[2], out[0], out[1], out[2])
+    case 1032:
+        CALL(plain_step, model, in[0], in[1], in[2], length_of_step, out[0], out[1])
+    case 1132:
+        CALL(timed_step, model, now, in[0], in[1], in[2], length_of_step, out[0], out[1])
+    default:
+        kt_check_equal_int("the head of the function", kind, 0);
+        return 0;
+    }
+#undef CALL
+}
+
+/* ---- lanes against single states --------------------------------------------------------------------------------- */
+
+/* The same mechanism twice: for one state, and for several. */
+typedef struct lanes_pair {
+    kt_generated one, many;
+    int lanes;
+    kt_tree_state state[LANES_MOST];
+} lanes_pair;
+
+typedef struct lanes_counts {
+    int files, calls, numbers, rejected;
+} lanes_counts;
+
+static double *array_of_state(kt_tree_state *s, const char *name) {
+    static double none[1];
+    return strcmp(name, "q") == 0     ? s->q
+           : strcmp(name, "v") == 0   ? s->v
+           : strcmp(name, "tau") == 0 ? s->tau
+           : strcmp(name, "a") == 0   ? s->a
+                                      : none;
+}
+
+static size_t numbers_of_input(const kt_model *model, const char *name) {
+    return name[0] == 'x' ? 0 : (size_t)(name[0] == 'q' ? kt_model_nq(model) : kt_model_nv(model));
+}
+
+/* Calls a function for all lanes at once, and for each of them alone. */
+static void compare_function(lanes_pair *p, const kt_model *model, const char *name, const lanes_head *head,
+                             lanes_counts *counts) {
+    static _Alignas(64) double given[4][KT_TREE_NQ * LANES_MOST], together[3][NUMBERS * LANES_MOST];
+    static double alone[3][NUMBERS];
+    char symbol[64];
+    int codes[LANES_MOST], different = 0, numbers = 0;
+    bool fails = false, is_known = false;
+    snprintf(symbol, sizeof symbol, "mech_%s", name);
+    void *const single = dlsym(p->one.library, symbol), *const several = dlsym(p->many.library, symbol);
+    if (!kt_check_true(symbol, single != NULL && several != NULL))
+        return;
+    for (int i = 0; i < head->inputs; i++)
+        for (int l = 0; l < p->lanes; l++)
+            for (size_t k = 0; k < numbers_of_input(model, head->input[i]); k++)
+                given[i][k * (size_t)p->lanes + (size_t)l] = array_of_state(&p->state[l], head->input[i])[k];
+    for (int o = 0; o < 3; o++)
+        for (int k = 0; k < NUMBERS * p->lanes; k++)
+            together[o][k] = unwritten;
+    const int code = call_head(several, head, p->many.model, (double *[4]){given[0], given[1], given[2], given[3]},
+                               (double *[3]){together[0], together[1], together[2]});
+    for (int l = 0; l < p->lanes; l++) {
+        double *in[4] = {NULL};
+        for (int i = 0; i < head->inputs; i++)
+            in[i] = array_of_state(&p->state[l], head->input[i]);
+        for (int o = 0; o < 3; o++)
+            for (int k = 0; k < NUMBERS; k++)
+                alone[o][k] = unwritten;
+        codes[l] = call_head(single, head, p->one.model, in, (double *[3]){alone[0], alone[1], alone[2]});
+        fails |= codes[l] != 0;
+        is_known |= codes[l] == code;
+        for (int o = 0; o < 3 && code == 0; o++)
+            for (int k = 0; k < NUMBERS; k++) {
+                const double *const x = &together[o][k * p->lanes + l], *const y = &alone[o][k];
+                different += memcmp(x, y, sizeof *x) != 0 && !(*x != *x && *y != *y); /* NaN are alike */
+                numbers += *y != unwritten;
+            }
+    }
+    kt_check_true(symbol, is_known && fails == (code != 0));
+    if (!kt_check_equal_int(symbol, different, 0))
+        kt_note("%s of %d lanes", symbol, p->lanes);
+    counts->calls++;
+    counts->numbers += numbers;
+    counts->rejected += code != 0;
+}
+
+/* Generates both files, and compares all functions. `place` gives lanes their states. */
+static bool compare_lanes(lanes_pair *p, const kt_model *model, unsigned functions, int n, lanes_counts *counts) {
+    static const char *const compilers[4] = {"cc -O0", "clang -O1", "cc -O2", "clang -O0"};
+    char command[96];
+    const char *const compiler = compilers[kt_generated_has("clang") ? n % 4 : n % 2 * 2];
+    p->lanes = n % 3 == 0 ? 8 : n % 3 == 1 ? 4 : 2;
+    snprintf(command, sizeof command, "%s -Wno-psabi -Dmech_LANES=%d", compiler, p->lanes);
+    memset(&p->many, 0, sizeof p->many);
+    const bool fine = kt_generated_make_some(&p->one, model, functions, "cc -O0", false) &&
+                      kt_generated_make_some(&p->many, model, functions, command, false);
+    counts->files += fine;
+    for (int k = 0; k < KT_CODEGEN_COUNT && fine; k++) {
+        lanes_head head;
+        if (read_head(&p->one, kt_codegen_name(k), &head))
+            compare_function(p, model, kt_codegen_name(k), &head, counts);
+    }
+    return fine;
+}
+
+static void free_lanes(lanes_pair *p) {
+    kt_generated_free(&p->one);
+    kt_generated_free(&p->many);
+}
+
+static int count_rounds(int usual) {
+    const char *text = getenv("KT_MECHANISMS");
+    return text != NULL ? (int)strtol(text, NULL, 10) : usual;
+}
+
+static bool has_compiler(void) {
+    const bool has = kt_generated_has("cc");
+    if (!has)
+        kt_skip("generated C", "there is no compiler of the name cc");
+    return has;
+}
+
+/* Lanes far from each other. Lane 1 has angles beyond 2^20 quarter turns, and sines in lane 5 are NaN. Lane 0 has
+ * angles that the reduction of larger ones would round otherwise. */
+static void draw_states(lanes_pair *p, const kt_tree *tree, kt_random *random) {
+    for (int l = 0; l < LANES_MOST; l++) {
+        kt_tree_state_draw(tree, random, &p->state[l]);
+        for (int b = 1; b < tree->count; b++) {
+            const kt_coordinates c = kt_body_coordinates(tree->model, b);
+            if (c.type == KT_JOINT_REVOLUTE && l % 4 == 1)
+                p->state[l].q[c.q] *= l == 1 ? 1e7 : 1e13;
+            if (c.type == KT_JOINT_REVOLUTE && l == 0)
+                p->state[l].q[c.q] += 1.3e6;
+        }
+    }
+}
+
+/* ---- mechanisms -------------------------------------------------------------------------------------------------- */
+
+KT_TEST(lanes_of_trees_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p;
+    lanes_counts counts = {0};
+    for (int n = 0; n < count_rounds(2) && has_compiler(); n++) {
+        kt_tree_plan plan = n % 3 == 2 ? kt_tree_plan_planar() : kt_tree_plan_default();
+        kt_tree tree;
+        plan.bodies = n == 0 ? 4 : 7;
+        plan.massless = false;
+        plan.floats = n % 3 == 1;
+        if (kt_tree_grow(&tree, &plan, &random)) {
+            draw_states(&p, &tree, &random);
+            (void)compare_lanes(&p, tree.model, n == 0 ? KT_GENERATED_USUAL : RECURSIONS, n, &counts);
+            free_lanes(&p);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_above("functions", counts.calls, 12 * counts.files - 1);
+    kt_check_above("numbers", counts.numbers, 4000 * counts.files);
+}
+
+KT_TEST(lanes_with_effects_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p;
+    static kt_effect_set set;
+    lanes_counts counts = {0};
+    for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT && has_compiler(); n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        kt_tree tree;
+        plan.bodies = 5;
+        plan.massless = false;
+        plan.floats = n % 3 == 0;
+        if (kt_tree_grow(&tree, &plan, &random) &&
+            kt_effect_set_draw(&set, (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT), &tree, &random)) {
+            for (int l = 0; l < LANES_MOST; l++)
+                kt_tree_state_draw(&tree, &random, &p.state[l]);
+            (void)compare_lanes(&p, tree.model, KT_CODEGEN_EFFECTS | KT_CODEGEN_HEUN, n, &counts);
+            free_lanes(&p);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_above("functions", counts.calls, 2 * counts.files);
+}
+
+/* Lanes close their loops after different numbers of steps: some are open by more than others. */
+static void draw_closed_states(lanes_pair *p, const kt_closed_tree *m, kt_random *random) {
+    for (int l = 0; l < LANES_MOST; l++) {
+        double move[KT_TREE_NV] = {0.0};
+        p->state[l] = m->state;
+        for (int i = 0; i < m->tree.nv; i++) {
+            move[i] = kt_random_uniform(random, -1.0, 1.0) * (l == 0 ? 0.0 : l % 2 == 1 ? 1e-9 : 1e-3);
+            p->state[l].v[i] = kt_random_uniform(random, -1.0, 1.0);
+            p->state[l].tau[i] = kt_random_uniform(random, -1.0, 1.0);
+        }
+        kt_position_add(m->tree.model, m->state.q, move, p->state[l].q);
+    }
+}
+
+KT_TEST(lanes_with_loops_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p;
+    static kt_closed_tree m;
+    lanes_counts counts = {0};
+    int changed = 0;
+    for (int n = 0; n < count_rounds(8) && has_compiler(); n++) {
+        if (kt_closed_grow(&m, &random, 3 * n + n % 2 * KT_CLOSED_TYPES)) {
+            const bool changes = m.tree.nv <= CHANGED_MOST && m.tree.nv == kt_model_nq(m.tree.model);
+            draw_closed_states(&p, &m, &random);
+            (void)compare_lanes(&p, m.tree.model,
+                                ((unsigned)KT_GENERATED_WITH_LOOPS & ~(unsigned)KT_CODEGEN_FORWARD_DERIVATIVES) |
+                                    (changes ? (unsigned)CHANGES : 0u),
+                                n, &counts);
+            changed += changes;
+            free_lanes(&p);
+        }
+        kt_tree_free(&m.tree);
+    }
+    kt_check_above("functions", counts.calls, 7 * counts.files - 1);
+    kt_check_above("mechanisms whose steps are differentiated", changed, counts.files / 8 - 1);
+    kt_check_below("calls that some lane rejects", counts.rejected, counts.calls / 2);
+}
+
+/* Its functions are divided, and have loops over its limbs. */
+KT_TEST(lanes_of_a_humanoid_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p;
+    lanes_counts counts = {0};
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_error error = {0};
+    if (!kt_tree_fine("scene", kt_scene_read(KT_SCENES "/humanoid.yaml", &scene, NULL, NULL, &error), &error))
+        return;
+    if (has_compiler() && kt_tree_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error)) {
+        for (int l = 0; l < LANES_MOST; l++) {
+            double move[KT_TREE_NV];
+            for (int i = 0; i < kt_model_nv(model); i++)
+                move[i] = kt_random_uniform(&random, -1.0, 1.0);
+            kt_model_initial(model, p.state[l].q, p.state[l].v);
+            kt_position_add(model, p.state[l].q, move, p.state[l].q);
+            for (int i = 0; i < kt_model_nv(model); i++)
+                p.state[l].v[i] = p.state[l].tau[i] = p.state[l].a[i] = kt_random_uniform(&random, -1.0, 1.0);
+        }
+        (void)compare_lanes(&p, model, KT_CODEGEN_INVERSE | KT_CODEGEN_MASS, 4, &counts);
+        free_lanes(&p);
+        kt_check_above("numbers", counts.numbers, 10000);
+    }
+    kt_model_free(model);
+    kt_scene_free(&scene);
+}
