@@ -76,7 +76,7 @@ typedef struct kt_scene_parameter {
     const char *name; /* name in expressions */
     double value;     /* value in SI units and radians */
     bool is_set;      /* set by a setting, not by the file */
-    bool is_used;     /* a number, a formula or a parameter (used or not) uses it */
+    bool is_used;     /* a number or a formula uses it, directly or through other parameters */
 } kt_scene_parameter;
 
 /* A switching action of an event on a loop or an effect: {release: NAME}, {engage: NAME} or {engage_here: LOOP}. */

@@ -157,7 +157,7 @@ static bool find_anywhere(void *user, const char *name, kt_symbol *symbol) {
     return strcmp(name, "length") == 0 || strcmp(name, "speed") == 0 || find_column_symbol(user, name, symbol);
 }
 
-void kt_expressions_check(kt_reader *r) {
+static void check_unused_expressions(kt_reader *r) {
     const kt_scope outer = {.key = "expressions"};
     const kt_symbols symbols = {.find = find_anywhere, .list = list_column_symbol, .user = r};
     const kt_node *key;
@@ -173,4 +173,17 @@ void kt_expressions_check(kt_reader *r) {
         }
         (void)kt_read_formula(r, &here, &inner, &symbols, true, &text);
     }
+}
+
+/* Expressions that nothing uses are read for their faults. They are no uses of parameters. */
+void kt_expressions_check(kt_reader *r) {
+    const int count = r->scene->parameter_count;
+    bool *used = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *used);
+    for (int k = 0; used != NULL && k < count; k++)
+        used[k] = r->scene->parameters[k].is_used;
+    check_unused_expressions(r);
+    for (int k = 0; used != NULL && k < count; k++)
+        r->scene->parameters[k].is_used = used[k];
+    if (used == NULL)
+        (void)kt_reader_out_of_memory(r);
 }

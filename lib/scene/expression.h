@@ -15,10 +15,11 @@ struct kt_named_number {
     int use_count;
     int missing; /* parameters that its expression uses and that have no value yet */
     bool is_known, is_angle;
-    bool is_used;     /* by anything */
-    bool varies;      /* it depends on a variable (vary.h) */
-    bool is_set;      /* by an event */
-    bool is_assigned; /* it is set, or depends on one that is. Formulas then see an auxiliary state of its name
+    bool is_used;      /* by a number or a formula, directly or through other parameters */
+    bool is_mentioned; /* by a parameter, used or not */
+    bool varies;       /* it depends on a variable (vary.h) */
+    bool is_set;       /* by an event */
+    bool is_assigned;  /* it is set, or depends on one that is. Formulas then see an auxiliary state of its name
                          (assignment.h) */
 };
 

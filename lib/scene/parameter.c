@@ -242,6 +242,35 @@ void kt_parameters_read(kt_reader *r) {
         return;
     compute_all(r, &scope, &uses);
     report_circles(r, &scope, &uses);
+    for (int k = 0; k < r->scene->parameter_count; k++) /* from now on: uses by others than parameters */
+        r->scene->parameters[k].is_used = false;
+}
+
+/* ---- uses -------------------------------------------------------------------------------------------------------- */
+
+/* Marks the parameters that used parameters depend on, and those that any parameter depends on. */
+static void follow_parameter_uses(kt_reader *r) {
+    const int count = r->scene->parameter_count;
+    kt_uses uses = {.uses = NULL};
+    int *used = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *used), used_count = 0;
+    if (used == NULL || !list_uses(r, &uses)) {
+        (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        r->scene->parameters[k].is_mentioned = uses.first_user[k + 1] > uses.first_user[k];
+        if (r->scene->parameters[k].is_used)
+            used[used_count++] = k;
+    }
+    for (int i = 0; i < used_count; i++) {
+        const kt_named_number *parameter = &r->scene->parameters[used[i]];
+        for (int j = 0; j < parameter->use_count; j++) {
+            const int k = uses.uses[parameter->use + (size_t)j];
+            if (!r->scene->parameters[k].is_used)
+                used[used_count++] = k;
+            r->scene->parameters[k].is_used = true;
+        }
+    }
 }
 
 static bool put_note(kt_reader *r, const char *path, const kt_node *key, const char *what, kt_scene_note *note) {
@@ -254,8 +283,8 @@ static bool put_note(kt_reader *r, const char *path, const kt_node *key, const c
 
 static bool note_parameter(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
-    kt_phrase_add(&what, "nothing uses the parameter '%s'; write =%s where it is meant", parameter->name,
-                  parameter->name);
+    kt_phrase_add(&what, "nothing uses the parameter '%s'%s; write =%s where it is meant", parameter->name,
+                  parameter->is_mentioned ? " but others that nothing uses" : "", parameter->name);
     return put_note(r, path, parameter->key, what.text, note);
 }
 
@@ -322,8 +351,10 @@ static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scen
 }
 
 void kt_parameters_finish(kt_reader *r, const char *path, const kt_scene_options *options, kt_scene *scene) {
-    if (r->scene->parameter_count > 0)
+    if (r->scene->parameter_count > 0) {
+        follow_parameter_uses(r);
         keep_parameters(r, scene);
+    }
     if (options != NULL && options->setting_count > 0)
         keep_settings(r, options, scene);
     note_unused(r, path, scene);

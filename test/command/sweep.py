@@ -422,6 +422,7 @@ def faults():
                              (["--vary", "g=1,2", "--columns", "position.stona"], "did you mean 'position.stone'"),
                              (["--vary", "parameters.gg=1,2"], "nothing in the scene uses the parameter 'gg'; did you mean 'g'?"),
                              (["--vary", "g=1,2", "--vary", "parameters.nonsense=1,2"], "'nonsense'; write =NAME where it is meant"),
+                             (["--vary", "base=1,2", "--set", "parameters.base=1", "--set", "parameters.top==2*base"], "nothing in the scene uses the parameter 'base'"),
                              (["--vary", "g=1,2", "--shard", "4/3"], "K/N"), (["--from", "none.csv"], "cannot be read")):
         same(f"words of {arguments}", words in run("fall.yaml", *arguments, "--out", "-", code=1).stderr, True)
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)

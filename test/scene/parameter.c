@@ -99,11 +99,26 @@ KT_TEST(a_parameter_that_nothing_uses_is_noted) {
                   kt_parse_right("kinetree: 1\nparameters: {L: 1, M: =N, N: 2}\n"
                                  "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n",
                                  &scene));
-    kt_check_equal_int("notes", scene.note_count, 1);
-    if (scene.note_count == 1) {
+    kt_check_equal_int("notes", scene.note_count, 2);
+    if (scene.note_count == 2) {
         kt_check_text("where", scene.notes[0].where, "test.yaml:2:20");
-        kt_check_contains("what", scene.notes[0].what, "nothing uses the parameter 'M'");
+        kt_check_contains("what", scene.notes[0].what, "nothing uses the parameter 'M'; write =M");
+        kt_check_text("where", scene.notes[1].where, "test.yaml:2:27");
+        kt_check_contains("what", scene.notes[1].what, "nothing uses the parameter 'N' but others that nothing uses");
     }
+    kt_scene_free(&scene);
+}
+
+/* K is used by L, which a number uses. Only an expression that nothing uses contains M. */
+KT_TEST(uses_are_followed_through_parameters_and_not_from_unused_expressions) {
+    kt_scene scene;
+    kt_check_true("read",
+                  kt_parse_right("kinetree: 1\nparameters: {L: =K, K: 1, M: 2}\nexpressions: {lift: \"M*t\"}\n"
+                                 "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n",
+                                 &scene));
+    kt_check_equal_int("notes", scene.note_count, 2);
+    for (int k = 0; k < scene.parameter_count; k++)
+        kt_check_true(scene.parameters[k].name, scene.parameters[k].is_used == (scene.parameters[k].name[0] != 'M'));
     kt_scene_free(&scene);
 }
 
