@@ -20,9 +20,11 @@
  * MuJoCo keeps vertices in single precision. They are stored as such, since gcc 12 drops a conversion to single and
  * back in a vectorised loop. Near zero, c and s with a small exponent m multiply the rounding of an angle.
  * Angles are therefore computed in MuJoCo's order of operations. */
+#include "base/decimal.h"
 #include "mesh/mesh.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -356,4 +358,23 @@ kt_status kt_triangles_builtin(const char *word, const double *numbers, int coun
     free(vertices);
     free(b.vertices);
     return made;
+}
+
+kt_status kt_triangles_builtin_parse(const char *text, kt_triangles *mesh, kt_error *error) {
+    char word[20];
+    double numbers[NUMBERS_MOST];
+    const char *at = text + strspn(text, " ");
+    const size_t length = strcspn(at, " ");
+    int count = 0;
+    (void)snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1), at);
+    at += length;
+    at += strspn(at, " ");
+    while (count < NUMBERS_MOST && kt_decimal_read(at, &numbers[count], &at)) {
+        at += strspn(at, " ");
+        count++;
+    }
+    if (*at != '\0')
+        return kt_error_set(error, KT_ERROR_SCENE, "", "'%.40s' is not a word with at most %d numbers", text,
+                            NUMBERS_MOST);
+    return kt_triangles_builtin(word, numbers, count, mesh, error);
 }

@@ -93,6 +93,18 @@ static void count_missing_mesh(kt_appearance *appearance, const kt_element *e, c
     kt_left_count(&appearance->missing, e);
 }
 
+static bool put_mesh(kt_appearance *appearance, const kt_scene_mesh *mesh, kt_pose pose, kt_vec3 scale) {
+    kt_scene_mesh *kept = kt_list_add(appearance->r, &appearance->r->keep, &appearance->meshes, sizeof *kept);
+    if (kept != NULL) {
+        *kept = *mesh;
+        kept->body = appearance->body;
+        kept->scale = scale;
+        kept->at = pose.position;
+        kept->rotation = kt_rotation_of_matrix(pose.rotation);
+    }
+    return appearance->is_seen = true;
+}
+
 bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,
                             kt_vec3 scale) {
     const char *file = name != NULL ? kt_mesh_path(appearance->r, appearance->source, name) : NULL;
@@ -100,14 +112,13 @@ bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, cons
         count_missing_mesh(appearance, e, name);
         return false;
     }
-    kt_scene_mesh *mesh = kt_list_add(appearance->r, &appearance->r->keep, &appearance->meshes, sizeof *mesh);
-    if (mesh != NULL)
-        *mesh = (kt_scene_mesh){.body = appearance->body,
-                                .file = file,
-                                .scale = scale,
-                                .at = pose.position,
-                                .rotation = kt_rotation_of_matrix(pose.rotation)};
-    return appearance->is_seen = true;
+    const kt_scene_mesh mesh = {.file = file};
+    return put_mesh(appearance, &mesh, pose, scale);
+}
+
+bool kt_appearance_add_builtin(kt_appearance *appearance, const char *text, kt_pose pose, kt_vec3 scale) {
+    const kt_scene_mesh mesh = {.builtin = text};
+    return put_mesh(appearance, &mesh, pose, scale);
 }
 
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body) {

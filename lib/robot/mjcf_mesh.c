@@ -2,6 +2,7 @@
  *
  * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
 #include "document/file.h"
+#include "document/number.h"
 #include "robot/mjcf.h"
 
 #include <stdio.h>
@@ -231,13 +232,39 @@ const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *coun
     return mesh != NULL ? mesh->points : NULL;
 }
 
+/* The word and the numbers of a surface that is built in; NULL if they make no surface, which reading it reports. */
+static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
+    const char *word = kt_xml_attribute(e, "builtin"), *text = kt_xml_attribute(e, "params");
+    double numbers[8];
+    const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
+    const size_t room = (word != NULL ? strlen(word) : 0) + 8 * (KT_NUMBER_SIZE + 1) + 1;
+    char *all = word != NULL ? kt_pool_take(&m->r->keep, room, 1) : NULL;
+    if (all == NULL) {
+        if (word != NULL)
+            (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    size_t length = (size_t)snprintf(all, room, "%s", word);
+    for (int i = 0; i < count; i++) {
+        char number[KT_NUMBER_SIZE];
+        kt_number_format(number, numbers[i]);
+        length += (size_t)snprintf(all + length, room - length, " %s", number);
+    }
+    kt_triangles surface = {.vertices = NULL};
+    kt_error error = {0};
+    const kt_status status = kt_triangles_builtin_parse(all, &surface, &error);
+    kt_triangles_free(&surface);
+    return status == KT_OK ? all : NULL;
+}
+
 /* Points of a file are scaled in its own axes, so that a mesh that is turned by refquat has to have one scale. With s
  * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
     const char *file = mesh != NULL ? mesh_file_of(m, mesh->element) : NULL,
-               *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL;
-    if (path == NULL) {
+               *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL,
+               *builtin = mesh != NULL && file == NULL ? builtin_text_of(m, mesh->element) : NULL;
+    if (path == NULL && builtin == NULL) {
         kt_left_count(&m->pictures, geom);
         return;
     }
@@ -251,5 +278,8 @@ void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     pose.rotation = kt_mat3_multiply(pose.rotation, kt_mat3_transpose(frame.rotation));
     const kt_vec3 moved = kt_vec3_make(s.x * frame.position.x, s.y * frame.position.y, s.z * frame.position.z);
     pose.position = kt_vec3_sub(pose.position, kt_mat3_apply(pose.rotation, moved));
-    (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
+    if (builtin != NULL)
+        (void)kt_appearance_add_builtin(&m->appearance, builtin, pose, s);
+    else
+        (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
 }

@@ -42,6 +42,11 @@ static const char *path_from(kt_export *x, const char *folder, const char *file)
 
 static bool find_mesh(kt_export *x, int i, const char *folder, const char *endings) {
     const char *file = x->meshes[i].file;
+    if (x->meshes[i].builtin != NULL) {
+        if (endings == NULL)
+            kt_export_lose(x, "meshes that MuJoCo has built in, which URDF lacks");
+        return true;
+    }
     char *real = file != NULL ? realpath(file, NULL) : NULL;
     if (real == NULL || access(real, R_OK) != 0)
         kt_export_lose(x, "meshes whose files are not there");

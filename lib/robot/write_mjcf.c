@@ -187,13 +187,19 @@ static void write_geom(kt_export *x, const kt_shape *of) {
     fputs(for_pictures, x->stream);
 }
 
-/* The asset of a mesh: the first one of its file and scale. */
+/* The file of a mesh, or the text of one that is built in; NULL: it is left out. */
+static const char *source_of(const kt_export *x, int mesh) {
+    return x->meshes[mesh].builtin != NULL ? x->meshes[mesh].builtin : x->mesh_files[mesh];
+}
+
+/* The asset of a mesh: the first one of its source and scale. */
 static int asset_of(const kt_export *x, int mesh) {
     const kt_vec3 scale = x->meshes[mesh].scale;
     for (int i = 0; i < mesh; i++) {
         const kt_vec3 other = x->meshes[i].scale;
-        if (x->mesh_files[i] != NULL && strcmp(x->mesh_files[i], x->mesh_files[mesh]) == 0 && other.x == scale.x &&
-            other.y == scale.y && other.z == scale.z)
+        const char *source = source_of(x, i);
+        if (source != NULL && (x->meshes[i].builtin != NULL) == (x->meshes[mesh].builtin != NULL) &&
+            strcmp(source, source_of(x, mesh)) == 0 && other.x == scale.x && other.y == scale.y && other.z == scale.z)
             return i;
     }
     return mesh;
@@ -202,7 +208,7 @@ static int asset_of(const kt_export *x, int mesh) {
 static void write_mjcf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
-        if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
+        if (source_of(x, k) == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
             continue;
         fprintf(x->stream, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
         kt_export_vector(x, "pos", mesh->at);
@@ -211,15 +217,27 @@ static void write_mjcf_meshes(kt_export *x, int i) {
     }
 }
 
+static void write_source(kt_export *x, int mesh) {
+    const char *source = source_of(x, mesh);
+    if (x->meshes[mesh].builtin != NULL) {
+        const int length = (int)strcspn(source, " ");
+        fprintf(x->stream, " builtin=\"%.*s\" params=\"%s\"", length, source,
+                source + length + strspn(source + length, " "));
+        return;
+    }
+    fputs(" file=\"", x->stream);
+    kt_export_text(x, source);
+    fputs("\"", x->stream);
+}
+
 static void write_assets(kt_export *x) {
     fputs("  <asset>\n", x->stream);
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_vec3 scale = x->meshes[k].scale;
-        if (x->mesh_files[k] == NULL || asset_of(x, k) != k)
+        if (source_of(x, k) == NULL || asset_of(x, k) != k)
             continue;
-        fprintf(x->stream, "    <mesh name=\"mesh_%d\" inertia=\"shell\" file=\"", k);
-        kt_export_text(x, x->mesh_files[k]);
-        fputs("\"", x->stream);
+        fprintf(x->stream, "    <mesh name=\"mesh_%d\" inertia=\"shell\"", k);
+        write_source(x, k);
         if (scale.x != 1.0 || scale.y != 1.0 || scale.z != 1.0)
             kt_export_vector(x, "scale", scale);
         fputs("/>\n", x->stream);

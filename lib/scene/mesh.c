@@ -4,6 +4,7 @@
  *       - {body: arm, file: meshes/arm.stl, scale: [1e-3, 1e-3, 1e-3],
  *          at: [0, 0, 0.1], rotation: {rpy: [0, 0, 90 deg]}}
  *       - {body: lid, file: meshes/lid.stl, density: 2700}
+ *       - {body: nose, builtin: cone 20 0.5, scale: [0.1, 0.1, 0.2]}
  *
  * Reading a scene does not open the files of pictures. A missing file is no fault, but the program that draws the scene
  * reports it. Files with a density are opened: the solids that the meshes of a body enclose are its mass, centre of
@@ -24,7 +25,8 @@
 #define AT(member) .offset = offsetof(kt_scene_mesh, member)
 static const kt_field fields[] = {
     {.key = "body", .kind = &kt_kind_name, AT(body), .flags = KT_FIELD_REQUIRED},
-    {.key = "file", .kind = &kt_kind_text, AT(file), .flags = KT_FIELD_REQUIRED},
+    {.key = "file", .kind = &kt_kind_text, AT(file)},
+    {.key = "builtin", .kind = &kt_kind_text, AT(builtin)},
     {.key = "scale", .kind = &kt_kind_vector, AT(scale)},
     {.key = "at", .kind = &kt_kind_vector, AT(at)},
     {.key = "rotation", .kind = &kt_kind_rotation, AT(rotation)},
@@ -38,10 +40,12 @@ static kt_scene_mesh standard_mesh(void) {
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
-static kt_status read_mesh_surface(const char *path, kt_triangles *surface, kt_error *error) {
+static kt_status read_mesh_surface(const kt_scene_mesh *mesh, kt_triangles *surface, kt_error *error) {
+    if (mesh->builtin != NULL)
+        return kt_triangles_builtin_parse(mesh->builtin, surface, error);
     char *text = NULL;
     size_t size = 0;
-    kt_status status = kt_file_read(path, &text, &size, error);
+    kt_status status = kt_file_read(mesh->file, &text, &size, error);
     if (status == KT_OK)
         status = kt_triangles_parse(text, size, surface, error);
     free(text);
@@ -54,7 +58,7 @@ static kt_status find_enclosed_solid(const kt_scene_mesh *mesh, kt_enclosed *sol
     kt_mat3 r = kt_mat3_identity();
     kt_status status = kt_rotation_evaluate(&mesh->rotation, &r, error);
     if (status == KT_OK)
-        status = read_mesh_surface(mesh->file, &surface, error);
+        status = read_mesh_surface(mesh, &surface, error);
     if (status == KT_OK)
         status = kt_triangles_check_closed(&surface, error);
     if (status == KT_OK) {
@@ -92,6 +96,8 @@ static bool has_solid_before(const kt_scene_mesh *meshes, int k) {
     return false;
 }
 
+static const char *mesh_key(const kt_scene_mesh *mesh) { return mesh->builtin != NULL ? "builtin" : "file"; }
+
 static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
                            kt_body *body) {
     const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -108,8 +114,9 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);
     if (status != KT_OK)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "file"), "%s%s%s, and it has a density",
-                           error.where, error.where[0] != '\0' ? ": " : "", error.message);
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, mesh_key(&meshes[k])),
+                           "%s%s%s, and it has a density", error.where, error.where[0] != '\0' ? ": " : "",
+                           error.message);
     if (!has_solid_before(meshes, k)) {
         body->com_of_shape = body->inertia_of_shape = false;
         body->com = kt_vec3_make(0.0, 0.0, 0.0);
@@ -127,6 +134,23 @@ static kt_body *mesh_body_of(kt_reader *r, kt_scene *scene, const char *name) {
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
+/* One of `file` and `builtin`; whether it can be used. */
+static bool check_mesh_source(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *mesh) {
+    kt_triangles surface = {.vertices = NULL};
+    kt_error error = {0};
+    if ((mesh->file != NULL) == (mesh->builtin != NULL))
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                           mesh->file != NULL
+                               ? "a mesh has either a `file` or a surface that is `builtin`; leave one out"
+                               : "a mesh needs a `file`, or a surface that is `builtin`");
+    const kt_status status =
+        mesh->builtin != NULL ? kt_triangles_builtin_parse(mesh->builtin, &surface, &error) : KT_OK;
+    kt_triangles_free(&surface);
+    if (status == KT_ERROR_MEMORY)
+        return kt_reader_out_of_memory(r);
+    return status == KT_OK || kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "builtin"), "%s", error.message);
+}
+
 static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
     kt_node *node = item->nodes[item->index];
     kt_scene_mesh *mesh = (kt_scene_mesh *)item->items + item->index;
@@ -138,7 +162,9 @@ static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_re
                           kt_name_quote(mesh->body).text);
         return;
     }
-    mesh->file = kt_path_near(r, mesh->file);
+    if (!check_mesh_source(r, scope, node, mesh))
+        return;
+    mesh->file = mesh->file != NULL ? kt_path_near(r, mesh->file) : NULL;
     kt_body *body = mesh_body_of(r, item->object, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
         return;

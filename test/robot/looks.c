@@ -303,3 +303,63 @@ KT_TEST(mesh_of_no_body_is_a_fault) {
     kt_check_text("where", error.where, "m:5:12");
     kt_check_contains("words", error.message, "meshes[0]: body 'b' does not exist");
 }
+
+/* A mesh of MJCF becomes the surface of a scene, which is written and read back, and has the mass of its solid. */
+KT_TEST(meshes_that_mujoco_has_built_in_are_those_of_the_scene) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='c' builtin='cone' params='20 .5' scale='1 1 .5'/><mesh name='no' builtin='cone' "
+        "params='1'/></asset><worldbody><body name='a'><joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+        "<geom type='mesh' mesh='c' pos='4 5 6'/><geom type='mesh' mesh='no'/></body></worldbody></mujoco>";
+    kt_scene scene, again;
+    kt_error error = {0};
+    if (!kt_check_equal_int(error.message, kt_robot_parse("m", text, strlen(text), NULL, &scene, NULL, NULL, &error),
+                            KT_OK))
+        return;
+    kt_check_equal_int("one without a surface is left out", count_notes(&scene, "a scene cannot place: 1"), 1);
+    char *written = kt_write_text(&scene);
+    if (kt_check_true("it is written", written != NULL) && kt_parse_right(written, &again)) {
+        if (kt_check_equal_int("meshes", again.mesh_count, 1)) {
+            kt_check_text("builtin", again.meshes[0].builtin, "cone 20 0.5");
+            kt_check_true("no file", again.meshes[0].file == NULL);
+            kt_check_equal_bits("scale, place", &again.meshes[0].scale.x,
+                                (const double[]){1.0, 1.0, 0.5, 4.0, 5.0, 6.0}, 6);
+        }
+        kt_scene_free(&again);
+    }
+    free(written);
+    kt_scene_free(&scene);
+}
+
+/* The prism of a cone of four corners with equal ends: a base of 2 x 2 / 2, a height of 2. */
+KT_TEST(a_surface_that_is_built_in_encloses_a_solid) {
+    static const char text[] = "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}}\n"
+                               "meshes:\n  - {body: a, builtin: cone 4 1, density: 3, at: [0, 0, 5]}\n";
+    kt_scene scene;
+    if (!kt_parse_right(text, &scene))
+        return;
+    kt_check_near("mass", scene.description.bodies[0].mass, 3.0 * 2.0 * 2.0, 1e-6);
+    kt_check_near("centre", scene.description.bodies[0].com.z, 5.0, 1e-6);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(a_mesh_needs_either_a_file_or_a_surface_that_exists) {
+    static const struct {
+        const char *keys, *message;
+    } table[] = {
+        {"scale: [1, 1, 1]", "a mesh needs a `file`, or a surface that is `builtin`"},
+        {"file: a.stl, builtin: sphere 2", "a mesh has either a `file` or a surface that is `builtin`"},
+        {"builtin: ball 2", "there is no surface 'ball'"},
+        {"builtin: sphere two", "'sphere two' is not a word with at most 5 numbers"},
+        {"builtin: sphere", "a sphere has 1 number, and there are 0"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[300];
+        kt_scene scene;
+        kt_error error = {0};
+        (void)snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\nmeshes:\n  - {body: a, %s}\n",
+                       table[i].keys);
+        kt_check_equal_int(table[i].keys, kt_scene_parse("m", text, strlen(text), &scene, NULL, NULL, &error),
+                           KT_ERROR_SCENE);
+        kt_check_contains("message", error.message, table[i].message);
+    }
+}
