@@ -68,7 +68,7 @@ def main():
         claim("source_includes_its_header", [] if written and '#include "my_arm.h"' in source.read_text() else ["another include"])
         mass = "bodies.tool.mass=2.75"
         made = export(folder, "--c", arm, "--out", "set.c", "--set", mass)
-        claim("set_applies", [] if "(real)2.75, /* tool_mass */" in pathlib.Path(folder, "set.c").read_text() else [made.stderr])
+        claim("set_applies", [] if "(number)2.75, /* tool_mass */" in pathlib.Path(folder, "set.c").read_text() else [made.stderr])
         made = export(folder, "--c", effects, "--out", "servo.c")
         claim("effects_are_noted", [] if made.returncode == 0 and "forces of effects" in made.stderr else [made.stderr])
         made = export(folder, "--c", effects, "--out", "step.c", "--functions", "rk4")
