@@ -66,7 +66,8 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
  *
  * The model's set decides which contacts are closed (kt_switch_set). If an open hard contact, stop or slack rope
  * touches and does not part, the result would leave its reaction out. The call rejects such a state. It also rejects
- * friction that sticks if the model lets it slip the other way. kt_simulation_model has the set of a simulation. Data
+ * friction that sticks if the model lets it slip the other way, and a contact that begins to slip. Only the simulation
+ * has the direction of its friction (kt_simulation_acceleration). kt_simulation_model has the set of a simulation. Data
  * that a simulation passes to callbacks are exempt, as a simulation follows its contacts. The same holds for all calls
  * that evaluate accelerations, reactions, powers, actuation and derivatives, here and in other headers.
  * Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; for effects of the caller KT_ERROR_EFFECT, KT_ERROR_CALLBACK.

@@ -28,9 +28,8 @@ static kt_status reject_open_contact(const kt_model *model, size_t loop, double 
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                        "its gap is %.3g and does not open, but it is open in the model's set: its reaction would be "
-                        "left out. Close it (kt_loop_enable), take the model of a simulation in this state "
-                        "(kt_simulation_model), or an elastic one (stiffness)",
+                        "its gap is %.3g and does not open, but the model leaves it open, without a reaction; take a "
+                        "simulation that starts in this state, or an elastic contact (stiffness)",
                         gap);
 }
 
@@ -38,9 +37,8 @@ static kt_status reject_wrong_friction(const kt_model *model, size_t loop, doubl
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                        "its friction slips in the model's set, but not at the rate %.3g of this state. Let it stick "
-                        "(kt_loop_enable) or slip backwards (kt_effect_enable), take the model of a simulation in this "
-                        "state (kt_simulation_model), or leave stick out",
+                        "the model lets it slip, but not at the rate %.3g of this state; take a "
+                        "simulation that starts in this state, or leave stick out",
                         rate);
 }
 
@@ -49,8 +47,8 @@ static kt_status reject_released_friction(const kt_model *model, size_t loop, do
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                        "it is released at first, which the compiled model leaves to a simulation; take the model of a "
-                        "simulation (kt_simulation_model), or compile with more contact_switches");
+                        "it is released at first, which the compiled model cannot represent; take a "
+                        "simulation, or compile with more contact_switches");
 }
 
 /* The state that is checked, and data with its poses; with its velocities if `moves`. */

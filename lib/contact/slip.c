@@ -64,6 +64,9 @@ static const double still = 1e-14;
 /* tau0, s; and s0, m/s; one over the largest x. */
 static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
 
+/* The largest slip velocity without a direction, m/s, as in contact/open.c. */
+static const double resting = 1e-9;
+
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
 
@@ -549,11 +552,29 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
     return evaluate(model, data, at, a, NULL, error);
 }
 
+/* Rejects slip that begins, unless the data belong to a simulation: others have no d, and e = 0 leaves the friction
+ * out. */
+static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, double t, kt_error *error) {
+    for (size_t k = 0; !data->followed && k < model->n.slip; k++) {
+        const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
+        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= resting))
+            continue;
+        char where[KT_WHERE_SIZE];
+        (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s",
+                       kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop)), t);
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+                            "it begins to slip, and only a simulation has the direction of its friction; take the "
+                            "accelerations of the simulation");
+    }
+    return KT_OK;
+}
+
 kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
     kt_slip_begin(model, data);
     const bool is_slow = find_directions(model, data, at, a);
-    return accelerate(model, data, at, is_slow, a, error);
+    const kt_status status = reject_unknown_direction(model, data, at->t, error);
+    return status != KT_OK ? status : accelerate(model, data, at, is_slow, a, error);
 }
 
 void kt_slip_add(kt_model *model) {

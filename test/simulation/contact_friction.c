@@ -362,6 +362,36 @@ KT_TEST(derivatives_of_slip_are_rejected) {
     kt_model_free(compiled);
 }
 
+/* Where slip begins, only the simulation has the direction of friction: other data would leave it out. */
+KT_TEST(slip_that_begins_has_its_direction_in_a_simulation_only) {
+    touch_scene s;
+    const double angle = 0.5, friction = 0.1;
+    touch_scene_ball(&s, friction, 0.0);
+    s.description.gravity = kt_vec3_make(g * sin(angle), 0.0, -g * cos(angle));
+    kt_model *compiled = kt_scene_compile(&s.description);
+    kt_simulation *simulation = touch_start(compiled, "dopri5", 0.0);
+    kt_error error = {0};
+    kt_data *data = NULL;
+    double a[6] = {7.0}, v[6];
+    const kt_model *model = kt_simulation_model(simulation);
+    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error)) {
+        const double *q = kt_simulation_positions(simulation);
+        memcpy(v, kt_simulation_velocities(simulation), sizeof v);
+        kt_check_true("rejected",
+                      kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error) == KT_ERROR_UNSUPPORTED);
+        kt_check_contains("words", error.message, "it begins to slip");
+        kt_check_near("untouched", a[0], 7.0, 0.0);
+        kt_fine("simulation", kt_simulation_acceleration(simulation, a, &error), &error);
+        kt_check_near("closed form, m/s^2", a[0], g * (sin(angle) - friction * cos(angle)), 1e-14);
+        v[0] = 1e-8;
+        kt_fine("it slips", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error), &error);
+        kt_check_near("closed form, m/s^2", a[0], g * (sin(angle) - friction * cos(angle)), 1e-14);
+    }
+    kt_data_free(data);
+    kt_simulation_free(simulation);
+    kt_model_free(compiled);
+}
+
 /* ---- the run as a whole ------------------------------------------------------------------------------------------ */
 
 KT_TEST(checkpoint_of_slip_goes_on_with_the_same_bits) {

@@ -1,8 +1,11 @@
 /* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
+#include "advice/advice.h"
 #include "records/output.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "text/list.h"
+
+#include "kinetree/simulation.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,21 +35,23 @@ const kt_usage kt_usage_evaluate = {
     .operands = "SCENE",
     .least = 1,
     .most = 1,
-    .about = "Prints the terms of the equations of motion in the initial state, assembled:\n"
-             "\n"
-             "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
-             "\n"
-             "    coordinates     the velocities, in order\n"
-             "    mass_matrix     M of the tree, as rows\n"
-             "    bias            h of the tree\n"
-             "    applied_force   Q of all effects\n"
-             "    acceleration    a of the whole\n"
-             "    energy, mass    and its center\n"
-             "    momentum        linear; angular about the world's origin and about the center of mass\n"
-             "    pose            of each body in the world\n"
-             "    constraint      of loops: jacobian A, rate, drift, multiplier lambda, null_space N (rows)\n"
-             "\n"
-             "With --acceleration it also prints inverse_dynamics, the forces M a + h.\n",
+    .about =
+        "Prints the terms of the equations of motion in the initial state, assembled:\n"
+        "\n"
+        "    M a + h = Q + A' lambda,    A v = rate,    A a = drift,    A N = 0\n"
+        "\n"
+        "    coordinates     the velocities, in order\n"
+        "    mass_matrix     M of the tree, as rows\n"
+        "    bias            h of the tree\n"
+        "    applied_force   Q of all effects, with the friction of hard contacts that slip\n"
+        "    acceleration    a of the whole\n"
+        "    energy, mass    and its center\n"
+        "    momentum        linear; angular about the world's origin and about the center of mass\n"
+        "    pose            of each body in the world\n"
+        "    constraint      of loops: jacobian A, rate, drift, multiplier lambda, null_space N (rows)\n"
+        "\n"
+        "Hard contacts, stops, slack ropes and friction that sticks start as in `run`: after the impacts at the\n"
+        "start, the closed ones are loops. With --acceleration it also prints inverse_dynamics, the forces M a + h.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
 };
@@ -56,7 +61,9 @@ enum { MASS_COORDINATES_MAX = 2000 };
 
 /* All results; each array is one allocation. mass is NULL if it is left out. */
 typedef struct kt_evaluation {
-    const kt_model *model;
+    const kt_scene *scene;
+    kt_simulation *start;  /* at the start of a run; NULL: its contacts can only be resolved in time stepping */
+    const kt_model *model; /* with the contacts that are closed there */
     kt_data *data;
     int nq, nv, rows; /* rows: equations of loops */
     double *q, *v, *a, *given, *bias, *inverse, *mass;
@@ -65,14 +72,15 @@ typedef struct kt_evaluation {
     double *multiplier, *basis;                 /* lambda; N column-major, NULL if it is left out */
     int columns;                                /* of N */
     kt_residual violation;
+    bool accelerated;                     /* a and multiplier are those of the run */
     bool may_lack_inertia, lacks_inertia; /* by `inertia_check: accept`; then there are no accelerations */
 } kt_evaluation;
 
 static double *make_numbers(size_t count) { return calloc(count + 1, sizeof(double)); }
 
-static bool allocate_evaluation(kt_evaluation *e, const kt_model *model) {
+static bool allocate_evaluation(kt_evaluation *e) {
     kt_error error;
-    e->model = model;
+    const kt_model *model = e->model;
     e->nq = kt_model_nq(model);
     e->nv = kt_model_nv(model);
     e->rows = kt_model_mobility(model).equations;
@@ -104,6 +112,7 @@ static bool allocate_evaluation(kt_evaluation *e, const kt_model *model) {
 }
 
 static void release_evaluation(kt_evaluation *e) {
+    kt_simulation_free(e->start);
     kt_data_free(e->data);
     free(e->q);
     free(e->v);
@@ -135,6 +144,97 @@ static int read_accelerations(const char *list, kt_evaluation *e) {
     return KT_EXIT_USAGE;
 }
 
+/* ---- the start of a run ------------------------------------------------------------------------------------------ */
+
+/* Creates a simulation, which decides which contacts are closed. The decision does not depend on the integrator. With
+ * `contact: steps`, too, contacts are resolved as events, because the first step of time stepping begins without
+ * forces. Events cannot resolve friction between spheres. Then all contacts are open, and states in which one touches
+ * are rejected. */
+static kt_status begin_as_run(kt_evaluation *e, const kt_model *model, kt_error *error) {
+    const kt_scene *scene = e->scene;
+    kt_simulation_options requested = kt_simulation_options_default();
+    kt_run run = kt_run_default();
+    run.integrator = "dop853"; /* without matrices */
+    run.metric = scene->run.metric;
+    run.plan = scene->run.plan;
+    requested.record = KT_RECORD_ACCELERATION | KT_RECORD_MULTIPLIER;
+    kt_status status = kt_simulation_create(model, &run, &requested, &e->start, error);
+    if (status == KT_ERROR_UNSUPPORTED && scene->contact == KT_CONTACT_STEPS)
+        status = KT_OK;
+    e->model = e->start != NULL ? kt_simulation_model(e->start) : model;
+    return status;
+}
+
+/* Takes the state of the start. Returns -1 or an exit code. */
+static int take_start(kt_evaluation *e) {
+    if (e->start == NULL) {
+        const int code = kt_start_assemble(e->scene, e->model, e->data, e->q, e->v);
+        return code == KT_EXIT_DONE ? -1 : code;
+    }
+    memcpy(e->q, kt_simulation_positions(e->start), (size_t)e->nq * sizeof *e->q);
+    memcpy(e->v, kt_simulation_velocities(e->start), (size_t)e->nv * sizeof *e->v);
+    (void)kt_say_disagreement(e->scene, e->model);
+    (void)kt_start_say_moved(NULL, e->scene, e->model, e->q, e->v, kt_simulation_contacts(e->start).impacts > 0);
+    return -1;
+}
+
+/* Takes the first record of a run, and ends the run. */
+static int take_first_record(const kt_record *record, void *user) {
+    kt_evaluation *e = user;
+    memcpy(e->a, record->a, (size_t)e->nv * sizeof *e->a);
+    memcpy(e->multiplier, record->multipliers, (size_t)e->rows * sizeof *e->multiplier);
+    e->accelerated = true;
+    return 1;
+}
+
+/* Computes accelerations and multipliers. */
+static kt_status find_start_acceleration(kt_evaluation *e, kt_error *error) {
+    if (e->start != NULL) {
+        const kt_status status = kt_simulation_run(e->start, take_first_record, e, error);
+        return e->accelerated ? KT_OK : status;
+    }
+    kt_status status = kt_acceleration_evaluate(e->model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
+    if (status == KT_OK)
+        status = kt_multiplier_evaluate(e->model, e->data, 0.0, e->q, e->v, NULL, NULL, e->multiplier, error);
+    return status;
+}
+
+/* Whether a closed contact slips: its own loop has equations, and the loop of its friction has none. */
+static bool contact_slips(const kt_model *model) {
+    for (int i = 0; i < kt_loop_count(model); i++) {
+        char stick[512];
+        (void)snprintf(stick, sizeof stick, "%s.stick", kt_loop_name(model, i));
+        const int friction = kt_loop_find(model, stick);
+        if (kt_loop_side(model, i) != KT_SIDE_NONE && kt_loop_rows_of(model, i).count > 0 && friction >= 0 &&
+            kt_loop_rows_of(model, friction).count == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Adds the friction of contacts that slip to Q. It depends on the multipliers: the friction is what the equations of
+ * motion lack, M a + h - A' lambda - Q. Differences that are rounding of the largest term add nothing. */
+static kt_status add_slip_friction(kt_evaluation *e, kt_error *error) {
+    double *lacks = make_numbers((size_t)e->nv), most = 0.0;
+    if (lacks == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    const kt_status status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, e->a, NULL, lacks, error);
+    for (int i = 0; status == KT_OK && i < e->nv; i++) {
+        most = fmax(most, fmax(fabs(lacks[i]), fabs(e->bias[i])));
+        lacks[i] -= e->applied[i];
+        for (int r = 0; r < e->rows; r++) {
+            const double share = e->jacobian[i * e->rows + r] * e->multiplier[r];
+            most = fmax(most, fabs(share));
+            lacks[i] -= share;
+        }
+    }
+    for (int i = 0; status == KT_OK && i < e->nv; i++)
+        if (fabs(lacks[i]) > 1e-14 * most)
+            e->applied[i] += lacks[i];
+    free(lacks);
+    return status;
+}
+
 static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
     const kt_model *model = e->model;
     kt_status status = KT_OK;
@@ -149,7 +249,7 @@ static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
     if (status == KT_OK)
         status = kt_loop_equations(model, e->data, 0.0, e->q, e->v, e->jacobian, e->residual, e->rate, e->drift, error);
     if (status == KT_OK)
-        status = kt_acceleration_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->a, error);
+        status = find_start_acceleration(e, error);
     if (status == KT_ERROR_SINGULAR && e->may_lack_inertia) {
         kt_say("acceleration is left out: %s: %s", error->where, error->message);
         e->lacks_inertia = true;
@@ -157,8 +257,8 @@ static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
     }
     if (status == KT_OK)
         status = kt_effect_forces(model, e->data, 0.0, e->q, e->v, e->applied, error);
-    if (status == KT_OK && !e->lacks_inertia)
-        status = kt_multiplier_evaluate(model, e->data, 0.0, e->q, e->v, NULL, NULL, e->multiplier, error);
+    if (status == KT_OK && !e->lacks_inertia && contact_slips(model))
+        status = add_slip_friction(e, error);
     if (status == KT_OK && e->basis != NULL)
         status = kt_loop_nullspace(model, e->data, 0.0, e->q, e->basis, &e->columns, error);
     if (status == KT_OK)
@@ -263,21 +363,25 @@ static json_t *describe_evaluation(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
-/* model: of the set in which `run` begins. */
 static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
-    kt_evaluation e = {.may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
+    kt_evaluation e = {.scene = scene, .may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
-    if (!allocate_evaluation(&e, model)) {
+    const kt_status begun = begin_as_run(&e, model, &error);
+    if (begun != KT_OK) {
+        kt_say_error(&error);
+        code = kt_exit_code(begun);
+    }
+    if (begun == KT_ERROR_CONSTRAINT)
+        kt_say_open_loops(scene, model);
+    if (code < 0 && !allocate_evaluation(&e)) {
         kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
         code = KT_EXIT_INTEGRATION;
     }
     if (code < 0 && arguments->acceleration != NULL)
         code = read_accelerations(arguments->acceleration, &e);
-    if (code < 0) {
-        const int start = kt_start_assemble(scene, e.model, e.data, e.q, e.v);
-        code = start == KT_EXIT_DONE ? -1 : start;
-    }
+    if (code < 0)
+        code = take_start(&e);
     if (code < 0) {
         kt_status status = compute_evaluation(&e, &error);
         if (status != KT_OK) {
@@ -310,11 +414,7 @@ int kt_command_evaluate(int argc, char **argv) {
     if (code != KT_EXIT_DONE)
         return code;
     kt_say_fmus_left_out(&scene);
-    kt_simulation *start = NULL; /* has the model in which contacts that touch and press are closed */
-    kt_error ignored;
-    const bool begins = kt_simulation_create(model, &scene.run, NULL, &start, &ignored) == KT_OK;
-    code = evaluate_instant(&arguments, &scene, begins ? kt_simulation_model(start) : model);
-    kt_simulation_free(start);
+    code = evaluate_instant(&arguments, &scene, model);
     kt_model_free(model);
     kt_scene_free(&scene);
     return code;
