@@ -292,7 +292,7 @@ KT_TEST(files_name_joints_equations_and_parameters) {
         kt_check_true("zeros are not parameters", strstr(header, "link3_at_y") == NULL);
         kt_check_contains("a block", source, "/* link-7: motion of link 7 in its own axes");
         kt_check_true("no library", strstr(source, "#include <") == NULL && strstr(source, "malloc") == NULL);
-        kt_check_equal_int("guards", count_words(source, "        return "), 7);
+        kt_check_equal_int("guards", count_words(source, "    if (!is_above("), 7);
     }
     free(source);
     free(header);

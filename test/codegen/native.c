@@ -321,10 +321,10 @@ KT_TEST(numbers_are_those_of_the_model) {
 static int read_standard_numbers(const char *source, double *numbers, int room) {
     const char *at = strstr(source, "mech_default = {"), *const end = at != NULL ? strstr(at, "};") : NULL;
     int count = 0;
-    for (at = at != NULL ? strstr(at, "(real)") : NULL; at != NULL && at < end; at = strstr(at, "(real)")) {
+    for (at = at != NULL ? strstr(at, "(number)") : NULL; at != NULL && at < end; at = strstr(at, "(number)")) {
         if (count == room)
             return -1;
-        at += strlen("(real)");
+        at += strlen("(number)");
         numbers[count++] = strtod(at, NULL);
     }
     return count;
