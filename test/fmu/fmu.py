@@ -21,6 +21,7 @@ from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS,
 from claims import claim, finish, note
 from complaints import check_complaints
 from events import check_events
+from footholds import check_footholds
 from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_fmusim_inputs, check_library, check_schema
 from signals import check_signals
 from steps import check_steps
@@ -410,6 +411,7 @@ def main():
         check_tunables(folder)
         check_signals(folder)
         check_events(folder)
+        check_footholds(folder)
         check_steps(folder)
         check_complaints(folder)
         check_uses(folder)

@@ -1,4 +1,7 @@
 """Dynamics from Python against closed forms, differences and each other."""
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -164,3 +167,74 @@ loops:
         data.place("pn")
     with pytest.raises(kt.Error, match="leaves the plane"):
         model.set("loop pin.place", [0, 0, 1, 0, 0, 0])
+
+
+LEG = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: foot, joint: {type: free, position: {position: [0.3, -0.2, 0.5]}, velocity: {linear: [0.7, 0.4, 0.2], angular: [0.5, -0.3, 1.1]}},
+     mass: 0.5, inertia: [0.01, 0.02, 0.03], markers: {sole: [0.01, 0, -0.05]}}
+  - {name: trunk, parent: foot, joint: {type: revolute, axis: y, at: [0, 0, 0.1]}, mass: 2, com: [0, 0, 0.3], inertia: [0.1, 0.2, 0.1]}
+effects:
+  - {type: joint_spring, joint: trunk, stiffness: 80, damping: 1}
+  - {name: floor, type: contact, point: trunk, plane: world, restitution: 0}
+loops: [{name: hold, type: weld, between: [foot.sole, world], switched: off}]
+simulate: {duration: 2, integrator: rk4, step: 0.001}
+"""
+EVENTS = """
+events:
+  - {name: lands, when: marker.foot.sole.z, direction: falling, limit: 1, then: {engage_here: hold}}
+  - {name: lets go, when: t - 0.6, then: {release: hold}}
+"""
+
+
+def test_footholds_of_events_are_kept():
+    """By checkpoints, pickles and copies."""
+    scene, times = kt.Scene(LEG + EVENTS), [0.2, 0.45, 0.55, 0.65]
+    one, other, blocks = scene.simulation(), scene.simulation(), []
+    for time in times:
+        one.advance(time)
+        blocks.append(one.save())
+    other.advance(0.5)
+    assert np.abs(other.states[:2] - [0.3, -0.2]).max() > 0.1
+    for k in reversed(range(len(times))):
+        other.restore(blocks[k])
+        for time in times[k + 1:]:
+            other.advance(time)
+        assert np.array_equal(other.positions, one.positions) and np.array_equal(other.states, one.states), times[k]
+    other.restore(blocks[1])
+    for copied in (pickle.loads(pickle.dumps(other)), copy.deepcopy(other)):
+        for time in times[2:]:
+            copied.advance(time)
+        assert np.array_equal(copied.positions, one.positions)
+
+
+def test_a_program_sets_a_foothold():
+    """An event of Python does what engage_here of a scene does, to the last bit."""
+    model = kt.Scene(LEG).model.copy()
+    data, seen, losses = model.data(), model.data(), []
+    simulation = model.scene.simulation(model=model)
+
+    def height(instant):
+        seen.kinematics(instant.q)
+        return seen.position("foot.sole")[2]
+
+    def land(at):
+        data.kinematics(at.positions)
+        at.set("loop hold.place", data.place("hold"))
+        losses.append(at.switch("hold"))
+
+    simulation.on("lands", height, land, direction="falling")
+    simulation.advance(0.5)
+    scene = kt.Scene(LEG + EVENTS).simulation()
+    scene.advance(0.5)
+    assert len(losses) == 1 and losses[0] > 1
+    assert np.array_equal(simulation.positions, scene.positions) and np.array_equal(simulation.velocities, scene.velocities)
+    assert simulation.switch("hold", False) == 0
+    with pytest.raises(kt.ArgumentError, match="no loop or effect"):
+        simulation.switch("hald")
+    with pytest.raises(kt.ArgumentError, match="switch by themselves"):
+        simulation.switch("floor")
+    with pytest.raises(kt.ArgumentError, match="no `switched` in the scene"):
+        kt.Scene(LEG.replace(", switched: off", "").replace("[foot.sole, world]", "[foot.sole, {body: world, at: [0.31, -0.2, 0.45]}]")).simulation().switch("hold")

@@ -219,6 +219,37 @@ class Simulation(Fixed):
             self._check(lib.kt_simulation_set_parameter(self._simulation, self.model._pointer, found, pointer(values), self._error))
         self.model._remember(name, values)
 
+    def switch(self, name: str, on: bool = True) -> float:
+        """Switch a loop or an effect on or off, which has ``switched`` in the scene.
+
+        A loop must be closed when it is switched on. `set` moves the place of its end on the world, to `Data.place`. Velocities
+        change by the loop's impulse. Hard contacts and friction that sticks switch by themselves.
+
+        Parameters
+        ----------
+        name : str
+            The name of the loop or the effect.
+        on : bool
+            Whether it acts from now on.
+
+        Returns
+        -------
+        float
+            The kinetic energy that is lost, J.
+        """
+        with self._changing():
+            model, found = lib.kt_simulation_model(self._simulation), name_of(name, "name")
+            loop, effect = lib.kt_loop_find(model, found), lib.kt_effect_find(model, found)
+            switch = lib.kt_loop_switch(model, loop) if loop >= 0 else lib.kt_effect_switch(model, effect) if effect >= 0 else -1
+            if switch < 0:
+                why = "it has no `switched` in the scene" if max(loop, effect) >= 0 else "there is no loop or effect of this name"
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, why)
+            before, bits, loss = lib.kt_switch_set(model), lib.kt_switch_bits(model, switch), ffi.new("double *")
+            self._check(lib.kt_simulation_switch(self._simulation, before | bits if on else before & ~bits, loss, self._error))
+            if bool(lib.kt_switch_set(lib.kt_simulation_model(self._simulation)) & bits) != bool(on):
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "hard contacts and friction that sticks switch by themselves")
+        return float(loss[0])
+
     # ---- the clock --------------------------------------------------------------------------------------------------
 
     def tick(self, period: float) -> None:
@@ -421,7 +452,7 @@ class Simulation(Fixed):
             A value of the state (`Instant`: t, q, v, x). It must depend on its argument alone. Or a compiled
             ``int f(const kt_instant *at, double *value, kt_error *error, void *user)``, as in `control`.
         action : callable, optional
-            Called with this simulation at the event. It may call `jump`, `set_torque` and `set`. A true result ends the call that stepped.
+            Called with this simulation at the event. It may call `jump`, `set_torque`, `set` and `switch`. A true result ends the call that stepped.
         direction : {"either", "rising", "falling"}
         stop : bool
             The event ends a run.
