@@ -88,6 +88,10 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, missing, MOTION,
             "models that are neither in the model's folder nor on the search path nor where Gazebo keeps models of "
             "servers, left out:"),
+    KT_NOTE(kt_sdf, unversioned, START,
+            "models of a server in a given version, which are those on the search path, of whatever version:"),
+    KT_NOTE(kt_sdf, renamed_models, START,
+            "models before SDF 1.7 that have the name of another one, and are called NAME_1 here, or a later number:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),

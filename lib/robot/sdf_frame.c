@@ -124,49 +124,66 @@ void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int vers
 /* Joints have their own scope of names: before 1.7, a joint and a link may have one name. */
 static int scope_of(int scope, bool is_joint) { return 2 * scope + is_joint; }
 
-/* NAME_frame, or if that is taken, the first free name NAME_frameI from the frame's own number I on. */
+/* NAME_frame, or if that is taken, the first free name NAME_frameI from the frame's own number I on. Of a model NAME_1,
+ * or a later number. */
 static const char *other_name(kt_sdf *m, const kt_sdf_frame *f, int number) {
+    const bool is_model = f->kind == KT_SDF_MODEL;
+    const char *ending = is_model ? "_" : "_frame";
     const size_t room = strlen(f->name) + 32;
     char *made = kt_pool_take(&m->r->scratch, room, 1);
     if (made == NULL) {
         (void)kt_reader_out_of_memory(m->r);
         return f->name;
     }
-    (void)snprintf(made, room, "%s_frame", f->name);
-    for (; kt_names_find(&m->names, scope_of(f->scope, false), made) >= 0; number++)
-        (void)snprintf(made, room, "%s_frame%d", f->name, number);
+    (void)snprintf(made, room, "%s%s", f->name, is_model ? "_1" : ending);
+    for (number = is_model ? 2 : number; kt_names_find(&m->names, scope_of(f->scope, false), made) >= 0; number++)
+        (void)snprintf(made, room, "%s%s%d", f->name, ending, number);
     return made;
 }
 
-/* Before 1.7, a frame could have the name of a model, a link or another frame. It gets one of its own. */
-static void add_frame_name(kt_sdf *m, int i) {
+/* Whether an item may have the name of another one, and gets one of its own. Before 1.7, frames could have the names of
+ * models, links and other frames, and models those of other models. For a model, the version is that of the file that
+ * includes it. */
+static bool may_share_name(const kt_sdf *m, const kt_sdf_frame *f, const kt_sdf_frame *other) {
+    if (f->kind == KT_SDF_MODEL)
+        return other->kind == KT_SDF_MODEL && kt_sdf_frame_at(m, f->home)->version < 107;
+    return f->kind == KT_SDF_FRAME && f->version < 107;
+}
+
+/* Returns whether the item has a name of its own now, or a fault was reported. */
+static bool add_frame_name(kt_sdf *m, int i, bool is_last) {
     kt_sdf_frame *f = kt_sdf_frame_at(m, i);
     const int scope = scope_of(f->scope, f->kind == KT_SDF_JOINT);
     const int other = f->name != NULL ? kt_names_add(&m->names, scope, f->name, i) : -1;
-    if (other >= 0 && f->kind == KT_SDF_FRAME && f->version < 107) {
+    if (other >= 0 && may_share_name(m, f, kt_sdf_frame_at(m, other))) {
+        if (!is_last)
+            return false;
         f->name = other_name(m, f, i);
         (void)kt_names_add(&m->names, scope, f->name, i);
-        kt_left_count(&m->renamed_frames, f->element);
+        kt_left_count(f->kind == KT_SDF_MODEL ? &m->renamed_models : &m->renamed_frames, f->element);
     } else if (other >= 0) {
         (void)kt_robot_fault(m->r, f->element, "the name is that of the %s in line %u, too",
                              kt_sdf_frame_at(m, other)->element->name,
                              (unsigned)kt_sdf_frame_at(m, other)->element->line);
     }
+    return true;
 }
 
-/* Frames are last, since others keep their names. */
+/* Frames are last, and models that have to be renamed, since others keep their names. */
 static void add_names(kt_sdf *m) {
     const size_t count = (size_t)m->frames.count + 1;
     void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
-    if (memory == NULL) {
+    bool *is_named = kt_pool_take(&m->r->scratch, count, sizeof *is_named);
+    if (memory == NULL || is_named == NULL) {
         (void)kt_reader_out_of_memory(m->r);
         return;
     }
     kt_names_init(&m->names, count, memory);
-    for (int frames = 0; frames < 2; frames++)
-        for (int i = 1; i < m->frames.count; i++)
-            if ((kt_sdf_frame_at(m, i)->kind == KT_SDF_FRAME) == (frames == 1))
-                add_frame_name(m, i);
+    for (int i = 1; i < m->frames.count; i++)
+        is_named[i] = kt_sdf_frame_at(m, i)->kind != KT_SDF_FRAME && add_frame_name(m, i, false);
+    for (int i = 1; i < m->frames.count; i++)
+        if (!is_named[i])
+            (void)add_frame_name(m, i, true);
 }
 
 static int find_in_scope(const kt_sdf *m, int scope, const char *name) {

@@ -8,12 +8,13 @@
  *
  * A URI `https://HOST/API/OWNER/models/NAME/VERSION` names a model on a server. Gazebo keeps what it has loaded from
  * there as HOST/OWNER/models/NAME/VERSION, in lower case, in a folder of its own (LocalCache.cc of gz-fuel-tools).
- * Without VERSION, the newest one up to 100 is meant. That folder is on the search path of the command. A folder NAME
- * on the search path is taken, too.
+ * Without VERSION, the newest one is meant. That folder is on the search path of the command. A folder NAME on the
+ * search path is taken, too. Its version is unknown, which is noted if the URI names one.
  */
 #include "robot/sdf.h"
 
 #include <ctype.h>
+#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,7 +59,7 @@ static const char *join_folder(kt_sdf *m, const char *folder, const char *name) 
     return path;
 }
 
-enum { SERVED_NAME = 400, VERSIONS_MOST = 100 };
+enum { SERVED_NAME = 400, VERSION_DIGITS = 9 };
 
 /* Copies a part of a URI, and decodes `%XX`, where XX are two hexadecimal digits. Returns false if a decoded character
  * is a slash or the end of a text. No name of a folder has these. */
@@ -81,22 +82,39 @@ static bool copy_part(char *to, const char *from, size_t length) {
     return true;
 }
 
-/* The newest version in the folder of a model, up to VERSIONS_MOST; NULL: none. */
+/* The number that a folder of a version has for its name, from 1 on; 0: it is another name. */
+static long version_number(const char *name) {
+    const size_t length = strspn(name, "0123456789");
+    return length > 0 && length <= VERSION_DIGITS && name[length] == '\0' && name[0] != '0' ? strtol(name, NULL, 10)
+                                                                                            : 0;
+}
+
+/* The newest version in the folder of a model; NULL: none. */
 static const char *newest_of(kt_sdf *m, const char *folder) {
-    const size_t room = strlen(folder) + sizeof "/100";
-    char *path = kt_pool_take(&m->r->scratch, room, 1);
-    if (path == NULL)
+    const size_t room = strlen(folder) + VERSION_DIGITS + 2;
+    char *path = kt_pool_take(&m->r->scratch, room, 1), *best = kt_pool_take(&m->r->scratch, room, 1);
+    DIR *versions = path != NULL && best != NULL ? opendir(folder) : NULL;
+    long newest = 0;
+    if (path == NULL || best == NULL)
         (void)kt_reader_out_of_memory(m->r);
-    for (int version = VERSIONS_MOST; path != NULL && version > 0; version--) {
-        (void)snprintf(path, room, "%s/%d", folder, version);
-        if (kt_include_exists(path, true))
-            return path;
+    for (const struct dirent *entry = versions != NULL ? readdir(versions) : NULL; entry != NULL;
+         entry = readdir(versions)) {
+        const long version = version_number(entry->d_name);
+        if (version <= newest)
+            continue;
+        (void)snprintf(path, room, "%s/%ld", folder, version);
+        if (kt_include_exists(path, true)) {
+            newest = version;
+            memcpy(best, path, room);
+        }
     }
-    return NULL;
+    if (versions != NULL)
+        (void)closedir(versions);
+    return newest > 0 ? best : NULL;
 }
 
 /* Where a model of a server is kept on this machine; NULL: nowhere. */
-static const char *kept_model(kt_sdf *m, const char *plain) {
+static const char *kept_model(kt_sdf *m, const kt_element *e, const char *plain) {
     static const char models[] = "/models/";
     const char *at = strstr(plain, models), *owner = at;
     char kept[5 * SERVED_NAME], part[SERVED_NAME], name[SERVED_NAME];
@@ -115,7 +133,12 @@ static const char *kept_model(kt_sdf *m, const char *plain) {
     const char *found = kt_search_path(m->r, m->source, kept);
     if (found != NULL && !is_given)
         found = newest_of(m, found);
-    return found != NULL ? found : kt_search_path(m->r, m->source, name);
+    if (found != NULL)
+        return found;
+    found = kt_search_path(m->r, m->source, name);
+    if (found != NULL && is_given)
+        kt_left_count(&m->unversioned, e);
+    return found;
 }
 
 /* The path that a URI names; NULL if there is none, reported where it leads out of the folder. */
@@ -126,7 +149,7 @@ static const char *uri_path_of(kt_sdf *m, const kt_element *e, const char *uri) 
     const bool is_served = strncmp(uri, "https://", 8) == 0 || strncmp(uri, "http://", 7) == 0;
     if (scheme != NULL && strncmp(uri, "model://", 8) != 0 && strncmp(uri, "file://", 7) != 0) {
         const bool is_package = strncmp(uri, "package://", 10) == 0;
-        const char *served = is_served    ? kept_model(m, plain)
+        const char *served = is_served    ? kept_model(m, e, plain)
                              : is_package ? kt_search_path(m->r, m->source, plain)
                                           : NULL;
         return served != NULL ? kt_include_path(m->r, m->source, e, served) : NULL;

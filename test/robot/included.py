@@ -80,7 +80,7 @@ def make_sdf(rng, root):
     for name in names:
         place, is_file = rng.choice(["robot", "found/models", "common", "kept", None]), name.endswith(".sdf")
         is_served, is_light, version = place == "kept" or (not is_file and rng.random() < 0.2), rng.random() < 0.2, rng.choice((None, 1, 7, 8))
-        newest = rng.choice((7, 12))
+        newest = rng.choice((7, 12, 341))
         folder = {"kept": f"kept/fuel.gazebosim.org/the owner/models/{name}/{newest}"}.get(place, f"{place}/{name}")
         file = f"{root}/{folder}" if is_file and place != "kept" else f"{root}/{folder}/model.sdf"
         if place:

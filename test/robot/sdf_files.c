@@ -78,3 +78,101 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
         kt_check_equal_int("clean", remove(path), 0);
     }
 }
+
+/* A world of two models 'a', of one 'a_1', and of a model with two models 'a'. */
+#define NAMESAKES(version)                                                                                             \
+    "<sdf version='" version "'><world name='w'><model name='a'>" LINK("l") "</model><model name='a'>" LINK(           \
+        "l") "</model><model name='a_1'>" LINK("l") "</model><model name='b'><model name='a'>" LINK("l") "</model>"    \
+                                                                                                         "<model "     \
+                                                                                                         "name='a'"    \
+                                                                                                         ">" LINK(     \
+                                                                                                             "l") "</" \
+                                                                                                                  "mo" \
+                                                                                                                  "de" \
+                                                                                                                  "l>" \
+                                                                                                                  "</" \
+                                                                                                                  "mo" \
+                                                                                                                  "de" \
+                                                                                                                  "l>" \
+                                                                                                                  "</" \
+                                                                                                                  "wo" \
+                                                                                                                  "rl" \
+                                                                                                                  "d>" \
+                                                                                                                  "</" \
+                                                                                                                  "sd" \
+                                                                                                                  "f>"
+
+KT_TEST(models_of_one_name_were_allowed_before_1_7) {
+    static const char *const bodies[] = {"a__l", "a_1__l", "a_2__l", "b__a__l", "b__a_1__l"};
+    static const char old[] = NAMESAKES("1.6"), newer[] = NAMESAKES("1.7");
+    kt_scene scene;
+    kt_error error = {0};
+    if (kt_check_equal_int("before", kt_robot_parse("m", old, strlen(old), NULL, &scene, NULL, NULL, &error), KT_OK)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 5);
+        for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++)
+            (void)find_body(&scene, bodies[i]);
+        kt_check_true("told", has_note(&scene, "are called NAME_1 here, or a later number: 2"));
+        kt_scene_free(&scene);
+    }
+    kt_check_equal_int("from 1.7 on", kt_robot_parse("m", newer, strlen(newer), NULL, &scene, NULL, NULL, &error),
+                       KT_ERROR_SCENE);
+    kt_check_contains("words", error.message, "the name is that of the model in line 1, too");
+}
+
+/* Versions of a server's model in Gazebo's folder, and a model of the search path, whose version is unknown. */
+KT_TEST(the_newest_version_of_a_model_of_a_server_is_read) {
+    static const char *const folders[] = {"",
+                                          "/host",
+                                          "/host/o",
+                                          "/host/o/models",
+                                          "/host/o/models/n",
+                                          "/host/o/models/n/99",
+                                          "/host/o/models/n/341",
+                                          "/other"};
+    static const struct {
+        const char *uri, *body;
+        bool is_noted;
+    } table[] = {
+        {"https://host/1.0/o/models/n", "n__newest", false},
+        {"https://host/1.0/o/models/n/99", "n__old", false},
+        {"https://host/1.0/o/models/other", "n__found", false},
+        {"https://host/1.0/o/models/other/3", "n__found", true},
+    };
+    char base[] = "/tmp/kinetree-versions-XXXXXX", path[400];
+    if (!kt_check_true("there is a folder", mkdtemp(base) != NULL))
+        return;
+    for (size_t i = 1; i < sizeof folders / sizeof *folders; i++) {
+        (void)snprintf(path, sizeof path, "%s%s", base, folders[i]);
+        kt_check_equal_int("folder", mkdir(path, 0700), 0);
+    }
+    put_file(base, "host/o/models/n/99/model.sdf", SDF(LINK("old")));
+    put_file(base, "host/o/models/n/341/model.sdf", SDF(LINK("newest")));
+    put_file(base, "other/model.sdf", SDF(LINK("found")));
+    const kt_robot_options options = {.search = base};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[400];
+        kt_scene scene;
+        kt_error error = {0};
+        (void)snprintf(
+            text, sizeof text,
+            "<sdf version='1.9'><world name='w'><include><uri>%s</uri><name>n</name></include></world></sdf>",
+            table[i].uri);
+        put_file(base, "w.sdf", text);
+        (void)snprintf(path, sizeof path, "%s/w.sdf", base);
+        if (kt_check_equal_int(table[i].uri, kt_robot_read(path, &options, &scene, NULL, NULL, &error), KT_OK)) {
+            (void)find_body(&scene, table[i].body);
+            kt_check_equal_int("told", has_note(&scene, "of whatever version: 1"), table[i].is_noted);
+            kt_scene_free(&scene);
+        }
+    }
+    static const char *const files[] = {"w.sdf", "host/o/models/n/99/model.sdf", "host/o/models/n/341/model.sdf",
+                                        "other/model.sdf"};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", base, files[i]);
+        kt_check_equal_int("clean", remove(path), 0);
+    }
+    for (size_t i = sizeof folders / sizeof *folders; i-- > 0;) {
+        (void)snprintf(path, sizeof path, "%s%s", base, folders[i]);
+        kt_check_equal_int("clean", remove(path), 0);
+    }
+}
