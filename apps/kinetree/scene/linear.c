@@ -2,6 +2,7 @@
 #include "scene/linear.h"
 
 #include "kinetree/descriptor.h"
+#include "kinetree/simulation.h"
 #include "scene/start.h"
 
 #include <float.h>
@@ -27,12 +28,16 @@ static int fail_linear(kt_status status, const kt_error *error) {
 int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings) {
     kt_error error = {0};
     memset(motion, 0, sizeof *motion);
-    const int code = kt_load_model(path, settings, &motion->scene, &motion->model);
+    int code = kt_read_scene(path, settings, &motion->scene);
     if (code != KT_EXIT_DONE)
         return code;
+    code = kt_compile_without_contacts(&motion->scene, &motion->model, &motion->lacks_contacts);
+    if (code != KT_EXIT_DONE) {
+        kt_scene_free(&motion->scene);
+        return code;
+    }
     const kt_model *model = motion->model;
     const char *name = kt_model_name(model);
-    kt_say_open_contacts(model);
     kt_say_fmus_left_out(&motion->scene);
     motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
     if (kt_model_nv(model) > COORDINATES_MOST) {
@@ -93,11 +98,49 @@ kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error
     return KT_OK;
 }
 
+/* Prints which contacts a simulation in the state closes, or that one is beyond its boundary. */
+static void say_contacts_of_state(const kt_small_motion *motion, kt_simulation *simulation) {
+    kt_error error = {0};
+    double *a = calloc((size_t)kt_model_nv(motion->model) + 1, sizeof *a);
+    kt_status status = kt_simulation_set_state(simulation, 0.0, motion->q, motion->v, &error);
+    if (a != NULL && status == KT_OK)
+        status = kt_simulation_acceleration(simulation, a, &error);
+    free(a);
+    if (status != KT_OK) {
+        kt_say("`run` cannot reach this state: %s", error.message);
+        return;
+    }
+    const kt_model *model = kt_simulation_model(simulation);
+    int first = -1, count = 0;
+    for (int i = 0; i < kt_loop_count(model); i++)
+        if (kt_loop_side(model, i) != KT_SIDE_NONE && kt_loop_rows_of(model, i).count > 0)
+            first = count++ == 0 ? i : first;
+    if (count > 0)
+        kt_say("'%s'%s closed in this state, and the results are those without the reactions",
+               kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others are" : " is");
+}
+
+/* Compares the state with one of a run, which has the hard parts of the scene. */
+static void check_contacts_of_state(const kt_small_motion *motion) {
+    const kt_model_options options = kt_compile_options(&motion->scene);
+    kt_run run = kt_run_default();
+    kt_model *model = NULL;
+    kt_simulation *simulation = NULL;
+    run.integrator = "dop853"; /* without matrices */
+    if (kt_model_compile(&motion->scene.description, &options, &model, NULL) == KT_OK &&
+        kt_simulation_create(model, &run, NULL, &simulation, NULL) == KT_OK)
+        say_contacts_of_state(motion, simulation);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 int kt_small_motion_linearize(kt_small_motion *motion) {
     kt_error error = {0};
     kt_status status = kt_linearization_evaluate(motion->linearization, 0.0, motion->q, motion->v, NULL, &error);
     if (status == KT_OK)
         status = kt_modes_evaluate(motion->modes, kt_linearization_system(motion->linearization), &error);
+    if (status == KT_OK && motion->lacks_contacts)
+        check_contacts_of_state(motion);
     return fail_linear(status, &error);
 }
 

@@ -18,7 +18,8 @@ typedef struct kt_small_motion {
     kt_data *data;
     double *q, *v; /* the state of the linearisation, at t = 0 */
     kt_equilibrium equilibrium;
-    bool settled; /* q is an equilibrium found by kt_small_motion_settle */
+    bool lacks_contacts; /* the scene has hard parts, which the model lacks */
+    bool settled;        /* q is an equilibrium found by kt_small_motion_settle */
 } kt_small_motion;
 
 /* Reads, compiles and assembles a scene. Returns KT_EXIT_DONE, or an exit code after printing the error;

@@ -5,6 +5,7 @@
 #include "fmu/couple.h"
 #include "records/output.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -40,15 +41,6 @@ static int count_contacts(const kt_model *model, int *first) {
     return count;
 }
 
-void kt_say_open_contacts(const kt_model *model) {
-    int first = 0;
-    const int count = count_contacts(model, &first);
-    if (count > 0)
-        kt_say("'%s'%s: hard stops, contacts and slack ropes are open here, and friction that sticks slips forwards "
-               "unless it is switched off; `run` closes them",
-               kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
-}
-
 int kt_reject_contacts(const char *command, const kt_model *model) {
     int first = 0;
     const int count = count_contacts(model, &first);
@@ -58,6 +50,62 @@ int kt_reject_contacts(const char *command, const kt_model *model) {
            "sticks; compare runs at several tolerances, or make them elastic (stiffness)",
            command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
     return KT_EXIT_SCENE;
+}
+
+/* Releases the hard parts of copies of a scene's loops and effects, with the same indices. Friction that sticks keeps
+ * its viscous part. Returns the number of hard parts, and in *first the first one. */
+static int release_hard_parts(const kt_description *d, kt_loop *loops, kt_effect *effects, const char **first) {
+    int count = 0;
+    for (int i = 0; i < d->loop_count; i++) {
+        loops[i] = d->loops[i];
+        if (loops[i].side == KT_SIDE_NONE && !loops[i].slack)
+            continue;
+        loops[i].switching = KT_SWITCHED_OFF;
+        *first = count++ == 0 ? loops[i].name : *first;
+    }
+    for (int i = 0; i < d->effect_count; i++) {
+        kt_effect *effect = &effects[i];
+        *effect = d->effects[i];
+        const bool is_hard =
+            (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) && !isinf(effect->restitution);
+        const bool sticks = effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
+        if (!is_hard && !sticks)
+            continue;
+        const char *of = effect->joint != NULL ? effect->joint : effect->between[0].body;
+        *first = count++ == 0 ? effect->name != NULL ? effect->name : of : *first;
+        if (is_hard)
+            effect->switching = KT_SWITCHED_OFF;
+        const kt_effect standard = kt_effect_default();
+        effect->stick = is_hard ? effect->stick : standard.stick;
+        effect->coulomb = is_hard ? effect->coulomb : 0.0;
+        effect->breakaway = is_hard ? effect->breakaway : 0.0;
+        effect->stribeck = is_hard ? effect->stribeck : standard.stribeck;
+    }
+    return count;
+}
+
+int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *lacks) {
+    const kt_description *d = &scene->description;
+    kt_loop *loops = calloc((size_t)d->loop_count + 1, sizeof *loops);
+    kt_effect *effects = calloc((size_t)d->effect_count + 1, sizeof *effects);
+    const char *first = NULL;
+    int code = KT_EXIT_INTEGRATION;
+    if (loops == NULL || effects == NULL) {
+        kt_say("there is not enough memory");
+    } else {
+        const int count = release_hard_parts(d, loops, effects, &first);
+        kt_scene released = *scene;
+        *lacks = count > 0;
+        released.description.loops = loops;
+        released.description.effects = effects;
+        if (count > 0)
+            kt_say("left out: '%s'%s (hard stops, contacts, slack ropes, friction that sticks); `run` has them",
+                   kt_show(first).text, count > 1 ? " and others" : "");
+        code = kt_compile_scene(count > 0 ? &released : scene, model);
+    }
+    free(loops);
+    free(effects);
+    return code;
 }
 
 void kt_say_left_out(const char *command, const kt_scene *scene) {
