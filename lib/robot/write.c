@@ -172,10 +172,21 @@ static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
     return KT_OK;
 }
 
+/* Returns the origin of an auxiliary state: scenes have states that their files do not list. scene: NULL, of a
+ * description alone. */
+static const char *kind_of_state(const kt_scene *scene, const char *name) {
+    if (scene != NULL && kt_scene_is_place_state(scene, name))
+        return "numbers of the places of footholds";
+    for (int i = 0; scene != NULL && i < scene->parameter_count; i++)
+        if (strcmp(scene->parameters[i].name, name) == 0)
+            return "parameters as set by events";
+    return "auxiliary states";
+}
+
 static void lose_the_rest(kt_export *x) {
     for (int i = 0; i < x->d->state_count; i++)
         if (!x->is_kept[i])
-            kt_export_lose(x, "auxiliary states");
+            kt_export_lose(x, kind_of_state(x->scene, x->d->states[i].name));
     for (int i = 0; i < x->d->body_count; i++)
         if (x->d->bodies[i].variable_mass != NULL)
             kt_export_lose(x, "masses that vary with time, which stay as they are given");
@@ -266,6 +277,7 @@ kt_status kt_robot_write_scene(const kt_scene *scene, kt_robot_format format, co
     if (KT_IS_MISSING(error, scene, stream))
         return KT_ERROR_ARGUMENT;
     kt_export x = {.d = &scene->description,
+                   .scene = scene,
                    .meshes = scene->meshes,
                    .mesh_count = scene->mesh_count,
                    .folder = folder,

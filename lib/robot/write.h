@@ -70,6 +70,7 @@ enum { KT_LOST_MOST = 64 };
 
 typedef struct kt_export {
     const kt_description *d;
+    const kt_scene *scene; /* of the description; NULL: none */
     const kt_scene_mesh *meshes;
     int mesh_count;
     const char *folder; /* where the file will be; NULL: unknown */

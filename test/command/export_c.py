@@ -8,7 +8,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
-from exported import export, rejected
+from exported import BOUNCE, export, rejected
 
 SCENES = pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
 # a weight that pulls over a wheel
@@ -80,6 +80,16 @@ def main():
         made = export(folder, "--c", loop, "--out", "bar.c", "--functions", "forward,project")
         bar = pathlib.Path(folder, "bar.h")
         claim("loops_have_a_projection", [] if bar.is_file() and "int bar_project(" in bar.read_text() else [made.stderr])
+        pathlib.Path(folder, "bounce.yaml").write_text(BOUNCE)
+        pathlib.Path(folder, "until.yaml").write_text(BOUNCE.replace("duration: 3", "duration: 3, until: t > 2"))
+        made = export(folder, "--c", "bounce.yaml", "--out", "b.c", "--functions", "rk4,states")
+        claim("events_are_noted", [] if made.returncode == 0 and "left out: events (1); a program" in made.stderr and "states that they set" in made.stderr else [made.stderr])
+        header = pathlib.Path(folder, "b.h").read_text()
+        claim("auxiliary_states_are_listed_by_name", [] if " *    0  auxiliary state k: x[0]\n *    1  auxiliary state heat: x[1]\n" in header else [header[:900]])
+        made = export(folder, "--c", "until.yaml", "--out", "u.c")
+        claim("until_is_an_event", [] if "events (2, `until` among them)" in made.stderr else [made.stderr])
+        made = export(folder, "--c", loop, "--out", "bar.c")
+        claim("nothing_is_noted_without_events", [] if made.stderr == "" and "auxiliary state " not in pathlib.Path(folder, "bar.h").read_text() else [made.stderr])
         large = export(folder, "--c", SCENES / "humanoid.yaml", "--out", "large.c", "--functions", "forward_derivatives")
         claim("sources_beyond_2_MB_are_reported", [] if "large.c has " in large.stderr and " MB" in large.stderr and "warning" not in made.stderr else [large.stderr, made.stderr])
     finish()

@@ -8,7 +8,7 @@ import xml.etree.ElementTree
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish
 
-from exported import COMMAND, export, rejected
+from exported import BOUNCE, COMMAND, export, rejected
 
 SCENES = pathlib.Path(sys.argv[2]).resolve() / "apps/scenes"
 ROOTS = {"--mjcf": "mujoco", "--urdf": "robot"}
@@ -53,6 +53,11 @@ def main():
         rejected(f"{name}_has_no_inputs", 1, "--input is an option of --fmu", option, arm, "--input", "j1")
         full = subprocess.run(f"'{COMMAND}' export {option} '{arm}' > /dev/full", shell=True, capture_output=True, text=True)
         claim(f"{name}_reports_a_full_disk", [] if full.returncode == 4 and "is the disk full?" in full.stderr else [str(full)])
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "bounce.yaml").write_text(BOUNCE)
+            notes = export(folder, option, "bounce.yaml", "--out", "b.xml").stderr
+            claim(f"{name}_notes_parameters_and_states_apart",
+                  [] if all(f"left out or changed: {what} (1)\n" in notes for what in ("events", "auxiliary states", "parameters as set by events")) else [notes])
     rejected("urdf_has_no_spherical_joint", 2, "URDF has no spherical joint", "--urdf", top, "--out", "out.urdf")
     rejected("a_format_is_needed", 1, "give --urdf, --mjcf, --c or --fmu", arm, "--out", "out.xml")
     rejected("one_format_is_taken", 1, "one of them", "--urdf", "--mjcf", arm, "--out", "out.xml")

@@ -7,6 +7,16 @@ import tempfile
 from claims import claim
 
 COMMAND = pathlib.Path(sys.argv[1]).resolve()
+# An event sets the parameter k, which the file does not list as a state.
+BOUNCE = """kinetree: 1
+gravity: [0, 0, -9.81]
+parameters: {k: 5}
+states: {heat: {rate: "k*velocity.ball^2"}}
+bodies: [{name: ball, joint: {type: prismatic, axis: z, position: 1}, mass: 0.1, shape: {type: sphere, radius: 0.02}}]
+effects: [{name: push, type: expression, joint: ball, force: 0.01*k^2}]
+events: [{name: hit, when: position.ball, direction: falling, then: {set: {velocity.ball: -0.8*velocity.ball, k: 0.5*k}}}]
+simulate: {duration: 3}
+"""
 
 
 def export(folder, *words):

@@ -379,3 +379,15 @@ KT_TEST(fixed_steps_are_watched_besides_a_foothold) {
     ran = kt_shell("$K run steps.yaml --out /dev/null --step 0.3");
     kt_check_contains("warning", ran.err, "steps a period");
 }
+
+/* Its friction moves nothing at rest, so that the eigenvalue of the parameter is apart from those of the arm. */
+KT_TEST(modes_calls_a_parameter_that_events_set_a_parameter) {
+    kt_write_file("set.yaml",
+                  "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {A: 2}\nstates: {heat: {rate: 0*t}}\n"
+                  "bodies: [{name: arm, joint: {type: revolute}, mass: 1, com: [0, -1, 0], inertia: [0, 0, 0]}]\n"
+                  "effects: [{type: expression, joint: arm, force: \"-(A + heat)*velocity.arm\"}]\n"
+                  "events: [{name: hit, when: position.arm - 1, then: {set: {A: 0.5*A}}}]\n");
+    const kt_ran ran = kt_shell("$K modes set.yaml");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("words", ran.out, "neither stiffness nor damping acts on parameter A, state heat\n");
+}

@@ -201,13 +201,22 @@ static const kt_joint *scene_joint_of(const kt_small_motion *motion, int body) {
     return NULL;
 }
 
+/* Returns the word for an auxiliary state. A parameter that events set is a state that the scene does not list. */
+static const char *word_for_state(const kt_scene *scene, const char *name) {
+    for (int k = 0; k < scene->parameter_count; k++)
+        if (strcmp(scene->parameters[k].name, name) == 0)
+            return "parameter";
+    return "state";
+}
+
 kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate) {
     const kt_model *model = motion->model;
     const int body = coordinate_body(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     if (coordinate >= kt_model_nv(model)) {
-        snprintf(name.text, sizeof name.text, "state %.80s", kt_own_state_name(model, coordinate - kt_model_nv(model)));
+        const char *state = kt_own_state_name(model, coordinate - kt_model_nv(model));
+        snprintf(name.text, sizeof name.text, "%s %.80s", word_for_state(&motion->scene, state), state);
         return name;
     }
     snprintf(name.text, sizeof name.text, "%.80s%s%.24s", kt_joint_name(model, body), at.nv > 1 ? " " : "",

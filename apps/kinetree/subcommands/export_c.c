@@ -130,6 +130,15 @@ static void say_effects(const kt_export_c *c, const kt_model *model) {
                 c->scene, kt_effect_count(model));
 }
 
+/* Prints how many events the file leaves out. */
+static void say_events(const kt_export_c *c, const kt_scene *scene) {
+    const bool has_until = scene->until.when != NULL;
+    if (scene->event_count > 0 || has_until)
+        fprintf(stderr, "%s: note: left out: events (%d%s); a program has to watch them, and change q, v and x%s\n",
+                c->scene, scene->event_count + has_until, has_until ? ", `until` among them" : "",
+                kt_scene_sets(scene) ? "; the header lists the states that they set" : "");
+}
+
 int kt_export_c_write(const kt_export_c *c) {
     kt_scene scene;
     kt_model *model = NULL;
@@ -145,8 +154,10 @@ int kt_export_c_write(const kt_export_c *c) {
     if (code == KT_EXIT_DONE) {
         code = kt_reject_fmus("export", &scene);
         code = code < 0 ? write_source_and_header(c, model, header) : code;
-        if (code == KT_EXIT_DONE)
+        if (code == KT_EXIT_DONE) {
             say_effects(c, model);
+            say_events(c, &scene);
+        }
         kt_model_free(model);
         kt_scene_free(&scene);
     }
