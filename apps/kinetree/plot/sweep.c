@@ -150,15 +150,23 @@ static int check_curves(const picture *p) {
 
 /* ---- histograms -------------------------------------------------------------------------------------------------- */
 
-/* Bins of width 2 n^(-1/3) times the distance of the quartiles. Source: Freedman, Diaconis 1981 (Z.
- * Wahrscheinlichkeitstheorie 57). */
+/* Returns the number of bins of n sorted values. Their width is 2 n^(-1/3) times the distance of the quartiles. If half
+ * of the values or more are equal, the quartiles may coincide. The number of bins is then 1 + log2(n).
+ * Sources: Freedman, Diaconis 1981 (Z. Wahrscheinlichkeitstheorie 57); Sturges 1926 (J. Am. Stat. Assoc. 21). */
+static int count_bins(const double *sorted, size_t n) {
+    const double range = n > 0 ? sorted[n - 1] - sorted[0] : 0.0;
+    if (!(range > 0.0))
+        return 1;
+    const double width = 2.0 * (sorted[3 * n / 4] - sorted[n / 4]) / cbrt((double)n);
+    const double most = width > 0.0 ? ceil(range / width) : 1.0 + ceil(log2((double)n));
+    return most < 1.0 ? 1 : most > BINS_MAX ? BINS_MAX : (int)most;
+}
+
 static void add_histogram(picture *p, int k, int column) {
     double *sorted = take_plot_numbers(p, p->rows);
     const size_t n = sort_values(sweep_column_of(p, column), p->rows, false, sorted);
     const double low = n > 0 ? sorted[0] : 0.0, range = n > 0 ? sorted[n - 1] - low : 0.0;
-    const double width = n > 0 ? 2.0 * (sorted[3 * n / 4] - sorted[n / 4]) / cbrt((double)n) : 0.0;
-    const double most = width > 0.0 ? ceil(range / width) : 1.0;
-    const int bins = most < 1.0 ? 1 : most > BINS_MAX ? BINS_MAX : (int)most;
+    const int bins = count_bins(sorted, n);
     double *x = take_plot_numbers(p, 4 * BINS_MAX), *y = take_plot_numbers(p, 4 * BINS_MAX);
     size_t points = 0, next = 0;
     for (int bin = 0; bin < bins; bin++) {
