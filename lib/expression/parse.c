@@ -20,6 +20,8 @@ static const struct {
 } functions[] = {KT_EXPRESSION_FUNCTION_LIST(FUNCTION_NAME)};
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
+static const char constant_pi[] = "pi";
+
 typedef struct kt_parser {
     const char *text, *at; /* the whole, and the next character */
     const kt_symbols *symbols;
@@ -173,18 +175,18 @@ static bool reject_with_list(kt_parser *p, const char *spot, const char *name) {
     return reject_formula(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }
 
-/* The nearest symbol. The list may write each name to the same memory, so that the number identifies the symbol. */
-static const char *nearest_symbol(const kt_parser *p, kt_nearest nearest) {
+/* Tries all symbols. The list may write each name to the same memory, so that the number identifies the symbol. */
+static void try_symbols(const kt_parser *p, kt_nearest *nearest) {
     int best = -1;
     for (int k = 0;; k++) {
         const char *candidate = p->symbols->list(p->symbols->user, k);
         if (candidate == NULL)
             break;
-        nearest.best = NULL;
-        (void)kt_nearest_try(&nearest, candidate);
-        best = nearest.best != NULL ? k : best;
+        nearest->best = NULL;
+        (void)kt_nearest_try(nearest, candidate);
+        best = nearest->best != NULL ? k : best;
     }
-    return best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
+    nearest->best = best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
 }
 
 /* Reports an undefined name, with the nearest defined one. */
@@ -193,7 +195,9 @@ static bool reject_undefined(kt_parser *p, const char *spot, const char *name, b
     if (strlen(name) == 0)
         return reject_formula(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
     if (!is_function && p->symbols != NULL && p->symbols->list != NULL)
-        nearest.best = nearest_symbol(p, nearest);
+        try_symbols(p, &nearest);
+    if (!is_function)
+        (void)kt_nearest_try(&nearest, constant_pi);
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
         (void)kt_nearest_try(&nearest, functions[k].name);
     if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&
@@ -233,7 +237,7 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
                                                 .symbol = (int32_t)(spot - p->text) + 1});
     if (known)
         return put_term(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
-    if (strcmp(name, "pi") == 0)
+    if (strcmp(name, constant_pi) == 0)
         return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
     return reject_undefined(p, spot, name, false);
 }

@@ -116,6 +116,29 @@ static void start_attached(kt_mjcf *m, const kt_element *key) {
 
 /* ---- any model --------------------------------------------------------------------------------------------------- */
 
+/* Reports an unknown keyframe with the nearest name, or else with the first names that there are. */
+static void reject_key(kt_mjcf *m, const char *wanted) {
+    enum { SHOWN = 6 };
+    kt_nearest nearest = kt_nearest_make(wanted, NULL);
+    kt_phrase names = {.length = 0};
+    int count = 0;
+    for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
+        const char *name = kt_xml_attribute(e, "name");
+        (void)kt_nearest_try(&nearest, name);
+        if (name != NULL && count++ < SHOWN)
+            kt_phrase_add(&names, "%s%.40s", count > 1 ? ", " : "", name);
+    }
+    const kt_name_text quoted = kt_name_quote(wanted);
+    if (nearest.best != NULL)
+        (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s; did you mean %s?", quoted.text,
+                            kt_name_quote(nearest.best).text);
+    else if (count > 0)
+        (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s; the names are %s%s", quoted.text, names.text,
+                            count > SHOWN ? ", ..." : "");
+    else
+        (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s; the robot has no keyframe with a name", quoted.text);
+}
+
 static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
     const kt_element *found = NULL;
     for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
@@ -125,7 +148,7 @@ static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
         found = found == NULL && wanted != NULL && name != NULL && strcmp(name, wanted) == 0 ? e : found;
     }
     if (wanted != NULL && found == NULL)
-        (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s", kt_name_quote(wanted).text);
+        reject_key(m, wanted);
     return found;
 }
 

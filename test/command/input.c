@@ -176,6 +176,19 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_expect(2, "there is no keyframe 'k'", "$K run right.xml --keyframe k");
 }
 
+KT_TEST(an_unknown_keyframe_is_answered_with_names) {
+    static const char robot[] =
+        "<mujoco><worldbody><body name='a'><joint name='j'/><geom size='.1' mass='1'/></body></worldbody>"
+        "<keyframe><key name='start' qpos='.1'/><key qpos='.2'/><key name='home' qpos='.3'/></keyframe></mujoco>";
+    kt_write_file("keys.xml", robot);
+    kt_expect(2, "there is no keyframe 'strat'; did you mean 'start'?", "$K run keys.xml --keyframe strat");
+    kt_expect(2, "there is no keyframe 'squat'; the names are start, home\n", "$K run keys.xml --keyframe squat");
+    kt_write_file("none.xml",
+                  "<mujoco><worldbody><body><joint/><geom size='.1' mass='1'/></body></worldbody></mujoco>");
+    kt_expect(2, "there is no keyframe 'squat'; the robot has no keyframe with a name",
+              "$K run none.xml --keyframe squat");
+}
+
 KT_TEST(run_reads_robots_with_their_ground) {
     kt_write_file("ball.urdf",
                   "<robot name='r'><link name='a'><inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' "

@@ -57,6 +57,31 @@ def samples():
     same("a table", [(l["m"], l["g"]) for l in lines], [("1", "2"), ("3", "4"), ("5", "6")])
 
 
+def angles():
+    """Values with units are those of --set, to the bit; an angle is no mass."""
+    pathlib.Path("hinge.yaml").write_text("""kinetree: 1
+parameters: {tilt: 30 deg}
+gravity: [0, -9.81, 0]
+bodies: [{name: arm, joint: {type: revolute, position: =tilt}, mass: 2, com: [1, 0, 0], inertia: [0.1, 0.1, 0.1]}]
+simulate: {duration: 1}
+""")
+    ends = []
+    for value in ("10 deg", "60 deg"):
+        subprocess.run([command, "run", "hinge.yaml", "--set", f"tilt={value}", "--record", "position", "--quiet", "--out", "a.csv"], check=True)
+        ends.append(rows(pathlib.Path("a.csv").read_text())[-1]["position.arm"])
+    for words in (["tilt=10 deg,60 deg"], ["bodies.arm.joint.position=10 deg, 60 deg"], ["tilt=10 deg:60 deg:2"], ["tilt=log:10 deg:60 deg:2"], ["tilt=0.17453292519943295 rad,60 deg"]):
+        lines = rows(run("hinge.yaml", "--vary", *words, "--one-by-one", "--columns", "position.arm", "--out", "-").stdout)
+        same(f"ends of {words}", [l["position.arm.end"] for l in lines], ends)
+        same("its values are in radians", float(lines[0][words[0].partition("=")[0]]), 0.17453292519943295)
+    values = [float(l["tilt"]) for l in rows(run("hinge.yaml", "--random", "tilt=uniform(10 deg,20 deg)", "--repeats", "20", "--quiet", "--out", "-").stdout)]
+    same("random angles", all(0.17 < v < 0.35 for v in values) and len(values) == 20, True)
+    told = run("hinge.yaml", "--vary", "bodies.arm.mass=10 deg,60 deg", "--out", "-", code=2).stderr
+    same("an angle is no mass", "found the angle" in told, True)
+    pathlib.Path("angles.csv").write_text("tilt\n10 deg\n60 deg\n")
+    lines = rows(run("hinge.yaml", "--from", "angles.csv", "--one-by-one", "--columns", "position.arm", "--out", "-").stdout)
+    same("angles of a table", [l["position.arm.end"] for l in lines], ends)
+
+
 def fused():
     """Lines of another kind of build are rejected in words, and those of a build with fused lanes name it."""
     text = run("fall.yaml", "--vary", "g=1:2:30", "--quiet", "--out", "-").stdout
@@ -417,6 +442,8 @@ def faults():
     same("a run that fails is a line", [l["status"] for l in lines], ["scene", "done"])
     same("and says why", "m" in lines[0]["why"] and lines[0]["position.stone.end"] == "", True)
     for arguments, words in ((["--vary", "g=1:2:0"], "FROM:TO:COUNT"), (["--vary", "g=1:2"], "--sample"), (["--vary", "g"], "NAME=VALUES"),
+                             (["--vary", "g=1 m,2 m"], "or angles such as 10 deg"), (["--random", "g=normal(1,-0.1)"], "--random g: the deviation is negative; give 0 or more"),
+                             (["--random", "g=lognormal(1 deg,1 deg)"], "leave the units out"),
                              (["--vary", "g=1", "--vary", "g=2"], "twice"), (["--random", "g=normal(1)"], "normal(MEAN,DEVIATION)"),
                              (["--vary", "g=log:-1:2:3"], "above zero"), ([], "nothing is varied"), (["--vary", "g=1:2", "--sample", "sobol"], "sobol:COUNT"),
                              (["--vary", "g=1,2", "--columns", "position.stona"], "did you mean 'position.stone'"),
@@ -428,5 +455,5 @@ def faults():
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
-finish((grids, samples, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
+finish((grids, samples, angles, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
        not_with_fused_lanes=(equal_bytes, lanes, eventful, armed, killed, ranks))

@@ -73,13 +73,10 @@ static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sw
     write_header(file, arguments, plan);
     for (int64_t run = 0; run < kt_sweep_plan_runs(plan); run++) {
         double values[KT_SWEEP_AXES_MAX];
-        char own[KT_SWEEP_AXES_MAX][300];
+        kt_sweep_texts texts;
         kt_accuracy_arguments one = *arguments;
         kt_sweep_plan_values(plan, run, values);
-        for (int i = 0; i < plan->count && one.settings.count < KT_SETTINGS_MAX; i++) {
-            (void)snprintf(own[i], sizeof own[i], "%.250s=%.17g", plan->axes[i].path, values[i]);
-            one.settings.text[one.settings.count++] = own[i];
-        }
+        kt_sweep_plan_set(plan, values, &texts, &one.settings);
         kt_accuracy_along along = {
             .arguments = arguments, .plan = plan, .file = file, .number = run, .values = values, .written = false};
         one.along = &along;

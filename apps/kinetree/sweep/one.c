@@ -103,7 +103,7 @@ static void keep_first(void *user, const kt_error *fault) {
         *first = *fault;
 }
 
-/* Reads the scene with the values of a run. */
+/* Reads the scene with the values of a run, which can be varied again. */
 static kt_status read_varied_scene(const kt_sweep *sweep, const double *values, kt_scene *scene,
                                    kt_scene_report *report, void *user, kt_error *error) {
     const kt_settings *fixed = &sweep->arguments->settings;
@@ -491,12 +491,17 @@ static bool add_events_of(kt_sweep *sweep, const kt_scene *scene) {
     return sweep->events != NULL;
 }
 
-/* Reads and compiles the scene of a run. */
+/* Reads and compiles the scene of a run. Its values are settings, whose units the scene checks. */
 static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scene_report *report, void *user,
                             kt_error *error) {
+    kt_settings settings = sweep->arguments->settings;
+    kt_sweep_texts texts;
     double values[KT_SWEEP_AXES_MAX];
     kt_sweep_plan_values(&sweep->plan, run, values);
-    const kt_status status = read_varied_scene(sweep, values, &m->own, report, user, error);
+    kt_sweep_plan_set(&sweep->plan, values, &texts, &settings);
+    const kt_scene_options options = {.settings = settings.text, .setting_count = settings.count};
+    const kt_status status =
+        kt_scene_parse_with(sweep->path, sweep->text, sweep->size, &options, &m->own, report, user, error);
     m->scene = status == KT_OK ? &m->own : NULL;
     return status == KT_OK ? compile_varied(m, error) : status;
 }

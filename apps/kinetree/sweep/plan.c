@@ -4,6 +4,7 @@
 #include "sweep/sweep.h"
 
 #include "base/decimal.h"
+#include "document/number.h"
 
 #include <errno.h>
 #include <math.h>
@@ -98,10 +99,20 @@ void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values
     }
 }
 
+void kt_sweep_plan_set(const kt_sweep_plan *plan, const double *values, kt_sweep_texts *texts, kt_settings *settings) {
+    for (int i = 0; i < plan->count && settings->count < KT_SETTINGS_MAX; i++) {
+        (void)snprintf(texts->text[i], sizeof texts->text[i], "%.550s=%.17g%s", plan->axes[i].path, values[i],
+                       plan->axes[i].is_angle ? " rad" : "");
+        settings->text[settings->count++] = texts->text[i];
+    }
+}
+
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
 static int say_vary(const char *text) {
-    kt_say("--vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'", text);
+    kt_say("--vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'; numbers are in SI units, "
+           "or angles such as 10 deg",
+           text);
     return KT_EXIT_USAGE;
 }
 
@@ -112,13 +123,31 @@ static int say_random(const char *text) {
     return KT_EXIT_USAGE;
 }
 
-/* A number, and the text that must follow it. */
-static bool take_axis_number(const char **text, char after, double *value) {
+/* A number, and the character that must follow it. */
+static bool take_number(const char **text, char after, double *value) {
     const char *end;
     if (!kt_decimal_read(*text, value, &end) || *end != after)
         return false;
     *text = after != '\0' ? end + 1 : end;
     return true;
+}
+
+/* A value in SI units, or an angle with deg or rad as in scenes, and the character that must follow it. */
+static bool take_axis_value(kt_axis *axis, const char **text, char after, double *value) {
+    const char stops[] = {after, '\0'};
+    const size_t length = strcspn(*text, stops);
+    char word[80];
+    if (length >= sizeof word || (*text)[length] != after)
+        return false;
+    memcpy(word, *text, length);
+    word[length] = '\0';
+    *text += length + (after != '\0');
+    const char *number = word + strspn(word, " "), *end;
+    if (kt_decimal_read(number, value, &end) && *end == '\0')
+        return true;
+    const bool is_angle = kt_scalar_classify(number, value) == KT_SCALAR_ANGLE;
+    axis->is_angle = axis->is_angle || is_angle;
+    return is_angle;
 }
 
 /* The axis of "PATH=..."; *rest: the text after it. */
@@ -150,8 +179,8 @@ static int read_list(const char *text, const char *rest, kt_axis *axis) {
     if (axis->values == NULL)
         return report_no_plan_memory();
     for (bool more = true; more;) {
-        more = take_axis_number(&rest, ',', &axis->values[axis->count]);
-        if (!more && !take_axis_number(&rest, '\0', &axis->values[axis->count]))
+        more = strchr(rest, ',') != NULL;
+        if (!take_axis_value(axis, &rest, more ? ',' : '\0', &axis->values[axis->count]))
             return say_vary(text);
         axis->count++;
     }
@@ -164,17 +193,13 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
         axis->is_logarithmic = true;
         rest += 4;
     }
-    if (!take_axis_number(&rest, ':', &axis->a))
+    if (!take_axis_value(axis, &rest, ':', &axis->a))
         return say_vary(text);
-    const char *to = rest;
-    if (take_axis_number(&rest, ':', &axis->b)) {
-        if (!take_axis_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count))
-            return say_vary(text);
-    } else {
-        rest = to;
-        if (!take_axis_number(&rest, '\0', &axis->b))
-            return say_vary(text);
-    }
+    const bool is_counted = strchr(rest, ':') != NULL;
+    if (!take_axis_value(axis, &rest, is_counted ? ':' : '\0', &axis->b))
+        return say_vary(text);
+    if (is_counted && (!take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count)))
+        return say_vary(text);
     if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0)) {
         kt_say("--vary %s: a logarithmic range has ends above zero", text);
         return KT_EXIT_USAGE;
@@ -192,6 +217,17 @@ static int read_vary(kt_sweep_plan *plan, const char *text) {
     return strchr(rest, ':') != NULL ? read_axis_range(text, rest, axis) : read_list(text, rest, axis);
 }
 
+static int check_distribution(const kt_axis *axis) {
+    const char *wrong = NULL;
+    if (axis->draw != KT_DRAW_UNIFORM && !(axis->b >= 0.0))
+        wrong = "the deviation is negative; give 0 or more";
+    else if (axis->draw == KT_DRAW_LOGNORMAL && axis->is_angle)
+        wrong = "mean and deviation of a logarithm are numbers; leave the units out";
+    if (wrong != NULL)
+        kt_say("--random %s: %s", axis->path, wrong);
+    return wrong != NULL ? KT_EXIT_USAGE : -1;
+}
+
 static int read_random(kt_sweep_plan *plan, const char *text) {
     static const struct {
         const char *name;
@@ -207,10 +243,10 @@ static int read_random(kt_sweep_plan *plan, const char *text) {
         if (strncmp(rest, draws[i].name, strlen(draws[i].name)) == 0) {
             rest += strlen(draws[i].name);
             axis->draw = draws[i].draw;
-            if (take_axis_number(&rest, ',', &axis->a) && take_axis_number(&rest, ')', &axis->b) && *rest == '\0' &&
-                (axis->draw == KT_DRAW_UNIFORM || axis->b >= 0.0))
-                return -1;
-            break;
+            if (!take_axis_value(axis, &rest, ',', &axis->a) || !take_axis_value(axis, &rest, ')', &axis->b) ||
+                *rest != '\0')
+                break;
+            return check_distribution(axis);
         }
     return say_random(text);
 }
@@ -245,7 +281,7 @@ static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, co
                 return report_no_plan_memory();
             axis->values = more;
         }
-        if (!take_axis_number(&text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
+        if (!take_axis_value(axis, &text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
             return say_table(path, line, "a row has a number for each name of the first line, with commas between");
     }
     plan->points++;
@@ -304,7 +340,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
         plan->sample = KT_SAMPLE_LATIN;
     else
         rest = NULL;
-    if (rest == NULL || *rest++ == '\0' || !take_axis_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
+    if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
         count != floor(count)) {
         kt_say("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
         return KT_EXIT_USAGE;

@@ -24,6 +24,7 @@ enum { KT_SWEEP_AXES_MAX = 32 };
 /* A value of the scene that runs differ in. */
 typedef struct kt_axis {
     char *path;           /* as of --set: "L", "bodies.arm.mass" */
+    bool is_angle;        /* given with a unit; values are in radians */
     bool is_random;       /* drawn anew for each run */
     kt_draw draw;         /* random: its distribution */
     double a, b;          /* random: its numbers; of a range: its ends */
@@ -61,6 +62,12 @@ int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene);
 
 /* The values of all axes in a run, which depend on the plan and the number of the run alone. */
 void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
+/* Adds these values to the settings of a scene. Angles have their unit, which the scene checks. The texts are those of
+ * the new settings. */
+typedef struct kt_sweep_texts {
+    char text[KT_SWEEP_AXES_MAX][600];
+} kt_sweep_texts;
+void kt_sweep_plan_set(const kt_sweep_plan *plan, const double *values, kt_sweep_texts *texts, kt_settings *settings);
 
 /* Returns coordinate `axis`, which is below KT_SOBOL_AXES, of point `index` of Sobol's sequence, in [0, 1)
  * (sobol.c). */
