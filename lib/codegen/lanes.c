@@ -4,7 +4,7 @@
  * bits that a file without lanes computes. `number` is a scalar in any case: a number of the model, the time, and the
  * size of a step. Operations between both apply the scalar to all lanes, but a scalar is no vector: SAME makes one.
  *
- * Vectors are those of gcc and clang, in C and C++.
+ * Vectors are those of gcc and clang.
  */
 #include "codegen/print.h"
 

@@ -337,7 +337,11 @@ kt_status kt_triangles_builtin(const char *word, const double *numbers, int coun
     const builtin_kind *kind = builtin_of(word);
     double p[NUMBERS_MOST] = {0.0};
     if (kind == NULL)
-        return kt_error_set(error, KT_ERROR_SCENE, "", "there is no surface '%.40s'", word);
+        return kt_error_set(
+            error, KT_ERROR_SCENE, "",
+            "there is no surface '%.40s'; take sphere, hemisphere, cone, supersphere, supertorus, wedge or "
+            "plate",
+            word);
     for (int i = 0; i < count && i < NUMBERS_MOST; i++)
         p[i] = numbers[i];
     const kt_status status = check_numbers(kind, p, count, error);

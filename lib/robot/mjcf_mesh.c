@@ -94,7 +94,12 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
     return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
 }
 
-/* A surface that MuJoCo has built in. */
+/* The word of a surface that MuJoCo has built in; NULL: it is none. */
+static const char *builtin_of_asset(const kt_element *e) {
+    const char *word = kt_xml_attribute(e, "builtin");
+    return word != NULL && strcmp(word, "none") == 0 ? NULL : word;
+}
+
 static kt_status read_builtin(const kt_element *e, const char *word, kt_triangles *mesh, kt_error *error) {
     const char *text = kt_xml_attribute(e, "params");
     double numbers[8];
@@ -107,7 +112,7 @@ typedef enum mesh_rule { LEGACY, EXACT, CONVEX, SHELL } mesh_rule;
 
 static mesh_rule rule_of(kt_mjcf *m, const kt_element *e) {
     static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
-    const char *builtin = kt_xml_attribute(e, "builtin");
+    const char *builtin = builtin_of_asset(e);
     if (builtin != NULL && strcmp(builtin, "plate") == 0)
         return SHELL;
     return (mesh_rule)kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
@@ -185,7 +190,7 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
-    const char *file = mesh_file_of(m, e), *builtin = kt_xml_attribute(e, "builtin");
+    const char *file = mesh_file_of(m, e), *builtin = builtin_of_asset(e);
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
     kt_status status = file != NULL      ? read_file(m, e, file, &triangles, &error)
@@ -234,7 +239,7 @@ const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *coun
 
 /* The word and the numbers of a surface that is built in; NULL if they make no surface, which reading it reports. */
 static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
-    const char *word = kt_xml_attribute(e, "builtin"), *text = kt_xml_attribute(e, "params");
+    const char *word = builtin_of_asset(e), *text = kt_xml_attribute(e, "params");
     double numbers[8];
     const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
     const size_t room = (word != NULL ? strlen(word) : 0) + 8 * (KT_NUMBER_SIZE + 1) + 1;

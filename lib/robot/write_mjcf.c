@@ -220,6 +220,7 @@ static void write_mjcf_meshes(kt_export *x, int i) {
 static void write_source(kt_export *x, int mesh) {
     const char *source = source_of(x, mesh);
     if (x->meshes[mesh].builtin != NULL) {
+        source += strspn(source, " ");
         const int length = (int)strcspn(source, " ");
         fprintf(x->stream, " builtin=\"%.*s\" params=\"%s\"", length, source,
                 source + length + strspn(source + length, " "));

@@ -129,8 +129,10 @@ KT_TEST(what_does_not_fit_is_rejected_by_name) {
 KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
     static const char text[] =
         "<mujoco><asset><mesh name='h' builtin='hemisphere' params='0' scale='0.1 0.1 0.1'/>"
-        "<mesh name='p' builtin='plate' params='2 2' scale='1 1 2'/></asset><worldbody><body name='a'><joint/>"
+        "<mesh name='p' builtin='plate' params='2 2' scale='1 1 2'/>"
+        "<mesh name='t' builtin='none' vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1'/></asset><worldbody><body name='a'><joint/>"
         "<geom type='mesh' mesh='h'/></body><body name='b'><joint/><geom type='mesh' mesh='p' mass='3'/></body>"
+        "<body name='c'><joint/><geom type='mesh' mesh='t'/></body>"
         "</worldbody></mujoco>";
     kt_scene scene;
     if (!parse_right(text, NULL, &scene))
@@ -141,6 +143,7 @@ KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
     kt_check_equal_bits("given", &b->mass, &(double){3.0}, 1);
     kt_check_near("height", b->com.z, -2.0, 4.0 * DBL_EPSILON);
     kt_check_near("about z, of edges 1", b->inertia.zz, 3.0 / 6.0, 16.0 * DBL_EPSILON);
+    kt_check_near("of vertices, none is built in", find_body(&scene, "c")->mass, 1.0 / 6.0, 1e-15);
     kt_check_true("not left out", !has_note(&scene, "builtin"));
     kt_scene_free(&scene);
 }
