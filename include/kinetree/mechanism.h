@@ -304,10 +304,10 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
 
 /* Computes the reactions at (t, q, v) under tau and external, in joints and in loops. The output `joints` receives one
  * wrench for each body, as kt_joint_reactions. The output `loops` receives one wrench for each loop. It acts on the
- * second end, about the first end's point. For a prescribed motion, the wrench is the torque or force along the joint's
- * axis that drives the joint. For a coupling it is zero, since a coupling acts along its joints; kt_multiplier_evaluate
- * gives its joint forces. Either output may be NULL. Redundant loops can share a reaction in many ways;
- * kt_multiplier_evaluate describes which one is computed.
+ * second end (of rolling, the surface), about the first end's point. For a prescribed motion, the wrench is the torque
+ * or force along the joint's axis that drives the joint. For a coupling it is zero, since a coupling acts along its
+ * joints; kt_multiplier_evaluate gives its joint forces. Either output may be NULL. Redundant loops can share a
+ * reaction in many ways; kt_multiplier_evaluate describes which one is computed.
  * Frame: world axes.
  * Errors: as kt_acceleration_evaluate.
  * Cost: an evaluation of accelerations, and kinematics. */

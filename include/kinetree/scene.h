@@ -116,12 +116,12 @@ typedef struct kt_scene_fmu {
 
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
-    const char *name; /* name in messages, records and kt_simulation_event_count */
+    const char *name; /* name in messages, records and kt_simulation_event_count; it may have blanks */
     const char
         *when; /* a formula (expression.h) of the variables of kt_variable_find and of accelerations and reactions,
                 * under the names of their columns. Its sign is watched, or for a comparison whether the comparison
                 * is true. Parameters appear as numbers */
-    kt_direction direction;          /* the changes of sign that count; for a comparison rising: it becomes true */
+    kt_direction direction;          /* the changes of sign that count; of a comparison rising: it becomes true */
     bool record, stop;               /* record: a record is written; stop: the run ends, after a record */
     const char *const *call;         /* names of the program's actions; NULL: none */
     int call_count;                  /* length of call */

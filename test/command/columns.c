@@ -97,6 +97,20 @@ KT_TEST(gravity_in_joints_is_a_column_and_a_variable_of_events) {
     }
 }
 
+/* A wheel of 2 kg presses its road with its weight. */
+KT_TEST(reactions_of_rolling_act_on_the_road) {
+    kt_write_file("roll.yaml",
+                  "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - name: wheel\n"
+                  "    joint: {type: free, position: {position: [0, 0, 0.3]}, velocity: {linear: [0.9, 0, 0], angular: "
+                  "[0, 3, 0]}}\n"
+                  "    mass: 2\n    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
+                  "loops: [{name: road, type: rolling, wheel: wheel, axis: y, radius: 0.3, on: world, normal: z}]\n"
+                  "simulate: {duration: 0.1}\n");
+    const kt_ran ran = kt_shell("$K run roll.yaml --record reaction --quiet --out -");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_near("fz", kt_csv_number(ran.out, 1, kt_csv_column(ran.out, "reaction.road.fz")), -2.0 * 9.81, 1e-13);
+}
+
 KT_TEST(names_that_are_no_columns_are_told) {
     kt_write_file("wrong.yaml", BLOCK "output: {columns: {x: velocity.blok}}\n");
     kt_expect(2, "wrong.yaml:10:23: output.columns.x: there is no name 'velocity.blok'; did you mean 'velocity.block'?",
