@@ -130,8 +130,8 @@ const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *ab
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
-/* Compiles a scene without its hard stops, contacts, slack ropes and dry friction that sticks. Prints that they are left
- * out, and sets *lacks if the scene has any. Indices of loops and effects are those of the scene. Prints the errors. */
+/* Compiles a scene without its hard stops, contacts, slack ropes and dry friction that sticks. Prints that they are
+ * left out, and sets *lacks if the scene has any. Indices of loops and effects are the scene's. Prints the errors. */
 int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *lacks);
 /* Rejects a model with such elements and prints the reason. Returns an exit code, or -1 if the model has none of
  * them. */
