@@ -512,7 +512,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
         status = reject_driven(l, error);
     memcpy(l->v0, l->model->zero, l->size.v * sizeof *l->v0);
     l->of_force = true;
-    if (status == KT_OK && !kt_auxiliary_states_are_constant(l->model)) /* constant ones are held */
+    if (status == KT_OK && kt_auxiliary_state_varying(l->model) < l->size.x) /* constant ones are held */
         status = find_with_states(l, settings, t, q, tau, &result, error);
     else if (status == KT_OK)
         status = run_from(&s, q, settings->most > 0 ? settings->most : STEPS_MOST, &result, error);

@@ -172,7 +172,8 @@ static kt_status move_search(const search *s, double part, double d, kt_error *e
 
 static kt_status reject_search(const search *s, const char *why, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", s->t);
+    (void)snprintf(where, sizeof where, "auxiliary state '%.60s', t = %.9g s",
+                   kt_own_state_name(s->l->model, (int)kt_auxiliary_state_varying(s->l->model)), s->t);
     return kt_error_set(
         error, KT_ERROR_STEP, where,
         "no equilibrium of positions and auxiliary states was found: %s; start nearer to one, or let a run "

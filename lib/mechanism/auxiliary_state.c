@@ -119,19 +119,20 @@ kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, con
     return status;
 }
 
-bool kt_auxiliary_states_are_constant(const kt_model *model) {
-    bool all = true;
-    for (size_t i = 0; i < model->n.x && all; i++) {
+size_t kt_auxiliary_state_varying(const kt_model *model) {
+    bool is_constant = true;
+    size_t i = 0;
+    for (; i < model->n.x && is_constant; i += is_constant) {
         const kt_effect_record *rate = &model->state[i];
         double out[6] = {0.0};
-        all = rate->law == NULL && rate->variable_count == 0 && kt_formulas_evaluate(model, rate, NULL, out) == 0 &&
-              out[0] == 0.0;
+        is_constant = rate->law == NULL && rate->variable_count == 0 &&
+                      kt_formulas_evaluate(model, rate, NULL, out) == 0 && out[0] == 0.0;
     }
-    return all;
+    return i;
 }
 
 bool kt_auxiliary_states_are_idle(const kt_model *model) {
-    bool idle = kt_auxiliary_states_are_constant(model);
+    bool idle = kt_auxiliary_state_varying(model) == model->n.x;
     for (size_t i = 0; i < model->n.variable && idle; i++)
         idle = model->variable[i].type != KT_VARIABLE_STATE;
     return idle;

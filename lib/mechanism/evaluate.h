@@ -88,10 +88,10 @@ KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, con
 KT_CHECKED kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                       const double *v, double *rates, kt_error *error);
 
-/* Whether all auxiliary states are constant along every motion, since their rates are the number 0, like the places of
- * footholds. */
-bool kt_auxiliary_states_are_constant(const kt_model *model);
-/* Whether, in addition, no formula of the model reads one. */
+/* The first auxiliary state whose rate is not the number 0; the number of all states if they are constant along every
+ * motion, like the places of footholds. */
+size_t kt_auxiliary_state_varying(const kt_model *model);
+/* Whether all are constant, and no formula of the model reads one. */
 bool kt_auxiliary_states_are_idle(const kt_model *model);
 
 /* Rejects a model with auxiliary states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support

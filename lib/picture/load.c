@@ -47,7 +47,7 @@ static kt_status read_mesh_file(const char *path, kt_triangles *mesh, kt_error *
 
 /* Scales a mesh, and moves the centre of the box around it to the origin. Returns that centre. */
 static kt_vec3 centre_mesh(kt_triangles *mesh, kt_vec3 scale, kt_vec3 *half) {
-    kt_vec3 low = kt_vec3_make(INFINITY, INFINITY, INFINITY), high = kt_vec3_scale(-1.0, low);
+    kt_vec3 low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = kt_vec3_scale(-1.0, low);
     for (int i = 0; i < mesh->vertex_count; i++) {
         const kt_vec3 v = mesh->vertices[i], x = kt_vec3_make(scale.x * v.x, scale.y * v.y, scale.z * v.z);
         mesh->vertices[i] = x;

@@ -77,7 +77,7 @@ static void choose_farthest(point_choice *c, kt_vec3 n, kt_vec3 up, double least
 
 /* The corners of the hull's side with the normal n, if it is flat. */
 static bool choose_side(point_choice *c, kt_vec3 n, double surface) {
-    double height = -INFINITY, area = 0.0;
+    double height = -HUGE_VAL, area = 0.0;
     for (int i = 0; i < c->mesh->vertex_count; i++)
         height = fmax(height, kt_vec3_dot(n, c->mesh->vertices[i]));
     const double least = height - c->tolerance;
@@ -164,7 +164,7 @@ int kt_contact_mesh_points(const kt_triangles *mesh, kt_vec3 points[KT_CONTACT_P
     for (int i = 0; i < KT_CONTACT_EXTREMES; i++) {
         const kt_vec3 n = kt_contact_direction(i, extent);
         if (kt_vec3_norm(n) > 0.0)
-            choose_farthest(&c, kt_vec3_normalize(n), n, -INFINITY);
+            choose_farthest(&c, kt_vec3_normalize(n), n, -HUGE_VAL);
     }
     if (c.count == 0)
         points[c.count++] = mesh->vertices[0];

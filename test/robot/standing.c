@@ -271,7 +271,7 @@ KT_TEST(meshes_touch_in_all_corners_of_a_flat_sole_that_a_bevel_surrounds) {
         if (contacts_of(text, &with_contacts, &scene) < 0)
             return;
         for (int i = 0; i < corners; i++) {
-            double nearest = INFINITY;
+            double nearest = HUGE_VAL;
             for (int k = 0; k < scene.description.effect_count; k++)
                 nearest =
                     fmin(nearest, kt_vec3_norm(kt_vec3_sub(scene.description.effects[k].between[0].at, vertices[i])));
