@@ -170,6 +170,8 @@ typedef struct kt_scene_options {
     const char *const *variables;
     const double *values; /* variable_count numbers */
     int variable_count;   /* length of variables */
+
+    bool gives_step; /* the program sets run.step itself: a method with a fixed step needs no `step` in the file */
 } kt_scene_options;
 
 /* Returns options without settings and variables. */

@@ -165,7 +165,7 @@ static void check_scene_method(kt_reader *r, const kt_scope *scope, kt_node *nod
         return;
     }
     if (method == NULL || kt_method_is_adaptive(method) || step != NULL || kt_node_is_faulty(integrator) ||
-        kt_node_has_stray(node)) /* the step, maybe */
+        kt_node_has_stray(node) /* the step, maybe */ || (r->scene->gives_step && tolerance == NULL))
         return;
     char adaptive[256];
     (void)kt_method_names(true, adaptive, sizeof adaptive);
@@ -202,7 +202,7 @@ static bool check_scheme(kt_reader *r, const kt_scope *scope, kt_node *node, con
                         "or 'contact' out",
                         others[i]);
     }
-    if (kt_node_find(node, "step") == NULL && !kt_node_has_stray(node))
+    if (kt_node_find(node, "step") == NULL && !kt_node_has_stray(node) && !r->scene->gives_step)
         kt_fault_at(r, KT_ERROR_SCENE, scope, contact, "'contact: steps' has a fixed step; give 'step' as well");
     if (!may_have_loops(r))
         kt_fault_at(r, KT_ERROR_SCENE, scope, contact,

@@ -136,6 +136,32 @@ KT_TEST(options_that_time_stepping_has_not_are_rejected) {
     kt_expect(0, NULL, "$K run steps.yaml --set simulate.contact=events --integrator rk4 --quiet --out a.csv");
 }
 
+/* A scene may leave the step to --step, and the rows are those of a scene that has it. */
+KT_TEST(step_of_an_option_serves_scenes_without_one) {
+    static const char *const methods[] = {"contact: steps", "integrator: rk4"};
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++) {
+        char text[512];
+        for (int with = 0; with < 2; with++) {
+            (void)snprintf(
+                text, sizeof text,
+                "kinetree: 1\nbodies:\n  - {name: b, joint: {type: prismatic, axis: z, position: 0.1}, mass: 1}\n"
+                "effects:\n  - {type: joint_limit, joint: b, lower: 0, restitution: 0}\n"
+                "simulate: {duration: 0.3, %s%s}\n",
+                methods[i], with ? ", step: 1e-2" : "");
+            kt_write_file(with ? "with.yaml" : "without.yaml", text);
+        }
+        kt_expect(0, NULL, "$K run with.yaml --quiet --out with.csv");
+        kt_expect(0, NULL, "$K run without.yaml --step 1e-2 --quiet --out without.csv");
+        kt_check_equal_int("the same rows", kt_shell("cmp with.csv without.csv").code, 0);
+        kt_expect(2, "has a fixed step; give 'step' as well", "$K run without.yaml --out without.csv");
+        kt_expect(2, "has a fixed step; give 'step' as well", "$K check without.yaml");
+    }
+    kt_expect(2, "leave one of them out", "$K run with.yaml --set simulate.tolerance=1e-6 --step 1e-2");
+    kt_write_file("tolerance.yaml", "kinetree: 1\nbodies:\n  - {name: b, joint: {type: prismatic, axis: z}, mass: 1}\n"
+                                    "simulate: {duration: 0.1, integrator: rk4, tolerance: 1e-6}\n");
+    kt_expect(2, "rk4 has a fixed step and no tolerance", "$K run tolerance.yaml --step 1e-2");
+}
+
 /* strtod accepts more forms than people write as numbers. */
 KT_TEST(numbers_of_options_are_decimal) {
     static const struct {

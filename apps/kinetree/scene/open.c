@@ -201,8 +201,10 @@ static bool reject_robot_options(const char *name, const kt_settings *settings) 
 
 static int read_any(const char *path, bool is_robot, const kt_robot_options *options, const kt_settings *settings,
                     kt_scene *scene) {
-    const kt_scene_options how = {.settings = settings != NULL ? settings->text : NULL,
-                                  .setting_count = settings != NULL ? settings->count : 0};
+    kt_scene_options how = kt_scene_options_default();
+    how.settings = settings != NULL ? settings->text : NULL;
+    how.setting_count = settings != NULL ? settings->count : 0;
+    how.gives_step = settings != NULL && settings->gives_step;
     kt_reported reported = {.path = path, .most = is_robot ? ROBOT_FAULTS_MOST : 0};
     kt_error error = {0};
     kt_status status;

@@ -556,6 +556,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
     if (arguments.modes)
         return kt_run_view_modes(&arguments, path);
     arguments.settings.is_quiet = arguments.quiet;
+    arguments.settings.gives_step = !isnan(arguments.step);
     code = kt_read_scene_from(path, &arguments.settings, arguments.from, &scene);
     if (code != KT_EXIT_DONE)
         return code;

@@ -24,6 +24,7 @@ typedef struct kt_settings {
     int count;
     bool is_quiet;   /* notes about parts that a reader has left out are not printed */
     bool is_verbose; /* all of them are printed */
+    bool gives_step; /* an option gives the step: kt_scene_options */
     struct kt_robot_how {
         bool floating, contacts;
         const char *ground, *keyframe, *search, *allow; /* NULL: none */
