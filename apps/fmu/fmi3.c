@@ -311,7 +311,10 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
 static kt_fmi_status check_requested_step(kt_fmu *fmu, double from, double step) {
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
     KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);
-    KT_FMU_REQUIRE(isfinite(step) && fmu->time + step > fmu->time, "a step of %g does not change the time", step);
+    KT_FMU_REQUIRE(isfinite(step) && step > 0.0, "a step of %g s is not finite and above zero; steps go forwards",
+                   step);
+    KT_FMU_REQUIRE(fmu->time + step > fmu->time, "a step of %g s does not change the time, %.17g s; take a longer one",
+                   step, fmu->time);
     KT_FMU_REQUIRE(fabs(from - fmu->time) <= 1e-6 * step, "the step begins at %.17g, but the instance is at %.17g",
                    from, fmu->time);
     return KT_FMI_OK;

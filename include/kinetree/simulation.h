@@ -126,8 +126,9 @@ KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const
  * records, reactions. Only energies, constraint residuals and multipliers belong to the integrated model.
  * Ownership: the memory is the caller's, aligned to KT_ALIGNMENT; nothing needs to be released. The model and a method
  * of the caller's must outlive the simulation. All else in run and options is read during this call only.
- * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite), KT_ERROR_MEMORY (too
- * small or misaligned), KT_ERROR_CONSTRAINT (loops that do not close; contacts are checked later). */
+ * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite, markers that the model
+ * does not have), KT_ERROR_MEMORY (too small or misaligned), KT_ERROR_CONSTRAINT (loops that do not close; contacts are
+ * checked later). */
 KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_run *run,
                                                const kt_simulation_options *options, void *memory, size_t size,
                                                kt_simulation **simulation, kt_error *error);

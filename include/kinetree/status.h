@@ -44,7 +44,7 @@ extern "C" {
     X(KT_ERROR_ARGUMENT, 1, "an argument of the call is wrong")                                                        \
     X(KT_ERROR_MEMORY, 2, "not enough memory, or the memory given is too small or misaligned")                         \
     X(KT_ERROR_MODEL, 3, "the description of the mechanism is wrong")                                                  \
-    X(KT_ERROR_SINGULAR, 4, "the mechanism has no inertia along one of its degrees of freedom")                        \
+    X(KT_ERROR_SINGULAR, 4, "the equations have no unique solution: no inertia, or a singular position")               \
     X(KT_ERROR_CONSTRAINT, 5, "the loops cannot be closed, or contradict each other")                                  \
     X(KT_ERROR_NOT_FINITE, 6, "a value is not finite")                                                                 \
     X(KT_ERROR_STEP, 7, "the integration step became too small")                                                       \

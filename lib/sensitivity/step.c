@@ -78,11 +78,15 @@ static kt_status check_step_states(const kt_model *model, const double *x, kt_er
 
 kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, void *memory, size_t size,
                         const kt_step *step, kt_error *error) {
+    if (step->method == NULL)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step.method",
+                            "there is no method; kt_method_find returns NULL for an unknown name, and kt_method_at "
+                            "lists the methods");
     if (!step_is_function(step->method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
                             "a step of '%s' depends on earlier steps, so it has no derivatives with respect to one "
                             "state; use rk4, dopri5, implicit-euler, crank-nicolson, radau5 or rodas5p",
-                            step->method ? step->method->name : "no method");
+                            step->method->name);
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
     kt_status status = kt_masses_reject(

@@ -9,6 +9,7 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- the request ------------------------------------------------------------------------------------------------- */
@@ -99,6 +100,25 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
                               "that sticks, and there are none; leave it out");
 }
 
+/* Rejects markers that the model does not have. */
+static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_error *error) {
+    for (int i = 0; i < run->marker_count; i++) {
+        const kt_marker_pair *pair = &run->markers[i];
+        char where[KT_WHERE_SIZE];
+        (void)snprintf(where, sizeof where, "markers[%d]", i);
+        if (pair->body == NULL || pair->marker == NULL)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "it has no name of %s",
+                                pair->body == NULL ? "a body" : "a marker");
+        const int body = kt_body_find(model, pair->body);
+        if (body < 0)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "the model has no body '%.80s'", pair->body);
+        if (kt_marker_find(model, body, pair->marker) < 0)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "body '%.80s' has no marker '%.80s'", pair->body,
+                                pair->marker);
+    }
+    return KT_OK;
+}
+
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
@@ -123,6 +143,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists the methods", settings->run.integrator);
     kt_status status = kt_run_check(&settings->run, error);
+    if (status == KT_OK)
+        status = check_run_markers(model, &settings->run, error);
     if (status == KT_OK)
         status = check_simulation_options(&settings->options, error);
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)

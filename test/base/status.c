@@ -46,6 +46,8 @@ KT_TEST(every_status_has_a_text_of_its_own) {
         kt_check_true("is a text", text != NULL && *text != '\0' && strcmp(text, "unknown status") != 0);
     }
     kt_check_text("text of KT_OK", kt_status_text(KT_OK), "done");
+    kt_check_contains("singular without inertia", kt_status_text(KT_ERROR_SINGULAR), "no inertia");
+    kt_check_contains("singular by its position", kt_status_text(KT_ERROR_SINGULAR), "singular position");
 }
 
 KT_TEST(value_that_is_no_status_is_unknown) {

@@ -136,6 +136,15 @@ KT_TEST(options_that_time_stepping_has_not_are_rejected) {
     kt_expect(0, NULL, "$K run steps.yaml --set simulate.contact=events --integrator rk4 --quiet --out a.csv");
 }
 
+/* The scene has the step that rk4 needs, so that a step is no remedy. */
+KT_TEST(tolerance_of_a_method_with_fixed_steps_is_rejected_with_a_remedy) {
+    kt_write_file("rk4.yaml", "kinetree: 1\nbodies:\n  - {name: b, joint: {type: prismatic, axis: z}, mass: 1}\n"
+                              "simulate: {duration: 0.1, integrator: rk4, step: 1e-3}\n");
+    kt_expect(1, "rk4 has a fixed step: leave the option out, or add --integrator dopri5",
+              "$K run rk4.yaml --tolerance 1e-9");
+    kt_expect(0, NULL, "$K run rk4.yaml --tolerance 1e-9 --integrator dopri5 --quiet --out a.csv");
+}
+
 /* A scene may leave the step to --step, and the rows are those of a scene that has it. */
 KT_TEST(step_of_an_option_serves_scenes_without_one) {
     static const char *const methods[] = {"contact: steps", "integrator: rk4"};

@@ -114,6 +114,20 @@ def check_shared(folder):
     claim("instances_share_no_parameters", [] if worst <= 1e-13 else [str(found)])
 
 
+def check_steps(fmu):
+    """Steps that do not go forwards."""
+    instance, problems = Instance(fmu), []
+    instance.step(0.1)
+    for size, words in ((-0.01, "-0.01 s is not finite and above zero"), (0.0, "0 s is not finite and above zero"),
+                        (float("nan"), "nan s is not finite and above zero"), (1e-18, "does not change the time, 0.1")):
+        try:
+            instance.step(size)
+            problems += [f"{size} s is accepted"]
+        except RuntimeError as error:
+            problems += [] if words in str(error) else [f"{size} s: {error}"]
+    claim("steps_that_do_not_go_forwards_are_rejected_in_words", problems)
+
+
 def in_order(names, order):
     places = [order.index(name) if name in order else -1 for name in names]
     return -1 not in places and places == sorted(places)
@@ -137,4 +151,5 @@ def check_complaints(folder):
     fmu = Fmu(scene, folder)
     check_damage(fmu)
     check_rollback(fmu)
+    check_steps(fmu)
     check_shared(folder)

@@ -111,7 +111,7 @@ KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
         kt_check_equal_int("status",
                            kt_step_evaluate(model, data, work, sizeof work, &step, &q, &v, &next_q, &next_v, &error),
                            KT_ERROR_ARGUMENT);
-        kt_check_contains("message", error.message, name[i] ? name[i] : "no method");
+        kt_check_contains("message", error.message, name[i] ? name[i] : "there is no method");
     }
     const kt_step step = {.method = kt_method_find("rk4"), .h = h};
     kt_check_equal_int("memory",

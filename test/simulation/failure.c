@@ -186,6 +186,15 @@ KT_TEST(run_that_makes_no_sense_is_rejected_in_words) {
     reject(model, &run, KT_ERROR_ARGUMENT, "interval", "inf");
     run.interval = 1e-17;
     reject(model, &run, KT_ERROR_ARGUMENT, "interval", "more records");
+    kt_marker_pair marker[2] = {{kt_body_name(model, 1), NULL}, {"bloc", "tip"}};
+    run = kt_run_default();
+    run.markers = marker;
+    run.marker_count = 1;
+    reject(model, &run, KT_ERROR_ARGUMENT, "markers[0]", "no name of a marker");
+    marker[0].marker = "tipp";
+    reject(model, &run, KT_ERROR_ARGUMENT, "markers[0]", "has no marker 'tipp'");
+    run.markers = &marker[1];
+    reject(model, &run, KT_ERROR_ARGUMENT, "markers[0]", "no body 'bloc'");
     kt_model_free(model);
 }
 

@@ -395,9 +395,14 @@ static int check_method_options(const kt_run_arguments *arguments, const kt_run 
     }
     if (method == NULL || method->embedded_order > 0 || run->step > 0.0)
         return -1;
-    kt_say(
-        "integrator '%s' has no error estimate and needs a fixed step: --step 1e-3, or 'step: 1e-3' under 'simulate'",
-        run->integrator);
+    if (arguments->tolerance != NULL)
+        kt_say("%s: --tolerance is for methods that choose their steps, and %s has a fixed step: leave the option out, "
+               "or add --integrator dopri5",
+               arguments->command, run->integrator);
+    else
+        kt_say("integrator '%s' has no error estimate and needs a fixed step: --step 1e-3, or 'step: 1e-3' under "
+               "'simulate'",
+               run->integrator);
     return arguments->integrator != NULL || arguments->tolerance != NULL ? KT_EXIT_USAGE : KT_EXIT_SCENE;
 }
 
