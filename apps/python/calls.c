@@ -27,7 +27,7 @@ static int kt_python_inverse(const kt_python_data *at, const double *q, const do
 /* ---- control loops ----------------------------------------------------------------------------------------------- */
 
 /* Sets the torques of the loop, unless they are those that the simulation has: methods that remember past steps go
- * on. */
+ * on. On failure those that the simulation has return to the loop. */
 static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     const size_t size = loop->nv * sizeof(double);
     if (size == 0 || memcmp(loop->torque, loop->applied, size) == 0)
@@ -35,6 +35,8 @@ static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     const kt_status status = kt_simulation_set_torque(loop->simulation, loop->torque, error);
     if (status == KT_OK)
         memcpy(loop->applied, loop->torque, size);
+    else
+        memcpy(loop->torque, loop->applied, size);
     return status;
 }
 

@@ -128,6 +128,31 @@ def test_feedback_is_its_formula(scenes, held):
         whole.control(law)
 
 
+def test_torques_that_are_not_finite_leave_the_previous_ones(scenes):
+    simulation, other = arm(scenes), arm(scenes)
+    wrong, good = np.full(7, np.nan), np.linspace(1, 2, 7)
+    for each in (simulation, other):
+        each.set_torque(good)
+    with pytest.raises(kt.StepError, match="torque is nan"):
+        simulation.set_torque(wrong)
+    assert np.array_equal(simulation.torque, good)
+    simulation.torque[3] = np.inf
+    with pytest.raises(kt.StepError, match="torque is inf"):
+        simulation.tick(1e-3)
+    with pytest.raises(kt.StepError, match="torque is nan"):
+        simulation.control(lambda t, q, v: wrong, until=0.01)
+    assert np.array_equal(simulation.torque, good) and simulation.time == 0.0
+    simulation.tick(1e-3)
+    other.tick(1e-3)
+    assert np.array_equal(simulation.state, other.state)
+
+
+def test_period_of_a_loop_is_above_zero(scenes):
+    for period in (0.0, -1.0):
+        with pytest.raises(kt.ArgumentError, match=f"period: expected a time above zero, got {period}"):
+            arm(scenes).control(lambda t, q, v: None, period=period)
+
+
 def test_feedback_takes_differences_of_quaternions(held):
     scene = kt.mechanism([kt.Body("top", joint=kt.joint.spherical(), mass=1, inertia=[1, 1, 1])])
     simulation = scene.simulation(step=1e-3, duration=10)

@@ -1,6 +1,7 @@
 """Dynamics from Python against closed forms, differences and each other."""
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -238,3 +239,18 @@ def test_a_program_sets_a_foothold():
         simulation.switch("floor")
     with pytest.raises(kt.ArgumentError, match="no `switched` in the scene"):
         kt.Scene(LEG.replace(", switched: off", "").replace("[foot.sole, world]", "[foot.sole, {body: world, at: [0.31, -0.2, 0.45]}]")).simulation().switch("hold")
+
+
+def test_names_in_the_documentation_of_get_are_names():
+    text = """
+kinetree: 1
+bodies:
+  - {name: arm, joint: {type: revolute, axis: z}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}
+effects:
+  - {name: spring, type: joint_spring, joint: arm, stiffness: 3}
+"""
+    model = kt.Scene(text).model
+    names = re.findall('``"([^"]+)"``', kt.Model.get.__doc__)
+    assert len(names) == 4 and model.get("effect spring.stiffness") == 3.0
+    for name in names:
+        model.get(name)

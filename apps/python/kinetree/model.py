@@ -173,7 +173,7 @@ class Model(Fixed):
         Parameters
         ----------
         name : str
-            Such as ``"arm.mass"``, ``"arm.com"``, ``"gravity"``, or ``"spring.stiffness"`` of an effect with this name.
+            Such as ``"arm.mass"``, ``"arm.com"``, ``"gravity"``, or ``"effect spring.stiffness"`` of the effect ``spring``.
 
         Returns
         -------

@@ -180,7 +180,7 @@ class Simulation(Fixed):
         Parameters
         ----------
         tau : array of nv
-            Joint forces, N m or N.
+            Joint forces, N m or N. If one is not finite, the previous ones remain.
         """
         self.torque[:] = doubles(tau, self.torque.shape, "tau")
         with self._changing():
@@ -290,9 +290,11 @@ class Simulation(Fixed):
             self._check(lib.kt_simulation_advance(self._simulation, finite(t, "t"), self._error))
 
     def _period(self, period: Optional[float]) -> float:
+        if period is None and not self.step_size > 0.0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "step", "a control loop has a fixed step; give simulation(step=1e-3)")
         period = self.step_size if period is None else finite(period, "period")
         if not period > 0.0:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "step", "a control loop has a fixed step; give simulation(step=1e-3)")
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "period", f"expected a time above zero, got {period}")
         return period
 
     def __iter__(self) -> Iterator["Simulation"]:
