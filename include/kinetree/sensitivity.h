@@ -99,6 +99,7 @@ typedef struct kt_step {
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
     bool unprojected;          /* loops are not closed after the step */
     const double *x;           /* auxiliary states at the start (kt_own_state_count); NULL: those in the data */
+    double end;                /* s, the time at the end: t + h up to rounding; 0: t + h */
 } kt_step;
 
 /* Returns the number of bytes of work memory for the calls of this header. Returns 0 if a step of the method is not a
@@ -108,10 +109,13 @@ typedef struct kt_step {
 KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 
 /* Takes the step from q (nq) and v (nv) to next_q and next_v, which may be the same arrays. An explicit method gives
- * the same bits as a simulation's fixed step from the same state (kt_simulation_step). An implicit method has bits of
- * its own, which differ by rounding: the iteration of a simulation starts from stored values of earlier steps.
- * Errors: KT_ERROR_ARGUMENT if h is not finite, or if the method is of another kind. Stabilised methods, auto and
- * explicit multistep methods depend on earlier steps. KT_ERROR_MEMORY. KT_ERROR_STEP if the stages cannot be solved.
+ * the same bits as a simulation's fixed step from the same state (kt_simulation_step). If forces or loops depend on
+ * time, step->end must be the time of the simulation after the step. The steps of a simulation end at multiples of h,
+ * which may differ from t + h in the last digit. An implicit method has bits of its own, which differ by rounding: the
+ * iteration of a simulation starts from stored values of earlier steps.
+ * Errors: KT_ERROR_ARGUMENT if h is not finite, if `end` is not t + h, or if the method is of another kind. Stabilised
+ * methods, auto and explicit multistep methods depend on earlier steps. KT_ERROR_MEMORY. KT_ERROR_STEP if the stages
+ * cannot be solved.
  * KT_ERROR_UNSUPPORTED if an event occurs within the step. A hard contact, stop or slack rope closes, or its reaction
  * begins to pull, or friction sticks (joint_friction with stick). Use a kt_simulation for these, which handles events.
  * Further errors are those of kt_acceleration_evaluate and kt_state_project, and for implicit methods those of

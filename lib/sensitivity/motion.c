@@ -175,9 +175,11 @@ static void multiply_changes(motion *m) {
 static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const double from = time_inside(simulation, t0);
+    const double to = time_inside(simulation, kt_integrator_time(simulation->integrator));
     const kt_step step = {.method = method_of(simulation),
                           .t = from,
-                          .h = time_inside(simulation, kt_integrator_time(simulation->integrator)) - from,
+                          .h = to - from,
+                          .end = to,
                           .tau = simulation->tau,
                           .external = simulation->external,
                           .unprojected = simulation->unprojected};

@@ -426,9 +426,12 @@ KT_CHECKED kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, co
 /* Row i of the table's matrix. */
 static inline const double *kt_step_row(const kt_method *method, size_t i) { return method->a + i * (i - (i > 0)) / 2; }
 
+/* The time at the end of a step. */
+static inline double kt_step_end(const kt_step *step) { return step->end != 0.0 ? step->end : step->t + step->h; }
+
 /* The time of stage i. */
 static inline double kt_step_time(const kt_step *step, size_t i) {
-    return kt_stage_time(step->method->c[i], step->t, step->h);
+    return step->method->c[i] == 1.0 ? kt_step_end(step) : kt_stage_time(step->method->c[i], step->t, step->h);
 }
 
 /* Computes a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i. Computes the accelerations, too, unless

@@ -8,6 +8,7 @@
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -89,6 +90,9 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                             step->method->name);
     if (!isfinite(step->h) || !isfinite(step->t))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "t = %g s or h = %g s is not finite", step->t, step->h);
+    if (!(fabs(kt_step_end(step) - (step->t + step->h)) <= 1e-6 * fabs(step->h)))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step.end", "%.17g s is not t + h = %.17g s, up to rounding",
+                            step->end, step->t + step->h);
     kt_status status = kt_masses_reject(
         model, "step", "derivatives of a step would leave that out; integrate neighbouring motions instead", error);
     if (status == KT_OK)
@@ -119,7 +123,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
     if (kt_has_auxiliary_states(model))
         kt_copy(w->before, data->x, model->n.x * sizeof *w->before);
     w->projection.data = data;
-    w->projection.t = step->t + step->h;
+    w->projection.t = kt_step_end(step);
     return KT_OK;
 }
 
@@ -163,7 +167,7 @@ kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_e
 
 kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                         kt_error *error) {
-    return kt_state_close(model, data, step->t + step->h, !step->unprojected, q, v, error);
+    return kt_state_close(model, data, kt_step_end(step), !step->unprojected, q, v, error);
 }
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */

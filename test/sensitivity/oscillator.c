@@ -121,3 +121,59 @@ KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
     kt_data_free(data);
     kt_model_free(model);
 }
+
+/* A motor makes the accelerations depend on time. A simulation ends its steps at multiples of h. */
+KT_TEST(steps_that_end_with_a_simulation_have_its_bits) {
+    kt_body body = kt_body_default();
+    kt_effect motor = kt_effect_default();
+    kt_description d = kt_description_default();
+    kt_run run = kt_run_default();
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_simulation *simulation = NULL;
+    kt_error error;
+    body.name = motor.joint = "arm";
+    body.joint.type = KT_JOINT_REVOLUTE;
+    body.joint.position[0] = 1.0;
+    body.mass = 1.0;
+    body.com = kt_vec3_make(0.0, -1.0, 0.0);
+    motor.type = KT_EFFECT_MOTOR;
+    motor.torque = kt_function_sine(2.0, 1.5, 0.3, 0.5);
+    d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    d.bodies = &body, d.body_count = 1;
+    d.effects = &motor, d.effect_count = 1;
+    run.integrator = "rk4";
+    run.step = 1e-3;
+    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
+        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error) ||
+        !kt_tree_fine("simulation", kt_simulation_create(model, &run, NULL, &simulation, &error), &error))
+        return;
+    const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+    kt_step step = {.method = kt_method_find("rk4"), .h = run.step};
+    const size_t size = kt_step_work_size(model, step.method);
+    void *work = aligned_alloc(64, (size + 63) / 64 * 64);
+    int equal = 0, other_times = 0;
+    for (int k = 0; k < 2000; k++) {
+        const double from[2] = {q[0], v[0]};
+        double next[2];
+        step.t = kt_simulation_time(simulation);
+        kt_tree_fine("a step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        step.end = kt_simulation_time(simulation);
+        other_times += step.end != step.t + step.h;
+        kt_tree_fine("it", kt_step_evaluate(model, data, work, size, &step, from, from + 1, next, next + 1, &error),
+                     &error);
+        equal += next[0] == q[0] && next[1] == v[0];
+    }
+    kt_check_equal_int("steps with equal bits", equal, 2000);
+    kt_check_above("times other than t + h", other_times, 100.0);
+    double next[2], zero[2] = {0.0};
+    step.end = 1.001 * (step.t + step.h);
+    kt_check_equal_int("another end",
+                       kt_step_evaluate(model, data, work, size, &step, zero, zero + 1, next, next + 1, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("is", error.where, "step.end");
+    free(work);
+    kt_simulation_free(simulation);
+    kt_data_free(data);
+    kt_model_free(model);
+}
