@@ -183,7 +183,7 @@ typedef struct kt_mjcf {
     kt_list documents;                   /* kt_mjcf_document */
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
     int elements;                        /* of the whole, with copies of replicates */
-    kt_list copied;                      /* const char *: names of which a <replicate> has made copies */
+    kt_list copied, lost_flexes; /* const char *: names that a <replicate> has copied; flexcomps that are left out */
 
     kt_list classes; /* kt_mjcf_class */
     kt_vec3 gravity;

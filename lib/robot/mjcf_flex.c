@@ -121,6 +121,24 @@ static bool read_pins(kt_mjcf *m, flex *f) {
     return true;
 }
 
+/* Keeps the name of a flexcomp that is left out. */
+static void lose_flex(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name");
+    const char **kept = name != NULL ? kt_list_add(m->r, &m->r->scratch, &m->lost_flexes, sizeof *kept) : NULL;
+    if (kept != NULL)
+        *kept = name;
+}
+
+bool kt_mjcf_is_lost_point(const kt_mjcf *m, const char *body) {
+    for (int i = 0; i < m->lost_flexes.count; i++) {
+        const char *name = ((const char *const *)m->lost_flexes.items)[i];
+        const size_t length = strlen(name);
+        if (strncmp(body, name, length) == 0 && body[length] == '_')
+            return true;
+    }
+    return false;
+}
+
 /* Returns whether a flexcomp is a cable. Others are counted. */
 static bool is_flex_cable(kt_mjcf *m, const kt_element *e, const char *type) {
     const char *dof = kt_xml_attribute(e, "dof");
@@ -135,6 +153,7 @@ static bool is_flex_cable(kt_mjcf *m, const kt_element *e, const char *type) {
         kt_unknown_count(&m->changes, "flexcomps of points without three slides, left out", e);
     else
         return true;
+    lose_flex(m, e);
     return false;
 }
 

@@ -8,7 +8,7 @@
  *   A `joint` or `tendon` has a polynomial, whose nonlinear part is the coupling's formula:
  *     y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...
  */
-#include "robot/mjcf.h"
+#include "robot/mjcf_make.h"
 
 #include <string.h>
 
@@ -21,6 +21,14 @@ kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, co
 
 /* The two bodies of an equality; the second is the world where none is named. */
 static bool find_bodies(kt_mjcf *m, const kt_element *e, int bodies[2]) {
+    static const char *const attributes[] = {"body1", "body2"};
+    for (int i = 0; i < 2; i++) {
+        const char *name = kt_xml_attribute(e, attributes[i]);
+        if (name == NULL || kt_names_find(&m->names, KT_MJCF_BODIES, name) >= 0 || !kt_mjcf_is_lost_point(m, name))
+            continue;
+        kt_unknown_count(&m->forces, "equality of a point of a flexcomp that is left out", e);
+        return false;
+    }
     bodies[0] = kt_mjcf_find(m, e, "body1", KT_MJCF_BODIES);
     bodies[1] = kt_xml_attribute(e, "body2") != NULL ? kt_mjcf_find(m, e, "body2", KT_MJCF_BODIES) : 0;
     return bodies[0] >= 0 && bodies[1] >= 0;

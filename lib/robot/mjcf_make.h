@@ -19,4 +19,7 @@ const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
  * flexcomp that is left out is counted. */
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain);
 
+/* Whether a body may be a point of a flexcomp that is left out, by its name. */
+bool kt_mjcf_is_lost_point(const kt_mjcf *m, const char *body);
+
 #endif

@@ -266,6 +266,9 @@ KT_TEST(what_is_no_cable_is_told) {
         {FLEX("dim='2' type='grid' count='3 3 1'", ""), "surfaces or solids"},
         {FLEX("type='square' count='3 3 1'", ""), "surfaces or solids"},
         {FLEX("dim='1' type='grid' count='4 1 1' dof='radial'", ""), "without three slides"},
+        {"<mujoco><worldbody><body name='a'><flexcomp name='f' count='3 3 1'/></body></worldbody><equality>"
+         "<connect body1='f_0' anchor='0 0 0'/><weld body1='a' body2='f_8'/></equality></mujoco>",
+         "equality of a point of a flexcomp that is left out: 2"},
         {"<mujoco><worldbody><body><composite type='rope' count='4 1 1' spacing='.1'/></body></worldbody></mujoco>",
          "give the type cable, or a flexcomp with dim 1: 1"},
         {"<mujoco><worldbody><body><composite type='cloth' count='4 4 1' spacing='.1'/></body></worldbody></mujoco>",
