@@ -63,12 +63,13 @@ KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *
     return positive;
 }
 
-/* Inverts a symmetric matrix by its factors; returns false as kt_factor3. */
-KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 out[3]) {
+/* Inverts a symmetric matrix by its factors l and e, which it writes to factor[0] and [1]; returns false as kt_factor3.
+ */
+KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 factor[2], kt_real3 out[3]) {
     kt_condition positive = kt_condition_true();
-    kt_real3 l, e;
-    if (kt_fails(&positive, kt_factor3(a, size, &l, &e)))
+    if (kt_fails(&positive, kt_factor3(a, size, &factor[0], &factor[1])))
         return kt_condition_false();
+    const kt_real3 l = factor[0], e = factor[1];
     const kt_real1 m20 = KT_PART3(l, 0) * KT_PART3(l, 2) - KT_PART3(l, 1);
     const kt_real1 xy = -KT_PART3(l, 0) * KT_PART3(e, 1) - m20 * KT_PART3(l, 2) * KT_PART3(e, 2);
     const kt_real1 xz = m20 * KT_PART3(e, 2), yz = -KT_PART3(l, 2) * KT_PART3(e, 2);
@@ -275,31 +276,39 @@ KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, con
 /* Solves for all six degrees of freedom of a free joint, by blocks, the mass first:
  *   (J - H M^-1 G) alpha = n - H M^-1 f
  *   a = M^-1 (f - G alpha)
- * Stores the acceleration itself in `kept`: alpha in moment, a in force. */
+ * Stores the acceleration itself in `kept`: alpha in moment, a in force. If `factors`, stores l and 1 / D of M in m, of
+ * the matrix of alpha in j, and M^-1 G in g. */
 KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt_link_motion *parent,
-                                                   const kt_link_motion *m, const kt_real1 *tau, kt_articulated *x,
-                                                   kt_articulated *kept) {
+                                                   const kt_link_motion *m, const kt_real1 *tau, bool factors,
+                                                   kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3();
-    kt_real3 base[3], mass[3], k[3], about[3], inverse[3];
+    kt_real3 base[3], mass[3], k[3], about[3], inverse[3], of_mass[2], of_about[2];
     kt_rest_axes(link, parent->axes, base);
     const kt_real3 force = kt_apply3(base, kt_load3(tau + link->v));
     const kt_real3 moment = kt_apply3(m->axes, kt_load3(tau + link->v + 3));
     kt_condition has_inertia = kt_condition_true();
-    if (kt_fails(&has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), mass)))
+    if (kt_fails(&has_inertia, kt_invert3(x->m, kt_diagonal3(x->m), of_mass, mass)))
         return kt_condition_false();
     kt_multiply3(mass, x->g, k); /* M^-1 G */
     kt_symmetric3_columns(x->j, about);
     for (int i = 0; i < 3; i++)
         about[i] = kt_sub3(about[i], kt_apply_transposed3(x->g, k[i]));
     const kt_real3 size = kt_add3(kt_diagonal3(x->j), kt_const_same3(link->size));
-    if (kt_fails(&has_inertia, kt_invert3(about, size, inverse)))
+    if (kt_fails(&has_inertia, kt_invert3(about, size, of_about, inverse)))
         return kt_condition_false();
     const kt_real3 f = kt_sub3(force, x->force), n = kt_sub3(moment, x->moment);
     const kt_real3 alpha = kt_apply3(inverse, kt_sub3(n, kt_apply_transposed3(x->g, kt_apply3(mass, f))));
     kept->moment = alpha;
     kept->force = kt_apply3(mass, kt_sub3(f, kt_apply3(x->g, alpha)));
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2 && factors; i++) {
+        kept->j[i] = of_about[i];
+        kept->m[i] = of_mass[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        if (factors)
+            kept->g[i] = k[i];
         x->j[i] = x->g[i] = x->m[i] = none;
+    }
     x->moment = moment;
     x->force = force;
     return has_inertia;
@@ -317,7 +326,7 @@ KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *da
     case KT_MOTION_SPHERICAL:
         return kt_articulated_project_spherical(link, m, tau, x, &data->articulated[link->articulated]);
     case KT_MOTION_FREE:
-        return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, x,
+        return kt_articulated_project_free(link, &data->motion[link->parent], m, tau, false, x,
                                            &data->articulated[link->articulated]);
     case KT_MOTION_NONE:
         break;

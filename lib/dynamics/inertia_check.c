@@ -20,7 +20,7 @@ static size *children_size_of(kt_data *data, size_t i) { return (size *)&data->k
 /* Whether there is inertia along all degrees of freedom of a link. Adds the part that is projected out to the size. */
 static bool link_is_regular(const kt_link *link, const kt_link_motion *m, const kt_articulated *x, size *s) {
     const kt_v4 n = kt_link_axis(link, m);
-    kt_v4 unused[3];
+    kt_v4 unused[2];
     const double turn = kt_v4_dot(n, kt_v4_apply(x->j, n)), slide = kt_v4_dot(n, kt_v4_apply(x->m, n));
     const double both = kt_v4_dot(n, kt_v4_apply(x->g, n)), p = kt_link_pitch(link);
     switch ((kt_motion)link->motion) {
@@ -33,9 +33,9 @@ static bool link_is_regular(const kt_link *link, const kt_link_motion *m, const 
         s->largest = fmax(s->largest, kt_v4_dot(n * n, kt_diagonal3(x->j)));
         return turn + p * (2.0 * both + p * slide) > KT_NO_INERTIA * (s->trace + s->largest + p * p * s->mass);
     case KT_MOTION_SPHERICAL:
-        return kt_invert3(x->j, kt_diagonal3(x->j) + kt_v4_splat(s->trace + s->largest), unused);
+        return kt_factor3(x->j, kt_diagonal3(x->j) + kt_v4_splat(s->trace + s->largest), &unused[0], &unused[1]);
     case KT_MOTION_FREE:
-        return kt_invert3(x->m, kt_v4_splat(s->mass), unused);
+        return kt_factor3(x->m, kt_v4_splat(s->mass), &unused[0], &unused[1]);
     case KT_MOTION_NONE:
         break;
     }

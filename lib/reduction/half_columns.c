@@ -26,8 +26,7 @@ KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_ha
     h->column = (kt_v4 *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]); /* a multiple of 8 */
     h->flow = h->column + n * m;
     h->rest = h->flow + 6 * m;
-    h->term = h->rest + 2 * m;
-    h->square = (double *)(h->term + 4 * m);
+    h->square = (double *)(h->rest + 2 * m);
     h->diagonal = h->square + LANES * LANES * n * n;
     h->multiplier = h->diagonal + LANES * n;
     h->inverse = h->multiplier + LANES * n;
@@ -77,32 +76,6 @@ bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) 
 
 /* ---- terms of the links ------------------------------------------------------------------------------------------ */
 
-/* Whether degree of freedom k of a free joint is a rotation. Its other half, which is zero, is left out of products. */
-KT_INLINE bool is_rotation(int k) { return k >= KT_DOF_MAX / 2; }
-
-/* The degrees of freedom of a free joint, from the last to the first. */
-static void keep_free(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x, const kt_half *h) {
-    const kt_link *link = &model->link[i];
-    kt_articulated left = *x;
-    kt_subspace s;
-    kt_link_subspace(link, &data->motion[link->parent], &data->motion[i], &s);
-    for (int k = s.count - 1; k >= 0; k--) {
-        const kt_v4 a = s.angular[k], l = s.linear[k];
-        const bool turns = is_rotation(k);
-        const kt_v4 un = turns ? kt_symmetric3_apply(left.j, a) : kt_apply_transposed3(left.g, l);
-        const kt_v4 uf = turns ? kt_apply3(left.g, a) : kt_symmetric3_apply(left.m, l);
-        const double d = 1.0 / (turns ? kt_v4_dot(a, un) : kt_v4_dot(l, uf));
-        kt_v4 *term = h->term + 4 * (link->local + k);
-        if (k > 0)
-            kt_articulated_subtract_square(&left, d, un, uf);
-        term[0] = a;
-        term[1] = l;
-        term[2] = kt_v4_splat(d) * un;
-        term[3] = kt_v4_splat(d) * uf;
-        h->inverse[link->local + k] = d;
-    }
-}
-
 /* S of a joint with one axis. */
 KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angular, kt_v4 *linear) {
     const kt_v4 s = kt_link_axis(link, m), none = kt_v4_splat(0.0);
@@ -112,20 +85,20 @@ KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angu
                                                  : s;
 }
 
-void KT_KERNEL(kt_half_keep)(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x) {
+bool KT_KERNEL(kt_half_keep)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     kt_half h;
     kt_v4 n, f;
+    if (link->motion == KT_MOTION_FREE)
+        return kt_articulated_project_free(link, &data->motion[link->parent], &data->motion[i], tau, true, x,
+                                           &data->articulated[link->articulated]);
     if (model->group[link->group].rank[KT_ROWS_ALL] == 0)
-        return;
+        return false;
     place(model, data, (size_t)link->group, &h);
-    if (link->motion == KT_MOTION_FREE) {
-        keep_free(model, data, i, x, &h);
-        return;
-    }
     axis_of(link, &data->motion[i], &n, &f);
     h.inverse[link->local] = 1.0 / (kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f)) +
                                     model->armature[link->v]);
+    return false;
 }
 
 void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
@@ -153,16 +126,18 @@ void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, con
     kt_response_set(&data->response[i], kt_v4_splat(0.0), kt_v4_splat(0.0), acceleration);
 }
 
-/* y - K A0 of a free joint: its acceleration x without multipliers is what is known, and y_k = x_k + U_k d_k . A with
- * the acceleration A due to the degrees of freedom before. */
-static void find_free_of_joint(const kt_half *h, int local, kt_v4 alpha, kt_v4 linear) {
-    kt_v4 angular_before = kt_v4_splat(0.0), linear_before = angular_before;
+/* L' x, with L of kt_factor3. */
+KT_INLINE kt_v4 unfactor3(kt_v4 l, kt_v4 x) {
+    return (kt_v4){x[0] + l[0] * x[1] + l[1] * x[2], x[1] + l[2] * x[2], x[2], 0.0};
+}
+
+/* y - K A0 of a free joint, whose acceleration without multipliers is what is known, and d. */
+static void find_free_of_joint(const kt_half *h, int local, const kt_articulated *kept, kt_v4 alpha, kt_v4 linear) {
+    const kt_v4 moved = linear + kt_v4_apply(kept->g, alpha);
+    const kt_v4 y[2] = {unfactor3(kept->m[0], moved), unfactor3(kept->j[0], alpha)};
     for (int k = 0; k < KT_DOF_MAX; k++) {
-        const kt_v4 *term = h->term + 4 * (local + k);
-        const double x = kt_v4_dot2(term[0], alpha, term[1], linear);
-        h->free[local + k] = x + kt_v4_dot2(term[2], angular_before, term[3], linear_before);
-        angular_before += kt_v4_splat(x) * term[0];
-        linear_before += kt_v4_splat(x) * term[1];
+        h->free[local + k] = y[k / 3][k % 3];
+        h->inverse[local + k] = (k < 3 ? kept->m : kept->j)[1][k % 3];
     }
 }
 
@@ -179,7 +154,7 @@ static void find_free(const kt_model *model, const kt_data *data, const kt_group
         rest[1] = linear + kt_v4_cross(alpha, m->offset) + m->linear;
         if (at->motion == KT_MOTION_FREE) {
             const kt_articulated *kept = &data->articulated[at->articulated];
-            find_free_of_joint(h, at->local, kept->moment - rest[0], kept->force - rest[1]);
+            find_free_of_joint(h, at->local, kept, kept->moment - rest[0], kept->force - rest[1]);
             continue;
         }
         const kt_response *y = &data->response[link[l]];
@@ -233,9 +208,35 @@ KT_INLINE kt_v4 entries(const batch *b, size_t at) {
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0; }
 
+/* L^-1 b, with L of kt_factor3. */
+KT_INLINE void reduce3(kt_v4 l, kt_v4 *b) {
+    b[1] -= kt_v4_splat(l[0]) * b[0];
+    b[2] -= kt_v4_splat(l[1]) * b[0] + kt_v4_splat(l[2]) * b[1];
+}
+
+/* b = axes x - p */
+KT_INLINE void applied_less(const kt_v4 axes[3], const kt_v4 *x, const kt_v4 *p, kt_v4 *b) {
+    for (int c = 0; c < 3; c++)
+        b[c] = kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2] - p[c];
+}
+
+/* Those of a free joint: L^-1 f with the factor of M, and L^-1 (n - H M^-1 f) with that of J - H M^-1 G, of the wrench
+ * (n, f) that accelerates the link (kt_articulated_project_free). */
+KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
+                         const kt_articulated *kept, kt_v4 *column, const wrenches *p) {
+    kt_v4 base[3], b[6];
+    kt_rest_axes(link, ground, base);
+    applied_less(base, column, p->x + 3, b);
+    applied_less(m->axes, column + 3, p->x, b + 3);
+    for (int c = 0; c < 3; c++)
+        b[c + 3] -= along_half(kept->g[c], b);
+    reduce3(kept->m[0], b);
+    reduce3(kept->j[0], b + 3);
+    memcpy(column, b, sizeof b);
+}
+
 /* The half columns of one link; p are the wrenches on it, and then those on its parent. */
-KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, const kt_half *h, kt_v4 *column,
-                         wrenches *p) {
+KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, kt_v4 *column, wrenches *p) {
     const kt_link *link = &model->link[i];
     if (link->motion != KT_MOTION_FREE) {
         const kt_response *y = &data->response[i];
@@ -246,11 +247,7 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
         add_gain(y->gain_angular, y->gain_linear, column[0], p);
         return;
     }
-    for (int k = KT_DOF_MAX - 1; k >= 0; k--) {
-        const kt_v4 *term = h->term + 4 * (link->local + k);
-        column[k] -= is_rotation(k) ? along_half(term[0], p->x) : along_half(term[1], p->x + 3);
-        add_gain(term[2], term[3], column[k], p);
-    }
+    take_free(link, &data->motion[i], data->motion[0].axes, &data->articulated[link->articulated], column, p);
 }
 
 KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
@@ -281,7 +278,7 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         for (int c = 0; c < 6 && h->given[local]; c++)
             p.x[c] += h->flow[6 * local + c];
         if (live)
-            take_link(model, data, link[l], h, column, &p);
+            take_link(model, data, link[l], column, &p);
         from_child = live && l > 0 && up == link[l - 1];
         if (live && !from_child && up != 0)
             pass_on(h, model->link[up].local, &p);
@@ -380,9 +377,14 @@ static double response_of(const kt_half *h, int local) {
     return h->inverse[local] * ((sum[0] + sum[1]) + (sum[2] + sum[3]));
 }
 
+/* L'^-1 x, with L of kt_factor3. */
+KT_INLINE kt_v4 substitute3(kt_v4 l, const double *x) {
+    const double z = x[2], y = x[1] - l[2] * z;
+    return (kt_v4){x[0] - l[0] * y - l[1] * z, y, z, 0.0};
+}
+
 /* x: d (U' lambda), by coordinates */
-static void add_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h,
-                          const double *x) {
+static void add_responses(const kt_model *model, kt_data *data, const kt_group *group, const double *x) {
     const int32_t *link = model->group_link + group->link;
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *at = &model->link[link[l]];
@@ -390,15 +392,10 @@ static void add_responses(const kt_model *model, kt_data *data, const kt_group *
             kt_response_add(&data->response[link[l]], x[at->local]);
             continue;
         }
-        kt_v4 alpha = kt_v4_splat(0.0), linear = alpha;
-        for (int k = 0; k < KT_DOF_MAX; k++) {
-            const kt_v4 *term = h->term + 4 * (at->local + k);
-            const double own = x[at->local + k] - kt_v4_dot2(term[2], alpha, term[3], linear);
-            alpha += kt_v4_splat(own) * term[0];
-            linear += kt_v4_splat(own) * term[1];
-        }
-        data->articulated[at->articulated].moment += alpha;
-        data->articulated[at->articulated].force += linear;
+        kt_articulated *kept = &data->articulated[at->articulated];
+        const kt_v4 alpha = substitute3(kept->j[0], x + at->local + 3), linear = substitute3(kept->m[0], x + at->local);
+        kept->moment += alpha;
+        kept->force += linear - kt_v4_apply(kept->g, alpha);
     }
 }
 
@@ -424,7 +421,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
         w.multiplier[h.slot[r]] = h.multiplier[r];
     for (int l = 0; l < h.m; l++)
         h.free[l] = response_of(&h, l);
-    add_responses(model, data, group, &h, h.free);
+    add_responses(model, data, group, h.free);
     return true;
 }
 
@@ -518,5 +515,5 @@ void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t 
     }
     for (int l = 0; l < h.m; l++)
         h.free[l] = h.inverse[l] * column[LANES * l] + response_of(&h, l);
-    add_responses(model, data, group, &h, h.free);
+    add_responses(model, data, group, h.free);
 }

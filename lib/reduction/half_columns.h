@@ -37,7 +37,6 @@ typedef struct kt_half {
     kt_v4 *column;      /* n m: half columns of each vector */
     kt_v4 *flow;        /* 6 m: wrenches that children pass, of one vector */
     kt_v4 *rest;        /* 2 m: A0, angular and linear */
-    kt_v4 *term;        /* 4 m: of free joints, S and U d, angular and linear */
     double *square;     /* (4 n)^2: S, then its factor */
     double *diagonal;   /* 4 n: of S */
     double *multiplier; /* 4 n: lambda */
@@ -60,7 +59,8 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
 /* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the group is left to its
  * null space.
  *
- * kt_half_keep stores the terms of a link of the group, whose articulated inertia is x.
+ * kt_half_keep stores the terms of a link of the group, whose articulated inertia is x. It also eliminates a free link,
+ * whose factors are these terms, and returns true; false if there is no inertia, or the link is not free.
  *
  * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
  * on is not projected. Stores what its multiplier is found from, as kt_group_assemble.
@@ -80,7 +80,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * spatial_links.c. */
 #define KT_HALF_DECLARE_ISA(isa)                                                                                       \
     bool kt_half_prepare_##isa(const kt_model *model, kt_data *data, size_t g);                                        \
-    void kt_half_keep_##isa(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x);            \
+    bool kt_half_keep_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
     void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,   \

@@ -128,21 +128,21 @@ KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_artic
 }
 
 /* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c, or of one in range space,
- * for half_columns.c. Such a link is a link of the tree. */
-KT_INLINE void keep_inverse(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
+ * for half_columns.c. Such a link is a link of the tree. Returns whether it has eliminated the link, too. */
+KT_INLINE bool keep_inverse(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau, kt_articulated *x,
                             double armature) {
     const kt_link *link = &model->link[i];
     kt_delassus d;
 #ifndef KT_LANES
-    if (model->group[link->group].form == KT_FORM_DENSE) {
-        KT_KERNEL(kt_half_keep)(model, data, i, x);
-        return;
-    }
+    if (model->group[link->group].form == KT_FORM_DENSE)
+        return KT_KERNEL(kt_half_keep)(model, data, i, tau, x);
 #endif
+    (void)tau;
     if (link->motion == KT_MOTION_SPHERICAL)
-        return;
+        return false;
     kt_delassus_find(model, data, (size_t)link->group, &d);
     d.inverse[link->local] = 1.0 / (inertia_along(link, kt_link_axis(link, &data->motion[i]), x) + armature);
+    return false;
 }
 
 /* Solves the groups in the form of Delassus and in range space, between the passes; returns the first link of one that
@@ -216,8 +216,8 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
         lock(model, data, i, tau, x);
         return KT_ELIMINATION_PASSED;
     }
-    if (delassus)
-        keep_inverse(model, data, i, x, 0.0);
+    if (delassus && keep_inverse(model, data, i, tau, x, 0.0))
+        return KT_ELIMINATION_PASSED;
     return kt_eliminate_joint(model, data, i, tau, x, NULL);
 }
 
@@ -231,8 +231,8 @@ static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, s
         lock(model, data, i, tau, x);
         return KT_ELIMINATION_PASSED;
     }
-    if (delassus)
-        keep_inverse(model, data, i, x, model->armature[model->link[i].v]);
+    if (delassus && keep_inverse(model, data, i, tau, x, model->armature[model->link[i].v]))
+        return KT_ELIMINATION_PASSED;
     const kt_elimination done = kt_eliminate_armature(model, data, i, tau, x, NULL);
 #ifdef KT_LANES /* aba_armature.c has written elements on and below the diagonal alone (whole_symmetric.h) */
     kt_symmetric3_mirror(x->j);
