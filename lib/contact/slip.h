@@ -17,7 +17,8 @@
     X(kt_slip_island, island, n, "islands with contacts that slip")                                                    \
     X(int, place, count->group, "scratch: of the contacts of an island in this order")                                 \
     X(double, column, kt_half_response_count(count->island_v, 2 * most), "of unit forces: half columns in each group") \
-    X(double, unit_force, 2 * most * count->v, "joint forces of a unit of force along each axis of each contact")      \
+    X(kt_half_force, force, 2 * most, "units of force along each axis of each contact")                                \
+    X(double, unit_force, 2 * most * count->v, "joint forces of these")                                                \
     X(double, factor, 2 * most, "of these: friction")                                                                  \
     X(double, change, 2 * most * count->island_row, "of the multipliers of each group, due to these")                  \
     X(double, by_normal, 2 * most * most, "of normal forces, due to these")                                            \

@@ -18,9 +18,9 @@ KT_INLINE void add_joint_force(const kt_dof *dof, void *context) {
 }
 
 /* Adds the joint forces of a wrench about the origin of a link, whose pose data hold. */
-static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t link, kt_vec3 moment, kt_vec3 force,
+static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t link, const double *wrench,
                              double *x) {
-    joint_forces p = {.moment = kt_from3(moment), .force = kt_from3(force)};
+    joint_forces p = {.moment = kt_load3(wrench), .force = kt_load3(wrench + 3)};
     for (int32_t i = link; i > 0; i = model->link[i].parent) {
         const kt_link *at = &model->link[i];
         p.x = x + at->v;
@@ -29,23 +29,25 @@ static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t
     }
 }
 
-/* The joint forces of units of force. */
-static void find_unit_joint_forces(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
-    memset(p->unit_force, 0, p->per * p->at->n * model->n.v * sizeof *p->unit_force);
+/* Units of force, and the joint forces of two of each contact. */
+static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    if (p->per == 2)
+        memset(p->unit_force, 0, 2 * p->at->n * model->n.v * sizeof *p->unit_force);
     for (size_t j = 0; j < p->per * p->at->n; j++) {
         const size_t k = kt_slip_index(p, j / p->per);
-        const kt_effect_record *effect = p->contact[k].effect;
         const kt_slip_frame *frame = &data->slip_frame[k];
         const double *e = data->slip_direction + 2 * k;
         const kt_vec3 along =
             p->per == 2 ? frame->axis[j % 2]
                         : kt_vec3_add(kt_vec3_scale(e[0], frame->axis[0]), kt_vec3_scale(e[1], frame->axis[1]));
         for (int end = 0; end < 2; end++) {
-            if (effect->link[end] == 0) /* the ground */
-                continue;
             const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, along);
-            add_joint_forces(model, data, effect->link[end], kt_vec3_cross(frame->lever[end], force), force,
-                             p->unit_force + j * model->n.v);
+            const kt_wrench wrench = {kt_vec3_cross(frame->lever[end], force), force};
+            p->force[j].link[end] = p->contact[k].effect->link[end];
+            memcpy(p->force[j].wrench[end], &wrench, sizeof wrench);
+            if (p->per == 2)
+                add_joint_forces(model, data, p->force[j].link[end], p->force[j].wrench[end],
+                                 p->unit_force + j * model->n.v);
         }
     }
 }
@@ -79,7 +81,7 @@ static bool is_part(const kt_model *model, const kt_data *data, const kt_slip_pr
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     const size_t n = p->at->n, count = p->per * n;
     double *column = p->column, *change = p->change;
-    find_unit_joint_forces(model, data, p);
+    find_unit_forces_of_slip(model, data, p);
     memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     if (p->per == 2)
         memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
@@ -88,7 +90,7 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
         if (!is_part(model, data, p, g))
             continue;
         KT_BY_ISA(model->isa, , kt_half_respond,
-                  (model, data, g, p->unit_force, (int)count, column, change, p->per == 2 ? p->by_rate : NULL));
+                  (model, data, g, p->force, (int)count, column, change, p->per == 2 ? p->by_rate : NULL));
         for (size_t k = 0; k < n; k++) {
             const kt_loop_record *loop = p->contact[kt_slip_index(p, k)].loop;
             const int32_t slot = loop->group == (int32_t)g ? slot_of(model, loop) : -1;

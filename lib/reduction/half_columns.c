@@ -26,7 +26,8 @@ KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_ha
     h->column = (kt_v4 *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]); /* a multiple of 8 */
     h->flow = h->column + n * m;
     h->rest = h->flow + 6 * m;
-    h->square = (double *)(h->rest + 2 * m);
+    h->change = h->rest + 2 * m;
+    h->square = (double *)(h->change + LANES * n);
     h->diagonal = h->square + LANES * LANES * n * n;
     h->multiplier = h->diagonal + LANES * n;
     h->inverse = h->multiplier + LANES * n;
@@ -189,21 +190,37 @@ KT_INLINE void shift(kt_v4 r, wrenches *p) {
     p->x[2] += x * p->x[4] - y * p->x[3];
 }
 
-/* Four columns of joint forces (NULL: none), equations or others, and where their half columns go. The numbers have the
- * order of the group's coordinates, or of the model's. */
+/* Four columns of joint forces, and where their half columns go. They are those of equations (NULL: none), or of
+ * forces on links. */
 typedef struct batch {
-    const double *force[KT_HALF_LANES];
-    bool of_model;
+    const double *row[KT_HALF_LANES];
+    const kt_half_force *force;
+    int forces; /* 0: equations */
     kt_v4 *column;
     uint8_t *live; /* NULL: not asked for */
 } batch;
 
-KT_INLINE kt_v4 entries(const batch *b, size_t at) {
+KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
     kt_v4 x = kt_v4_splat(0.0);
-    for (int r = 0; r < LANES; r++)
-        if (b->force[r])
-            x[r] = b->force[r][at];
+    for (int r = 0; r < LANES && b->forces == 0; r++)
+        if (b->row[r])
+            x[r] = b->row[r][at];
     return x;
+}
+
+/* Subtracts the wrenches that act on a link; returns whether there are any. */
+static bool load_link(const batch *b, int32_t link, wrenches *p) {
+    bool any = false;
+    for (int r = 0; r < b->forces; r++)
+        for (int end = 0; end < 2; end++) {
+            const kt_half_force *force = &b->force[r];
+            if (force->link[end] != link)
+                continue;
+            for (int c = 0; c < 6; c++)
+                p->x[c][r] -= force->wrench[end][c];
+            any = true;
+        }
+    return any;
 }
 
 KT_INLINE bool is_zero(kt_v4 x) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0; }
@@ -266,17 +283,17 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         const kt_link *at = &model->link[link[l]];
         const int32_t local = at->local, up = at->parent;
         kt_v4 *column = b->column + local;
-        bool live = from_child || h->given[local];
-        for (int k = 0; k < kt_link_dofs(at); k++) {
-            column[k] = entries(b, (size_t)(b->of_model ? at->v : local) + (size_t)k);
-            live = live || !is_zero(column[k]);
-        }
-        if (b->live)
-            memset(b->live + local, live, (size_t)kt_link_dofs(at));
         for (int c = 0; c < 6 && !from_child; c++)
             p.x[c] = kt_v4_splat(0.0);
         for (int c = 0; c < 6 && h->given[local]; c++)
             p.x[c] += h->flow[6 * local + c];
+        bool live = load_link(b, link[l], &p) || from_child || h->given[local];
+        for (int k = 0; k < kt_link_dofs(at); k++) {
+            column[k] = entries(b, local + k);
+            live = live || !is_zero(column[k]);
+        }
+        if (b->live)
+            memset(b->live + local, live, (size_t)kt_link_dofs(at));
         if (live)
             take_link(model, data, link[l], column, &p);
         from_child = live && l > 0 && up == link[l - 1];
@@ -291,7 +308,7 @@ static batch equations(const kt_group_work *w, const kt_half *h, int index) {
     batch b = {.column = h->column + first, .live = h->live + first};
     for (int r = 0; r < LANES; r++) {
         const int32_t slot = h->slot[LANES * index + r];
-        b.force[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : NULL;
+        b.row[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : NULL;
     }
     return b;
 }
@@ -329,21 +346,24 @@ static void find_right_side(const kt_group_work *w, const kt_half *h, int index)
     }
 }
 
-/* S x = x, with the factor of S. */
-static void substitute(const kt_half *h, double *x) {
-    const size_t stride = LANES * (size_t)h->n;
-    const double *l = h->square;
-    for (int j = 0; j < h->rank; j++) {
-        x[j] /= l[(size_t)j * (stride + 1)];
-        for (int i = j + 1; i < h->rank; i++)
-            x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];
+/* S x = x, with the factor of S, of one right side or of four. */
+#define SUBSTITUTE(name, type)                                                                                         \
+    static void name(const kt_half *h, type *x) {                                                                      \
+        const size_t stride = LANES * (size_t)h->n;                                                                    \
+        const double *l = h->square;                                                                                   \
+        for (int j = 0; j < h->rank; j++) {                                                                            \
+            x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
+            for (int i = j + 1; i < h->rank; i++)                                                                      \
+                x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];                                                      \
+        }                                                                                                              \
+        for (int j = h->rank - 1; j >= 0; j--) {                                                                       \
+            for (int i = j + 1; i < h->rank; i++)                                                                      \
+                x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];                                                      \
+            x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
+        }                                                                                                              \
     }
-    for (int j = h->rank - 1; j >= 0; j--) {
-        for (int i = j + 1; i < h->rank; i++)
-            x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];
-        x[j] /= l[(size_t)j * (stride + 1)];
-    }
-}
+SUBSTITUTE(substitute, double)
+SUBSTITUTE(substitute_four, kt_v4)
 
 /* Solves S lambda = right by Cholesky's method. */
 static bool find_half_multipliers(const kt_half *h) {
@@ -427,85 +447,85 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
 
 /* ---- more forces ------------------------------------------------------------------------------------------------- */
 
-/* Half columns of joint forces, in batches. */
-static void find_force_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
-                               const double *force, int count, kt_v4 *column) {
-    for (int j = 0; j < count; j += LANES) {
-        batch b = {.column = column + (size_t)(j / LANES) * (size_t)h->m, .of_model = true};
-        for (int r = 0; r < LANES; r++)
-            b.force[r] = j + r < count ? force + (size_t)(j + r) * model->n.v : NULL;
-        find_half_columns(model, data, group, h, &b);
-    }
-}
-
-/* The change of lambda due to one force, whose half column is in a lane: S change = -A M^-1 f. */
-static void find_multiplier_change(const kt_half *h, const double *u, double *change) {
+/* The changes of lambda due to four forces, whose half columns are u: S change = -A M^-1 f. */
+static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *change) {
     for (int b = 0; b < h->n; b++) {
         const kt_v4 *row = h->column + (size_t)b * (size_t)h->m;
-        kt_v4 sum = kt_v4_splat(0.0);
-        for (int l = 0; l < h->m; l++)
-            sum += kt_v4_splat(h->inverse[l] * u[LANES * l]) * row[l];
-        for (int r = 0; r < LANES && LANES * b + r < h->rank; r++)
-            change[LANES * b + r] = -sum[r];
+        kt_v4 sum[LANES] = {{0.0}};
+        for (int l = 0; l < h->m; l++) {
+            const kt_v4 x = kt_v4_splat(h->inverse[l]) * u[l];
+            for (int r = 0; r < LANES; r++)
+                sum[r] -= kt_v4_splat(row[l][r]) * x;
+        }
+        memcpy(change + LANES * b, sum, sizeof sum);
     }
-    substitute(h, change);
+    substitute_four(h, change);
 }
 
-/* Adds f_i' M^-1 (f_j + A' change) for all forces i. */
-static void add_force_rates(const kt_half *h, const kt_v4 *column, const double *u, int count, double *rate) {
-    double *y = h->free; /* y and K A0 are not needed any more */
-    for (int l = 0; l < h->m; l++)
-        y[l] = h->inverse[l] * u[LANES * l] + response_of(h, l);
+/* Adds f_i' M^-1 (f_j + A' change) for all forces i, and four forces j from `first` on. */
+static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *change, int first, int count,
+                            double *rate) {
+    const kt_v4 *u = column + (size_t)first / LANES * (size_t)h->m;
+    kt_v4 *y = h->flow;
+    for (int l = 0; l < h->m; l++) {
+        kt_v4 sum = u[l];
+        for (int r = 0; r < h->rank; r++)
+            sum += kt_v4_splat(h->column[(size_t)(r / LANES * h->m + l)][r % LANES]) * change[r];
+        y[l] = kt_v4_splat(h->inverse[l]) * sum;
+    }
     for (int i = 0; i < count; i += LANES) {
-        const kt_v4 *with = column + (size_t)(i / LANES) * (size_t)h->m;
-        kt_v4 sum = kt_v4_splat(0.0);
+        const kt_v4 *with = column + (size_t)i / LANES * (size_t)h->m;
+        kt_v4 sum[LANES] = {{0.0}};
         for (int l = 0; l < h->m; l++)
-            sum += kt_v4_splat(y[l]) * with[l];
-        for (int r = 0; r < LANES && i + r < count; r++)
-            rate[i + r] += sum[r];
+            for (int j = 0; j < LANES; j++)
+                sum[j] += kt_v4_splat(y[l][j]) * with[l];
+        for (int j = 0; j < LANES && first + j < count; j++)
+            for (int r = 0; r < LANES && i + r < count; r++)
+                rate[(size_t)(first + j) * (size_t)count + (size_t)(i + r)] += sum[j][r];
     }
 }
 
-void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,
-                                double *column, double *change, double *rate) {
+void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size_t g, const kt_half_force *force,
+                                int count, double *column, double *change, double *rate) {
     const kt_group *group = &model->group[g];
-    kt_v4 *u = (kt_v4 *)(void *)column;
+    const size_t rows = (size_t)group->row_count;
     kt_half h;
     place(model, data, g, &h);
-    find_force_columns(model, data, group, &h, force, count, u);
-    for (int j = 0; j < count; j++) {
-        const double *own = (const double *)(u + (size_t)(j / LANES) * (size_t)h.m) + j % LANES;
-        double *to = change + (size_t)j * (size_t)group->row_count;
-        find_multiplier_change(&h, own, h.multiplier);
-        memset(to, 0, (size_t)group->row_count * sizeof *to);
+    memset(change, 0, (size_t)count * rows * sizeof *change);
+    for (int j = 0; j < count; j += LANES) {
+        kt_v4 *u = (kt_v4 *)(void *)column + (size_t)j / LANES * (size_t)h.m, *x = h.change;
+        const batch b = {.force = force + j, .forces = count - j < LANES ? count - j : LANES, .column = u};
+        find_half_columns(model, data, group, &h, &b);
+        find_multiplier_changes(&h, u, x);
         for (int r = 0; r < h.rank; r++)
-            to[h.slot[r]] = h.multiplier[r];
+            for (int k = 0; k < b.forces; k++)
+                change[(size_t)(j + k) * rows + (size_t)h.slot[r]] = x[r][k];
         if (rate)
-            add_force_rates(&h, u, own, count, rate + (size_t)j * (size_t)count);
+            add_force_rates(&h, (kt_v4 *)(void *)column, x, j, count, rate);
     }
 }
 
-/* Replaces the half columns of so many forces by that of their sum, in the first lane of the first vector. */
-static void combine_columns(const kt_half *h, const double *factor, int count, kt_v4 *u) {
-    for (int l = 0; l < h->m; l++) {
-        kt_v4 sum = kt_v4_splat(0.0);
-        for (int j = 0; j < count; j += LANES) {
-            kt_v4 by = kt_v4_splat(0.0);
-            for (int r = 0; r < LANES && j + r < count; r++)
-                by[r] = factor[j + r];
-            sum += by * u[(size_t)(j / LANES) * (size_t)h->m + (size_t)l];
+/* The half column of the sum of so many forces, times factors. */
+static void combine_columns(const kt_half *h, const double *factor, int count, const kt_v4 *u, double *sum) {
+    memset(sum, 0, (size_t)h->m * sizeof *sum);
+    for (int j = 0; j < count; j += LANES, u += h->m) {
+        kt_v4 by = kt_v4_splat(0.0);
+        for (int r = 0; r < LANES && j + r < count; r++)
+            by[r] = factor[j + r];
+        for (int l = 0; l < h->m; l++) {
+            const kt_v4 x = by * u[l];
+            sum[l] += (x[0] + x[1]) + (x[2] + x[3]);
         }
-        u[l] = kt_v4_splat((sum[0] + sum[1]) + (sum[2] + sum[3]));
     }
 }
 
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
-                                   const double *change, double *column) {
+                                   const double *change, const double *column) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_half h;
     place(model, data, g, &h);
-    combine_columns(&h, factor, count, (kt_v4 *)(void *)column);
+    combine_columns(&h, factor, count, (const kt_v4 *)(const void *)column, h.free);
     for (int r = 0; r < h.rank; r++) {
         double sum = 0.0;
         for (int j = 0; j < count; j++)
@@ -514,6 +534,6 @@ void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t 
         w.multiplier[h.slot[r]] += sum;
     }
     for (int l = 0; l < h.m; l++)
-        h.free[l] = h.inverse[l] * column[LANES * l] + response_of(&h, l);
+        h.free[l] = h.inverse[l] * h.free[l] + response_of(&h, l);
     add_responses(model, data, group, h.free);
 }

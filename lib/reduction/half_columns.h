@@ -37,6 +37,7 @@ typedef struct kt_half {
     kt_v4 *column;      /* n m: half columns of each vector */
     kt_v4 *flow;        /* 6 m: wrenches that children pass, of one vector */
     kt_v4 *rest;        /* 2 m: A0, angular and linear */
+    kt_v4 *change;      /* 4 n: of lambda, due to four forces */
     double *square;     /* (4 n)^2: S, then its factor */
     double *diagonal;   /* 4 n: of S */
     double *multiplier; /* 4 n: lambda */
@@ -46,6 +47,12 @@ typedef struct kt_half {
     uint8_t *given;     /* m: whether there is a flow */
     uint8_t *live;      /* n m: whether half columns of this vector are not zero */
 } kt_half;
+
+/* A force between two links: wrenches about their origins, moment and force. Nothing acts on the ground, 0. */
+typedef struct kt_half_force {
+    int32_t link[2];
+    double wrench[2][6];
+} kt_half_force;
 
 /* Whether the last accelerations left what kt_half_respond needs of a group. */
 static inline bool kt_half_has_terms(const kt_model *model, const kt_data *data, size_t g) {
@@ -69,12 +76,12 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * backward and forward pass. Stores lambda. Returns false if the equations are not independent, or a number is not
  * finite.
  *
- * kt_half_respond finds responses to more joint forces f_j (nv each), after `solve`. Adds f_i' a to rate unless it is
- * NULL (count x count), with the accelerations a due to f_j. Stores the changes of lambda in the columns of `change`
- * (row_count numbers each, by slots). column: kt_half_response_count numbers.
+ * kt_half_respond finds responses to more forces f_j, after `solve`. Adds f_i' a to rate unless it is NULL (count x
+ * count), with the accelerations a due to f_j. Stores the changes of lambda in the columns of `change` (row_count
+ * numbers each, by slots). column: kt_half_response_count numbers.
  *
  * kt_half_add_forces adds the sum of these forces, times factors: to lambda, and to the free accelerations of the
- * joints. It takes `change` and `column` as `respond` left them, and overwrites `column`.
+ * joints. It takes `change` and `column` as `respond` left them.
  *
  * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. It is in
  * spatial_links.c. */
@@ -83,10 +90,10 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
     bool kt_half_keep_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
-    void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const double *force, int count,   \
-                               double *column, double *change, double *rate);                                          \
+    void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const kt_half_force *force,       \
+                               int count, double *column, double *change, double *rate);                               \
     void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,     \
-                                  const double *change, double *column);                                               \
+                                  const double *change, const double *column);                                         \
     void kt_spatial_links_resume_##isa(const kt_model *model, kt_data *data, const double *v, size_t end, double *a);
 KT_HALF_DECLARE_ISA(baseline)
 KT_HALF_DECLARE_ISA(v3)
