@@ -156,18 +156,16 @@ static void load(const kt_model *model, kt_data *data, const kt_wrench *external
 
 /* ---- normal forces ----------------------------------------------------------------------------------------------- */
 
-/* Accelerations under the wrenches in slip_loaded, and unless NULL the normal forces with them. */
-static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
-                          kt_error *error) {
-    kt_dynamic_state loaded = *at;
-    loaded.external = data->slip_loaded;
-    kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, &loaded, a, error) : KT_ERROR_UNSUPPORTED;
+/* Accelerations without friction, and unless NULL the normal forces with them. */
+static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                 double *normal, kt_error *error) {
+    kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, at, a, error) : KT_ERROR_UNSUPPORTED;
     if (status != KT_OK || normal == NULL)
         return status;
     const bool known = kt_slip_has_responses(model, data);
     kt_slip_problem_of(data)->is_known = known;
     if (!known) {
-        kt_multipliers_find(model, data, &loaded, a);
+        kt_multipliers_find(model, data, at, a);
         status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
     }
     for (size_t k = 0; status == KT_OK && k < model->n.slip; k++) {
@@ -175,6 +173,14 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
         normal[k] = known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
     }
     return status;
+}
+
+/* The same under the wrenches in slip_loaded. */
+static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
+                          kt_error *error) {
+    kt_dynamic_state loaded = *at;
+    loaded.external = data->slip_loaded;
+    return evaluate_steady(model, data, &loaded, a, normal, error);
 }
 
 static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
@@ -504,21 +510,6 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
     return any;
 }
 
-/* Accelerations and normal forces without friction. */
-static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
-                                           bool is_slow, double *a, kt_error *error) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    load(model, data, at->external);
-    const kt_status status = evaluate(model, data, at, a, p->N0, error);
-    p->responds = status == KT_OK && p->is_known;
-    p->found = true;
-    if (is_slow)
-        kt_slip_begin_slow(model, p);
-    if (status == KT_OK && is_slow && !p->responds)
-        kt_slip_find_rates(model, data, at->q, a, p->rate0);
-    return status;
-}
-
 /* Finds the normal forces of an island. Adds its friction to the free accelerations of the joints if responses are
  * known. */
 static kt_status solve_island(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
@@ -533,21 +524,61 @@ static kt_status solve_island(const kt_model *model, kt_data *data, const kt_dyn
     return status;
 }
 
+static kt_status solve_islands(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                               kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    kt_status status = KT_OK;
+    for (size_t i = 0; i < p->islands && status == KT_OK; i++) {
+        kt_slip_select(model, p, &p->island[i]);
+        status = solve_island(model, data, at, a, error);
+    }
+    return status;
+}
+
+/* Adds friction between the passes of accelerations (kt_data.between), if responses are known there. So one evaluation
+ * suffices while no slip is slow. */
+static void solve_between(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const kt_dynamic_state at = {.t = p->t};
+    p->responds = p->has_friction = !kt_is_near_singular(model, data) && kt_slip_has_responses(model, data);
+    for (size_t k = 0; p->has_friction && k < model->n.slip; k++)
+        p->N0[k] = kt_slip_multiplier(model, data, p->contact[k].loop);
+    p->status = p->has_friction ? solve_islands(model, data, &at, NULL, p->error) : KT_OK;
+}
+
+/* Accelerations and normal forces, without friction unless it was added between the passes. */
+static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                           bool is_slow, double *a, kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    p->has_friction = false;
+    p->found = true;
+    p->t = at->t;
+    p->error = error;
+    data->between = is_slow ? NULL : solve_between;
+    const kt_status status = evaluate_steady(model, data, at, a, p->N0, error);
+    data->between = NULL;
+    p->responds = status == KT_OK && p->is_known;
+    p->has_friction = p->has_friction && p->responds;
+    if (is_slow)
+        kt_slip_begin_slow(model, p);
+    if (status == KT_OK && is_slow && !p->responds)
+        kt_slip_find_rates(model, data, at->q, a, p->rate0);
+    return status;
+}
+
 /* Accelerations with friction. */
 static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow, double *a,
                             kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     kt_status status = evaluate_without_friction(model, data, at, is_slow, a, error);
-    for (size_t i = 0; i < p->islands && status == KT_OK; i++) {
-        kt_slip_select(model, p, &p->island[i]);
-        status = solve_island(model, data, at, a, error);
-    }
+    if (status == KT_OK)
+        status = p->has_friction ? p->status : solve_islands(model, data, at, a, error);
     if (status != KT_OK)
         return status;
     load(model, data, at->external);
     for (size_t k = 0; k < model->n.slip; k++)
         add_slip_friction(data, k, data->slip_normal[k]);
-    if (p->responds && kt_slip_resume(model, data, at, a))
+    if (p->has_friction || (p->responds && kt_slip_resume(model, data, at, a)))
         return KT_OK;
     return evaluate(model, data, at, a, NULL, error);
 }

@@ -59,11 +59,15 @@ typedef struct kt_slip_island {
 } kt_slip_island;
 
 typedef struct kt_slip_problem {
-    bool responds; /* responses to unit forces are known: */
-    bool is_known; /* the last evaluation with normal forces left what responses follow from */
-    bool found;    /* all directions of slow slip are found */
-    size_t wedged; /* the contact that friction wedged in the last evaluation; n: none */
-    size_t per;    /* of each contact one, along e, or two, along both axes */
+    bool responds;     /* responses to unit forces are known: */
+    bool is_known;     /* the last evaluation with normal forces left what responses follow from */
+    bool has_friction; /* the last accelerations contain friction: */
+    kt_status status;  /* of its normal forces, */
+    double t;          /* at this time, */
+    kt_error *error;   /* and with this error */
+    bool found;        /* all directions of slow slip are found */
+    size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
+    size_t per;        /* of each contact one, along e, or two, along both axes */
     size_t islands;
     kt_slip_island *at; /* the present one, of the arrays with room for `most` contacts */
     double *W_at;       /* its part of W */

@@ -505,6 +505,8 @@ struct kt_data {
     int32_t corrected_v;        /* that velocity */
     uint32_t unconverged;       /* directions of slow slip that were not found (contact/slip.c), since a simulation has
                                    counted them */
+    /* Called once between the passes of the next accelerations, when groups have their multipliers; or NULL. */
+    void (*between)(const kt_model *model, struct kt_data *data);
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
     size_t bytes; /* of its memory */
 };

@@ -161,6 +161,13 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
             kt_is_rejected(data, KT_KERNEL(kt_delassus_solve)(model, data, g, NULL)))
             return (size_t)link;
     }
+#ifndef KT_LANES
+    if (data->between) {
+        void (*between)(const kt_model *, kt_data *) = data->between;
+        data->between = NULL;
+        between(model, data);
+    }
+#endif
     return 0;
 }
 
