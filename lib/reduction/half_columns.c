@@ -34,7 +34,8 @@ KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_ha
     h->free = h->inverse + m;
     h->slot = (int32_t *)(void *)(h->free + m);
     h->given = (uint8_t *)(h->slot + LANES * n);
-    h->live = h->given + m;
+    h->pending = h->given + m;
+    h->live = h->pending + 1;
 }
 
 /* Whether a free joint has armature: its rotors turn against the ground, and it keeps other terms (aba_armature.c). */
@@ -50,9 +51,10 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
 /* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
  * whole is left there, too: it then stays at rest to the last bit. */
 static bool choose_half_equations(const kt_model *model, const kt_data *data, size_t g) {
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_work w;
     kt_half h;
     int count = 0;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
     place(model, data, g, &h);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
@@ -202,7 +204,7 @@ typedef struct batch {
 
 KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
     kt_v4 x = kt_v4_splat(0.0);
-    for (int r = 0; r < LANES && b->forces == 0; r++)
+    for (int r = 0; r < LANES; r++)
         if (b->row[r])
             x[r] = b->row[r][at];
     return x;
@@ -231,20 +233,24 @@ KT_INLINE void reduce3(kt_v4 l, kt_v4 *b) {
     b[2] -= kt_v4_splat(l[1]) * b[0] + kt_v4_splat(l[2]) * b[1];
 }
 
-/* b = axes x - p */
-KT_INLINE void applied_less(const kt_v4 axes[3], const kt_v4 *x, const kt_v4 *p, kt_v4 *b) {
+/* b += axes x */
+KT_INLINE void add_applied(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *b) {
     for (int c = 0; c < 3; c++)
-        b[c] = kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2] - p[c];
+        b[c] += kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
 }
 
-/* Those of a free joint: L^-1 f with the factor of M, and L^-1 (n - H M^-1 f) with that of J - H M^-1 G, of the wrench
- * (n, f) that accelerates the link (kt_articulated_project_free). */
+/* Those of a free joint. The wrench (n, f) accelerates the link, with the joint's own forces if these are `applied`.
+ * The half columns are L^-1 f with the factor of M, and L^-1 (n - H M^-1 f) with that of J - H M^-1 G (aba.h). */
 KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
-                         const kt_articulated *kept, kt_v4 *column, const wrenches *p) {
+                         const kt_articulated *kept, bool applied, kt_v4 *column, const wrenches *p) {
     kt_v4 base[3], b[6];
-    kt_rest_axes(link, ground, base);
-    applied_less(base, column, p->x + 3, b);
-    applied_less(m->axes, column + 3, p->x, b + 3);
+    for (int c = 0; c < 6; c++)
+        b[c] = -p->x[(c + 3) % 6];
+    if (applied) {
+        kt_rest_axes(link, ground, base);
+        add_applied(base, column, b);
+        add_applied(m->axes, column + 3, b + 3);
+    }
     for (int c = 0; c < 3; c++)
         b[c + 3] -= along_half(kept->g[c], b);
     reduce3(kept->m[0], b);
@@ -253,7 +259,8 @@ KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_
 }
 
 /* The half columns of one link; p are the wrenches on it, and then those on its parent. */
-KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, kt_v4 *column, wrenches *p) {
+KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
+                         wrenches *p) {
     const kt_link *link = &model->link[i];
     if (link->motion != KT_MOTION_FREE) {
         const kt_response *y = &data->response[i];
@@ -264,7 +271,7 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
         add_gain(y->gain_angular, y->gain_linear, column[0], p);
         return;
     }
-    take_free(link, &data->motion[i], data->motion[0].axes, &data->articulated[link->articulated], column, p);
+    take_free(link, &data->motion[i], data->motion[0].axes, &data->articulated[link->articulated], applied, column, p);
 }
 
 KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
@@ -289,13 +296,13 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
             p.x[c] += h->flow[6 * local + c];
         bool live = load_link(b, link[l], &p) || from_child || h->given[local];
         for (int k = 0; k < kt_link_dofs(at); k++) {
-            column[k] = entries(b, local + k);
-            live = live || !is_zero(column[k]);
+            column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
+            live = live || (!b->forces && !is_zero(column[k]));
         }
         if (b->live)
             memset(b->live + local, live, (size_t)kt_link_dofs(at));
         if (live)
-            take_link(model, data, link[l], column, &p);
+            take_link(model, data, link[l], b->forces == 0, column, &p);
         from_child = live && l > 0 && up == link[l - 1];
         if (live && !from_child && up != 0)
             pass_on(h, model->link[up].local, &p);
@@ -419,12 +426,21 @@ static void add_responses(const kt_model *model, kt_data *data, const kt_group *
     }
 }
 
+/* Adds the accelerations due to lambda, and to forces with the half column h->free. */
+static void complete_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
+    for (int l = 0; l < h->m; l++)
+        h->free[l] = h->inverse[l] * h->free[l] + response_of(h, l);
+    add_responses(model, data, group, h->free);
+    *h->pending = 0;
+}
+
 bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_work w;
     kt_half h;
     if (group->rank[KT_ROWS_ALL] == 0)
         return true;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
     place(model, data, g, &h);
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
@@ -439,10 +455,20 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     memset(w.multiplier, 0, (size_t)w.k * sizeof *w.multiplier);
     for (int r = 0; r < h.rank; r++)
         w.multiplier[h.slot[r]] = h.multiplier[r];
-    for (int l = 0; l < h.m; l++)
-        h.free[l] = response_of(&h, l);
-    add_responses(model, data, group, h.free);
+    memset(h.free, 0, (size_t)h.m * sizeof *h.free);
+    *h.pending = 1;
+    if (!data->between)
+        complete_responses(model, data, group, &h);
     return true;
+}
+
+void KT_KERNEL(kt_half_complete)(const kt_model *model, kt_data *data, size_t g) {
+    kt_half h;
+    if (model->group[g].rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, &model->group[g]))
+        return;
+    place(model, data, g, &h);
+    if (*h.pending)
+        complete_responses(model, data, &model->group[g], &h);
 }
 
 /* ---- more forces ------------------------------------------------------------------------------------------------- */
@@ -522,18 +548,17 @@ static void combine_columns(const kt_half *h, const double *factor, int count, c
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
                                    const double *change, const double *column) {
     const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    kt_group_work w;
     kt_half h;
+    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
     place(model, data, g, &h);
     combine_columns(&h, factor, count, (const kt_v4 *)(const void *)column, h.free);
     for (int r = 0; r < h.rank; r++) {
         double sum = 0.0;
         for (int j = 0; j < count; j++)
             sum += factor[j] * change[(size_t)j * (size_t)group->row_count + (size_t)h.slot[r]];
-        h.multiplier[r] = sum;
         w.multiplier[h.slot[r]] += sum;
+        h.multiplier[r] = *h.pending ? w.multiplier[h.slot[r]] : sum;
     }
-    for (int l = 0; l < h.m; l++)
-        h.free[l] = h.inverse[l] * h.free[l] + response_of(&h, l);
-    add_responses(model, data, group, h.free);
+    complete_responses(model, data, group, &h);
 }

@@ -5,9 +5,10 @@
  *
  * M^-1 = H' D H with the factors of the recursion (dynamics/aba_inverse.h). So S = U D U' with the half columns U' =
  * H A', which only the backward half of a pass takes. Four equations are in the lanes of a vector, and links on which
- * none of the four acts are left out. With the free acceleration y of a joint, its parent gain K, and the parent's
- * acceleration A0 due to velocities and gravity alone, A M^-1 f = U (y - K A0) (reduction/delassus.h). The
- * multipliers' accelerations D U' lambda are added to y before the forward pass.
+ * none of the four acts are left out. A free joint has the factors of its elimination: L D L' of the mass, and of the
+ * inertia that is left for the rotation (dynamics/aba.h). With the free acceleration y of a joint, its parent gain K,
+ * and the parent's acceleration A0 due to velocities and gravity alone, A M^-1 f = U (y - K A0)
+ * (reduction/delassus.h). The multipliers' accelerations D U' lambda are added to y before the forward pass.
  *
  * S has the condition of A squared. So equations have to be independent: in the metric of M^-1, the sine of the angle
  * between each row and the rows before must exceed 0.01. Otherwise the null space of A decides, with its ranks and its
@@ -45,6 +46,7 @@ typedef struct kt_half {
     double *free;       /* m: y - K A0 */
     int32_t *slot;      /* 4 n: of each equation; -1: none */
     uint8_t *given;     /* m: whether there is a flow */
+    uint8_t *pending;   /* 1: whether the accelerations due to lambda are to be added */
     uint8_t *live;      /* n m: whether half columns of this vector are not zero */
 } kt_half;
 
@@ -74,7 +76,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  *
  * kt_half_solve adds the multipliers' accelerations of a group that is not locked to the joints' free ones, between
  * backward and forward pass. Stores lambda. Returns false if the equations are not independent, or a number is not
- * finite.
+ * finite. With data->between, these accelerations are left to kt_half_add_forces or kt_half_complete.
  *
  * kt_half_respond finds responses to more forces f_j, after `solve`. Adds f_i' a to rate unless it is NULL (count x
  * count), with the accelerations a due to f_j. Stores the changes of lambda in the columns of `change` (row_count
@@ -90,6 +92,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
     bool kt_half_keep_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
+    void kt_half_complete_##isa(const kt_model *model, kt_data *data, size_t g);                                       \
     void kt_half_respond_##isa(const kt_model *model, const kt_data *data, size_t g, const kt_half_force *force,       \
                                int count, double *column, double *change, double *rate);                               \
     void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,     \

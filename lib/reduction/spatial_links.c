@@ -166,6 +166,9 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
         void (*between)(const kt_model *, kt_data *) = data->between;
         data->between = NULL;
         between(model, data);
+        for (size_t g = 0; g < model->n.group; g++)
+            if (data->special_form[g] && model->group[g].form == KT_FORM_DENSE)
+                KT_KERNEL(kt_half_complete)(model, data, g);
     }
 #endif
     return 0;
