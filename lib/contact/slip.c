@@ -9,9 +9,10 @@
  *     (1 - G) N = N0
  *
  * The accelerations are evaluated without friction. If the contacts are solved in range space
- * (reduction/half_columns.h), G and the accelerations with friction follow from this evaluation. Otherwise they are
- * evaluated with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations. If slip is slow
- * (below), it takes 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
+ * (reduction/half_columns.h), G and the accelerations with friction follow from this evaluation. While no slip is slow
+ * (below), friction is added between its passes, and the forward pass runs once. Otherwise accelerations are evaluated
+ * with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations. If slip is slow, it takes
+ * 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
  * Then the force has no value, or two (Painleve 1895), and this is an error.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contacts.c). The steps before
@@ -47,6 +48,7 @@
  */
 #include "contact/slip.h"
 #include "base/copy.h"
+#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/algebra.h"
 #include "kinetree/joint.h"
@@ -64,36 +66,7 @@ static const double still = 1e-14;
 /* tau0, s; and s0, m/s; one over the largest x. */
 static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
 
-/* The largest slip velocity without a direction, m/s, as in contact/open.c. */
-static const double resting = 1e-9;
-
-/* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
-static const double directed = 1e-11, aligned = 0.9;
-
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
-
-typedef struct slip_end {
-    kt_mat3 axes;
-    kt_vec3 point, omega, velocity;
-    kt_vec3 arm, lever; /* from its body's origin, and from its link's */
-} slip_end;
-
-/* The axes of a sphere are not computed: only those of planes and discs are read. */
-static inline slip_end slip_end_of(const kt_link_kinematics *links, const kt_effect_record *effect, int k) {
-    const kt_link_kinematics *link = &links[effect->link[k]];
-    if (effect->link[k] == 0) { /* the ground, at rest */
-        const kt_vec3 at = effect->frame[k].position;
-        return (slip_end){.axes = effect->frame[k].rotation, .point = at, .arm = effect->arm[k], .lever = at};
-    }
-    const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[k].position);
-    return (slip_end){.axes =
-                          k == 1 || effect->disc ? kt_mat3_multiply(link->axes, effect->frame[k].rotation) : link->axes,
-                      .point = kt_vec3_add(link->position, arm),
-                      .omega = link->omega,
-                      .velocity = kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm)),
-                      .arm = kt_mat3_apply(link->axes, effect->arm[k]),
-                      .lever = arm};
-}
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
 static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
@@ -104,23 +77,6 @@ static void slip_direction_of(const double s[2], const double d[2], double e[2])
     const double y = has_begun ? (fabs(along) + still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;
-}
-
-/* Finds the slip velocity of a contact, and unless frame is NULL the axes and arms of its friction. */
-static void find_slip(const kt_link_kinematics *links, const kt_effect_record *effect, double s[2],
-                      kt_slip_frame *frame) {
-    const slip_end centre = slip_end_of(links, effect, 0), plane = slip_end_of(links, effect, 1);
-    const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
-    const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
-    const kt_vec3 on_sphere = kt_vec3_add(centre.velocity, kt_vec3_cross(centre.omega, down));
-    const kt_vec3 on_plane = kt_vec3_add(plane.velocity, kt_vec3_cross(plane.omega, lever));
-    const kt_vec3 slip = kt_vec3_sub(on_sphere, on_plane);
-    s[0] = kt_vec3_dot(plane.axes.x, slip);
-    s[1] = kt_vec3_dot(plane.axes.y, slip);
-    if (frame)
-        *frame = (kt_slip_frame){.axis = {plane.axes.x, plane.axes.y},
-                                 .arm = {kt_vec3_add(centre.arm, down), kt_vec3_add(plane.arm, lever)},
-                                 .lever = {kt_vec3_add(centre.lever, down), kt_vec3_add(plane.lever, lever)}};
 }
 
 /* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
@@ -156,7 +112,8 @@ static void load(const kt_model *model, kt_data *data, const kt_wrench *external
 
 /* ---- normal forces ----------------------------------------------------------------------------------------------- */
 
-/* Accelerations without friction, and unless NULL the normal forces with them. */
+/* Accelerations without the friction of slip, unless it was added between the passes. Also finds the normal forces,
+ * unless `normal` is NULL. */
 static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                  double *normal, kt_error *error) {
     kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, at, a, error) : KT_ERROR_UNSUPPORTED;
@@ -164,6 +121,8 @@ static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_
         return status;
     const bool known = kt_slip_has_responses(model, data);
     kt_slip_problem_of(data)->is_known = known;
+    if (known && kt_slip_problem_of(data)->has_friction)
+        return KT_OK;
     if (!known) {
         kt_multipliers_find(model, data, at, a);
         status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
@@ -267,19 +226,12 @@ static void begin_slow_island(kt_slip_problem *p) {
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
+    *grows = 0.0;
+    if (fabs(s[0]) >= slow || fabs(s[1]) >= slow)
+        return 0.0;
     const double part = 1.0 - kt_hypot(s[0], s[1]) / slow;
     *grows = (2.0 - part) / part;
     return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? prediction * part * part : 0.0;
-}
-
-void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s) {
-    kt_link_kinematics *links = kt_links_scratch(data);
-    kt_links_sweep(model, data, q, v, links);
-    for (size_t i = 0; i < model->n.loop; i++)
-        if (model->loop[i].slips > 0) {
-            find_slip(links, kt_effect_record_find(model, model->loop[i].slips - 1), s, NULL);
-            s += 2;
-        }
 }
 
 /* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
@@ -469,44 +421,26 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
     return solve_slip(model, data, at->t, error);
 }
 
-/* ---- slip that turns --------------------------------------------------------------------------------------------- */
-
-bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    bool any = false;
-    kt_slip_find_rates(model, data, q, v, data->slip_velocity);
-    for (size_t k = 0; k < model->n.slip; k++) {
-        const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]);
-        double *d = data->slip + 2 * k;
-        if (!(size > directed) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
-            continue;
-        for (size_t i = 0; i < 2; i++)
-            d[i] = s[i] / size;
-        any = true;
-    }
-    return any;
-}
-
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
 /* Finds slip velocities, directions and drifts. Returns whether some slip is slow. */
 static bool find_directions(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    kt_link_kinematics *links = kt_links_scratch(data);
     bool any = false;
     double grows;
-    kt_links_sweep(model, data, at->q, at->v, links);
-    for (size_t k = 0; k < model->n.slip; k++) {
-        find_slip(links, p->contact[k].effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+    kt_slip_find_frames(model, data, at);
+    for (size_t k = 0; k < model->n.slip; k++)
         slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
-    }
     for (size_t i = 0; i < p->islands; i++) {
         p->at = &p->island[i];
         for (size_t k = 0; k < p->at->n; k++)
             p->at->is_slow = kt_slip_prediction_time(data, kt_slip_index(p, k), &grows) > 0.0 || p->at->is_slow;
         any = any || p->at->is_slow;
     }
-    if (any)
+    if (any) {
         find_drift(model, data, at, step, p->drift);
+        data->posed = false;
+    }
     return any;
 }
 
@@ -588,7 +522,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
 static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, double t, kt_error *error) {
     for (size_t k = 0; !data->followed && k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= resting))
+        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= kt_contact_resting))
             continue;
         char where[KT_WHERE_SIZE];
         (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s",

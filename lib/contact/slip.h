@@ -104,6 +104,9 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
  * `free` columns of nv numbers; NULL: Z = 1. a: scratch (nv). */
 KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                          const double *basis, size_t free, double *a, double *damping, kt_error *error);
+/* Finds slip velocities of all contacts, and where their friction acts: data->slip_velocity and slip_frame. In a model
+ * without planar links, the poses and velocities are those with which the next accelerations begin (kt_data.posed). */
+void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_state *at);
 /* Slip velocities of all contacts in the state q, v. */
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is

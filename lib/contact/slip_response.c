@@ -70,7 +70,11 @@ static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) {
 
 double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
     const int32_t slot = slot_of(model, loop);
-    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+    kt_group_work w;
+    if (slot < 0)
+        return 0.0;
+    kt_group_find(model, data, (size_t)loop->group, KT_ROWS_ALL, &w);
+    return w.multiplier[slot];
 }
 
 /* Whether group g is in the present island, in range space. */

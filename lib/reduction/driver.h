@@ -38,6 +38,19 @@ KT_INLINE void set_motion(const kt_model *model, kt_data *data, const double *q,
         KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
 
+/* set_motion for accelerations, whose poses and velocities may be there (kt_data.posed). */
+KT_INLINE void set_motion_once(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
+    if (KT_PLANAR || !data->posed) {
+        set_motion(model, data, at->q, at->v, at->external);
+        return;
+    }
+    data->posed = false;
+    data->motion[0].linear = -model->gravity;
+    KT_KERNEL(kt_spatial_links_clear)(model, data, model->n.link);
+    if (at->external)
+        kt_external_set(model, data, at->external);
+}
+
 KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
                           double t) {
     if (moving && kt_group_is_locked(model, &model->group[g]) &&
@@ -64,7 +77,7 @@ KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dyna
                              bool special, double *a) {
     const size_t end = spatial_end(model);
     size_t failed = 0;
-    set_motion(model, data, at->q, at->v, at->external);
+    set_motion_once(model, data, at);
     for (size_t g = 0; g < model->n.group; g++) {
         if (KT_PLANAR && special && model->group[g].form == KT_FORM_PIN)
             continue;
