@@ -137,12 +137,14 @@ static kt_body *mesh_body_of(kt_reader *r, kt_scene *scene, const char *name) {
 /* One of `file` and `builtin`; whether it can be used. */
 static bool check_mesh_source(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *mesh) {
     kt_triangles surface = {.vertices = NULL};
+    const bool has_file = kt_node_find(node, "file") != NULL, has_builtin = kt_node_find(node, "builtin") != NULL;
     kt_error error = {0};
-    if ((mesh->file != NULL) == (mesh->builtin != NULL))
+    if (has_file == has_builtin)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                           mesh->file != NULL
-                               ? "a mesh has either a `file` or a surface that is `builtin`; leave one out"
-                               : "a mesh needs a `file`, or a surface that is `builtin`");
+                           has_file ? "a mesh has either a `file` or a surface that is `builtin`; leave one out"
+                                    : "a mesh needs a `file`, or a surface that is `builtin`");
+    if (mesh->file == NULL && mesh->builtin == NULL)
+        return false; /* the one key has a fault */
     const kt_status status =
         mesh->builtin != NULL ? kt_triangles_builtin_parse(mesh->builtin, &surface, &error) : KT_OK;
     kt_triangles_free(&surface);

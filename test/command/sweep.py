@@ -239,6 +239,14 @@ def armed():
     same("the event happens", {line["event.arm"] for line in rows(one)}, {"1"})
 
 
+def quoted():
+    """An event whose name has a comma and quotes keeps its column."""
+    pathlib.Path("quoted.yaml").write_text(ARMED.replace("{name: arm, when", """{name: 'arm, "late"', when"""))
+    lines = rows(run("quoted.yaml", "--vary", "gravity[0]=0:0.3:2", "--out", "-").stdout)
+    same("the event has its name and happens once", {line['event.arm, "late"'] for line in lines}, {"1"})
+    same("runs are done", {line["status"] for line in lines}, {"done"})
+
+
 LIGHTER = """kinetree: 1
 parameters: {a: 1, G: 9.81}
 gravity: [0, 0, =-G]
@@ -455,5 +463,5 @@ def faults():
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
-finish((grids, samples, angles, fused, equal_bytes, lanes, eventful, armed, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
+finish((grids, samples, angles, fused, equal_bytes, lanes, eventful, armed, quoted, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
        not_with_fused_lanes=(equal_bytes, lanes, eventful, armed, killed, ranks))

@@ -351,6 +351,7 @@ KT_TEST(a_mesh_needs_either_a_file_or_a_surface_that_exists) {
         {"builtin: ball 2", "there is no surface 'ball'"},
         {"builtin: sphere two", "'sphere two' is not a word with at most 5 numbers"},
         {"builtin: sphere", "a sphere has 1 number, and there are 0"},
+        {"builtin: 3", "expected a text, found the number '3'"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[300];

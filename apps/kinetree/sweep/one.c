@@ -27,16 +27,12 @@ static void add_cell(kt_bytes *to, double value) {
         kt_bytes_print(to, ",%.17g", value);
 }
 
-/* Words in quotes, those in them doubled, on one line. */
-static void add_words(kt_bytes *to, const char *where, const char *words) {
+/* Three parts of a text in quotes, those in them doubled, on one line. */
+static void add_quoted(kt_bytes *to, const char *const parts[3]) {
     kt_bytes_print(to, ",\"");
-    for (int part = 0; part < 2; part++) {
-        const char *from = part == 0 ? where : words;
-        for (; *from != '\0'; from++)
-            kt_bytes_print(to, *from == '"' ? "\"\"" : "%c", *from == '\n' ? ' ' : *from);
-        if (part == 0 && where[0] != '\0')
-            kt_bytes_print(to, ": ");
-    }
+    for (int i = 0; i < 3; i++)
+        for (const char *c = parts[i]; *c != '\0'; c++)
+            kt_bytes_print(to, *c == '"' ? "\"\"" : "%c", *c == '\n' ? ' ' : *c);
     kt_bytes_print(to, "\"");
 }
 
@@ -314,7 +310,10 @@ char *kt_sweep_header(const kt_sweep *sweep) {
         kt_bytes_print(&line, ",%s", sweep->plan.axes[i].path);
     kt_bytes_print(&line, ",status,time,steps,evaluations,energy.error");
     for (size_t i = 0; i < sweep->event_count; i++)
-        kt_bytes_print(&line, ",event.%s", sweep->events[i]);
+        if (strpbrk(sweep->events[i], ",\"\n") != NULL)
+            add_quoted(&line, (const char *const[]){"event.", sweep->events[i], ""});
+        else
+            kt_bytes_print(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
             kt_bytes_print(&line, ",%s.%s", sweep->columns[i], kt_sweep_functional_names[sweep->functionals[k]]);
@@ -350,7 +349,7 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     if (status == KT_OK)
         kt_bytes_print(&line, ",");
     else
-        add_words(&line, error->where, error->message);
+        add_quoted(&line, (const char *const[]){error->where, error->where[0] != '\0' ? ": " : "", error->message});
     return end_line(&line);
 }
 
