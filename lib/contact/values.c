@@ -1,6 +1,7 @@
 /* Values of the events of hard contacts: the gaps of open contacts, the reactions of closed ones, and the reserves or
  * the slip of friction. */
 #include "contact/contact.h"
+#include "integrator/integrator.h"
 #include "kinetree/algebra.h"
 
 #include <math.h>
@@ -68,4 +69,16 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         if (kt_contact_rubs(c, k))
             c->value[k] = friction_value_of(c, at, k);
     return status;
+}
+
+double kt_contact_bend(const kt_simulation *simulation, size_t k) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_contact *contact = &c->item[k];
+    const kt_loop_record *loop = &c->all->loop[contact->loop];
+    double length[3];
+    if ((int)k >= c->sides || loop->type != KT_LOOP_DISTANCE || contact->sign < 0.0 ||
+        kt_contact_is_closed(simulation->model, contact))
+        return 0.0;
+    kt_curve_evaluate(&loop->curve, c->all->number, kt_integrator_time(simulation->integrator), length);
+    return 2.0 * length[0];
 }

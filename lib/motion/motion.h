@@ -120,6 +120,8 @@ typedef struct kt_event_search {
     int spent;         /* the number of its values that the step has taken */
     double size;       /* the largest |value| so far */
     double breakpoint; /* the next breakpoint; NaN: not available */
+    double clear;      /* the latest end of a try of this step that has no root before it, and its value there */
+    double clear_value;
 } kt_event_search;
 
 /* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */
@@ -324,6 +326,9 @@ typedef struct kt_contact_calls {
     bool (*rest)(kt_simulation *simulation, size_t k);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
+    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL: no
+     * contact has one. */
+    double (*bend)(const kt_simulation *simulation, size_t k);
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
     void (*undo)(kt_simulation *simulation);
