@@ -19,10 +19,10 @@
 #include <string.h>
 
 /* The motion of a loop's end relative to the ancestor's origin; needs poses, and if `moving` velocities and c
- * (sweep.h).
+ * (sweep.h). Returns the vector from the origin of the end's link to its point; 0 for the ground.
  */
-KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k, bool moving,
-                             const kt_real1 *v, kt_loop_end *end) {
+KT_INLINE kt_real3 kt_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int k,
+                                 bool moving, const kt_real1 *v, kt_loop_end *end) {
     const kt_real3 none = kt_zero3();
     const kt_mat3 *own = &loop->frame[k].rotation;
     if (loop->link[k] == 0) { /* the ground, at rest */
@@ -31,7 +31,7 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         end->axes[2] = kt_from3(own->z);
         end->point = kt_from3(kt_vec3_sub(loop->frame[k].position, loop->origin));
         end->omega = end->velocity = end->alpha = end->linear = none;
-        return;
+        return none;
     }
     const int32_t *path = model->path + loop->path[k];
     kt_real3 point = kt_sub3(none, kt_from3(loop->origin)), velocity = none, alpha = none, linear = none;
@@ -42,25 +42,30 @@ KT_INLINE void kt_end_follow(const kt_model *model, const kt_data *data, const k
         point = kt_add3(point, m->offset);
         if (!moving)
             continue;
-        velocity = kt_add3(velocity, kt_cross3(omega, m->offset));
+        if (i > 0 || loop->ancestor != 0) /* the ground does not turn */
+            velocity = kt_add3(velocity, kt_cross3(omega, m->offset));
         if (!kt_link_is_revolute(link)) {
             kt_real3 angular, linear_velocity;
             kt_joint_twist(link, &data->motion[link->parent], m, v, &angular, &linear_velocity);
             velocity = kt_add3(velocity, linear_velocity);
         }
-        linear = kt_add3(linear, kt_add3(kt_cross3(alpha, m->offset), m->linear));
+        linear = kt_add3(linear, i > 0 ? kt_add3(kt_cross3(alpha, m->offset), m->linear) : m->linear);
         alpha = kt_add3(alpha, m->alpha);
         omega = m->omega;
     }
     const kt_link_motion *force_link = &data->motion[loop->link[k]];
     const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
-    kt_multiply3(force_link->axes, frame, end->axes);
+    if (k == 1 && loop->kind == KT_LOOP_INPLANE) /* reads the point alone */
+        end->axes[0] = end->axes[1] = end->axes[2] = none;
+    else
+        kt_multiply3(force_link->axes, frame, end->axes);
     const kt_real3 arm = kt_apply3(force_link->axes, kt_from3(loop->frame[k].position));
     end->point = kt_add3(point, arm);
     end->omega = omega;
     end->velocity = kt_add3(velocity, kt_cross3(omega, arm));
     end->alpha = alpha;
     end->linear = kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(omega, kt_cross3(omega, arm)));
+    return arm;
 }
 
 /* One path of a loop. */
@@ -122,8 +127,9 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
                               kt_real1 t) {
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
+    kt_real3 arm[2];
     for (int k = 0; k < 2; k++)
-        kt_end_follow(model, data, loop, k, moving, v, &end[k]);
+        arm[k] = kt_end_follow(model, data, loop, k, moving, v, &end[k]);
     const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
     const kt_real3 d = kt_sub3(end[1].point, end[0].point);
     for (int r = 0; r < count; r++)
@@ -133,8 +139,7 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     for (int k = 0; k < 2; k++) {
         if (loop->length[k] == 0) /* the ancestor itself */
             continue;
-        const kt_real3 arm = kt_apply3(data->motion[loop->link[k]].axes, kt_from3(loop->frame[k].position));
-        p.arm = k == 0 ? kt_add3(arm, d) : arm;
+        p.arm = k == 0 ? kt_add3(arm[0], d) : arm[1];
         kt_rows_path(model, data, loop, k, p);
     }
 }

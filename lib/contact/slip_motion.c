@@ -80,15 +80,18 @@ static void follow_link(const kt_model *model, const kt_data *data, const double
     motion->position = kt_v4_vec3(position);
     motion->velocity = kt_v4_vec3(velocity);
 }
+
 void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     kt_link_kinematics *links = kt_links_scratch(data), own[2];
+    int32_t followed[2] = {0, 0}; /* the links of `own`; contacts of a link follow each other */
     data->posed = set_poses_of_slip(model, data, at->q, at->v);
     if (!data->posed)
         kt_links_sweep(model, data, at->q, at->v, links);
     for (size_t k = 0; k < model->n.slip; k++) {
         const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
         for (int end = 0; end < 2 && data->posed; end++)
-            follow_link(model, data, at->v, effect->link[end], &own[end]);
+            if (effect->link[end] != followed[end])
+                follow_link(model, data, at->v, followed[end] = effect->link[end], &own[end]);
         find_slip(data->posed ? &own[0] : &links[effect->link[0]], data->posed ? &own[1] : &links[effect->link[1]],
                   effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
     }

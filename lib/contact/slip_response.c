@@ -44,6 +44,8 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
             const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, along);
             const kt_wrench wrench = {kt_vec3_cross(frame->lever[end], force), force};
             p->force[j].link[end] = p->contact[k].effect->link[end];
+            if (p->force[j].link[end] == 0)
+                continue;
             memcpy(p->force[j].wrench[end], &wrench, sizeof wrench);
             if (p->per == 2)
                 add_joint_forces(model, data, p->force[j].link[end], p->force[j].wrench[end],

@@ -192,8 +192,7 @@ KT_INLINE void shift(kt_v4 r, wrenches *p) {
     p->x[2] += x * p->x[4] - y * p->x[3];
 }
 
-/* Four columns of joint forces, and where their half columns go. They are those of equations (NULL: none), or of
- * forces on links. */
+/* Four columns of joint forces, and where their half columns go. They are those of equations, or of forces on links. */
 typedef struct batch {
     const double *row[KT_HALF_LANES];
     const kt_half_force *force;
@@ -203,11 +202,7 @@ typedef struct batch {
 } batch;
 
 KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
-    kt_v4 x = kt_v4_splat(0.0);
-    for (int r = 0; r < LANES; r++)
-        if (b->row[r])
-            x[r] = b->row[r][at];
-    return x;
+    return (kt_v4){b->row[0][at], b->row[1][at], b->row[2][at], b->row[3][at]};
 }
 
 /* Subtracts the wrenches that act on a link; returns whether there are any. */
@@ -309,13 +304,13 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
     }
 }
 
-/* The batch of equations. */
-static batch equations(const kt_group_work *w, const kt_half *h, int index) {
+/* The batch of equations; if there are fewer than four, the others are zero. */
+static batch equations(const kt_model *model, const kt_group_work *w, const kt_half *h, int index) {
     const size_t first = (size_t)index * (size_t)h->m;
     batch b = {.column = h->column + first, .live = h->live + first};
     for (int r = 0; r < LANES; r++) {
         const int32_t slot = h->slot[LANES * index + r];
-        b.row[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : NULL;
+        b.row[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : model->zero;
     }
     return b;
 }
@@ -444,7 +439,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     place(model, data, g, &h);
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
-        const batch rows = equations(&w, &h, b);
+        const batch rows = equations(model, &w, &h, b);
         find_half_columns(model, data, group, &h, &rows);
         find_right_side(&w, &h, b);
         for (int j = 0; j <= b; j++)
