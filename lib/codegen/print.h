@@ -77,8 +77,8 @@ void kt_code_print_lines(FILE *file, const char *const *line, size_t count);
 /* Prints the types `number` and `real`, and what the text of functions needs for lanes (lanes.c). */
 void kt_code_print_lanes(FILE *file, const char *name, const char *functions);
 
-/* Prints the sines and cosines of the file, whose names begin with `name`. */
-void kt_code_print_sincos(FILE *file, const char *name);
+/* Prints the sines and cosines of the file, whose names begin with `name`, and the list `place` of the angles. */
+void kt_code_print_sincos(FILE *file, const char *name, const kt_model *model);
 
 /* The beginning of the names of a file, and its model in the lists of parameters and arguments: empty if all numbers
  * are fixed. */

@@ -215,11 +215,11 @@ static void print_move(FILE *file, const kt_model *model) {
             "static int step_move(const real *q, const real *d, real *next) {\n");
     print_walk(file, model, "next[i] = q[i] + d[j];\n",
                "        const real *e = d + j, p[4] = {q[i], q[i + 1], q[i + 2], q[i + 3]};\n"
-               "        real half[SINES_ROOM(1)], s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
-               "        for (int l = 0; l < SINES_ROOM(1); l++)\n"
-               "            half[l] = real_sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / 2;\n"
-               "        sines(SINES_ROOM(1), half, s, c);\n"
-               "        const real scale = CHOOSE(half[0], s[0] / half[0], SAME(1)) / 2;\n"
+               "        const real half = real_sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) / 2;\n"
+               "        static const int first[SINES_ROOM(1)] = {0};\n"
+               "        WHOLE real s[SINES_ROOM(1)], c[SINES_ROOM(1)];\n"
+               "        sines(1, &half, first, s, c);\n"
+               "        const real scale = CHOOSE(half, s[0] / half, SAME(1)) / 2;\n"
                "        const real turn[4] = {c[0], scale * e[0], scale * e[1], scale * e[2]};\n"
                "        step_multiply(p, turn, next + i);\n");
     fputs(count_quaternions(model) > 0 ? "    return step_units(next);\n}\n\n" : "    return 0;\n}\n\n", file);

@@ -367,6 +367,7 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
     static const char *const compile[] = {"gcc -O0",
                                           "gcc -O3",
                                           "gcc -O3 -mavx2",
+                                          "gcc -O3 -mavx2 -mfma",
                                           "gcc -O3 -mavx512f -mprefer-vector-width=512",
                                           "clang -O2",
                                           "clang -O3 -march=x86-64-v3",
