@@ -309,7 +309,7 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
         kt_graph_section(g, "%s: columns of M, the wrenches of unit accelerations", body[i].name);
         begin_columns(tree, frame, i, &body[i], column, mass);
         const int own = tree->link[i].link->v, end = own + kt_link_dofs(tree->link[i].link);
-        for (int v = 0; v < nv; v++) {
+        for (int v = nv - 1; v >= 0; v--) {
             if (column[v].link != i)
                 continue;
             kt_graph_step(g);
