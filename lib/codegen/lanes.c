@@ -4,7 +4,7 @@
  * bits that a file without lanes computes. `number` is a scalar in any case: a number of the model, the time, and the
  * size of a step. Operations between both apply the scalar to all lanes, but a scalar is no vector: SAME makes one.
  *
- * Vectors are those of gcc and clang.
+ * Vectors are those of gcc and clang, which warn of the ABI of vectors as arguments. Static functions alone have these.
  */
 #include "codegen/print.h"
 
@@ -13,21 +13,21 @@
 static const char *const lanes_types[] = {
     "#define LANE(x, i) (x)[i]",
     "#define SAME(x) ((x) - (real){0}) /* keeps the sign of zero */",
-    "#pragma GCC diagnostic ignored \"-Wpsabi\" /* static functions alone take vectors */",
+    "#pragma GCC diagnostic ignored \"-Wpsabi\"",
+    "typedef __typeof__((real){0} > 0) mask;",
     "#else",
     "#define LANES 1",
     "#define LANE(x, i) (x)",
     "#define SAME(x) (x)",
+    "typedef int mask;",
     "#endif",
     "",
 };
 
 static const char *const choose_lines[] = {
-    "typedef __typeof__((real){0} > (real){0}) lanes_mask;",
-    "",
     "static inline real CHOOSE(real a, real b, real c) {",
-    "    const lanes_mask m = a > 0;",
-    "    return (real)(((lanes_mask)b & m) | ((lanes_mask)c & ~m));",
+    "    const mask m = a > 0;",
+    "    return (real)(((mask)b & m) | ((mask)c & ~m));",
     "}",
     "#else",
     "#define CHOOSE(a, b, c) ((a) > 0 ? (b) : (c))",
@@ -38,10 +38,11 @@ static const char *const choose_lines[] = {
 static const char *const above_lines[] = {
     "/* Whether a > b in all lanes. */",
     "static inline int is_above(real a, real b) {",
+    "    const mask m = a > b;",
+    "    long long all = -1;",
     "    for (int i = 0; i < LANES; i++)",
-    "        if (!(LANE(a, i) > LANE(b, i)))",
-    "            return 0;",
-    "    return 1;",
+    "        all &= LANE(m, i);",
+    "    return all != 0;",
     "}",
     "",
 };

@@ -259,7 +259,7 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
     }
 }
 
-enum { OUTPUTS_ALL = -2, OUTPUTS_OF_LOOPS = -3 };
+enum { OUTPUTS_ALL = -2, OUTPUTS_OF_LOOPS = -3, LEAST_ZEROS = 4 /* in a loop */ };
 
 /* Prints the assignment to output k. Equal ones, as in a symmetric matrix, are one statement: that of the first. */
 static void print_output(kt_code_printer *p, const kt_code_function *f, int k, int first, int array) {
@@ -276,11 +276,27 @@ static void print_output(kt_code_printer *p, const kt_code_function *f, int k, i
     fputs(";\n", p->file);
 }
 
+/* How many outputs from k on are zero; end: of their array. */
+static int count_zeros(const kt_code_printer *p, const kt_code_function *f, int k, int end) {
+    int count = 0;
+    while (k + count < end && kt_op_is(p->graph, f->out[k + count], 0.0))
+        count++;
+    return count;
+}
+
 /* Prints the outputs of node i; -1: those that are leaves; OUTPUTS_OF_LOOPS: those of loops; OUTPUTS_ALL: all. */
 static void print_outputs(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
         while (k - first >= f->output[array])
             first += f->output[array++];
+        const bool is_leaf_pass = i < 0 && i != OUTPUTS_OF_LOOPS && p->origin == KT_OP_OF_STATE;
+        const int zeros = is_leaf_pass ? count_zeros(p, f, k, first + f->output[array]) : 0;
+        if (zeros >= LEAST_ZEROS) {
+            fprintf(p->file, "    for (int i = %d; i < %d; i++)\n        %s[i] = SAME(0);\n", k - first,
+                    k - first + zeros, p->arrays->output[array]);
+            k += zeros - 1;
+            continue;
+        }
         if (i == OUTPUTS_ALL ||
             (i == OUTPUTS_OF_LOOPS ? kt_code_loop_of(p, f->out[k]) >= 0 && !kt_code_is_written(p, f->out[k])
              : i < 0               ? kt_code_is_leaf(p, f->out[k])
