@@ -1,9 +1,10 @@
 /* Sines and cosines of a generated file, in C99 without a library.
  *
- * The double version is that of lib/algebra/sincos.c, in arithmetic alone: no bits are shifted or masked. Angles beyond
- * 2^20 pi/2 first lose a multiple of 2^20 quarter turns, whose products with P1 to P3 are exact, too. Angles beyond
- * 2^40 pi/2 are NaN. The float version follows Cody & Waite with three parts of pi/2; its polynomials are those of
- * Moshier's Cephes library (1989).
+ * The double version reduces angles as lib/algebra/sincos.c does, in arithmetic alone: no bits are shifted or masked.
+ * Angles beyond 2^20 pi/2 first lose a multiple of 2^20 quarter turns, whose products with P1 to P3 are exact, too.
+ * Angles beyond 2^40 pi/2 are NaN. The polynomials are those of Sun's fdlibm (1993), whose relative errors are below
+ * 2^-57. They have two terms less than Taylor's series. The float version follows Cody & Waite with three parts of
+ * pi/2. Its polynomials are those of Moshier's Cephes library (1989).
  *
  * A variable of the type `reals` has several angles: a vector of gcc or clang with SINES_LANES numbers. It is a `real`
  * for other compilers, for processors without vectors, and if `real` itself is a vector. SINES_TAKE puts q[place[l]] in
@@ -16,18 +17,15 @@ static const char *const double_lines[] = {
     "enum { SINES_WIDE = 1647099 }; /* 2^20 pi/2 */",
     "#define SINES_MOST (1048576.0 * SINES_WIDE)",
     "",
-    "/* Sine and cosine of n quarter turns and r + e, with |r| <= pi/4: Taylor's series. */",
+    "/* Sine and cosine of n quarter turns and r + e, with |r| <= pi/4: polynomials of fdlibm. */",
     "static inline void sines_of(reals n, reals r, reals e, reals *sine, reals *cosine) {",
     "    const reals z = r * r;",
     "    const reals zz = z * z;",
-    "    const reals p0 = -((zz * (1.0 / 1307674368000.0) + 1.0 / 39916800.0) * zz + 1.0 / 5040.0) * zz - 1.0 / 6.0;",
-    "    const reals p1 = ((zz * (1.0 / 355687428096000.0) + 1.0 / 6227020800.0) * zz + 1.0 / 362880.0) * zz +",
-    "                    1.0 / 120.0;",
-    "    const reals q0 = ((zz * (1.0 / 20922789888000.0) + 1.0 / 479001600.0) * zz + 1.0 / 40320.0) * zz + 1.0 / "
-    "24.0;",
-    "    const reals q1 = ((zz * (1.0 / 6402373705728000.0) + 1.0 / 87178291200.0) * zz + 1.0 / 3628800.0) * zz +",
-    "                    1.0 / 720.0;",
-    "    const reals p = p0 + z * p1, q = q0 - z * q1; /* even and odd powers apart: they need not wait */",
+    "    const reals p0 = (2.5050760253406863e-8 * zz + 0.0001984126982985795) * zz + 0.16666666666666632;",
+    "    const reals p1 = (1.58969099521155e-10 * zz + 2.7557313707070068e-6) * zz + 0.00833333333332249;",
+    "    const reals q0 = (2.087572321298175e-9 * zz + 2.480158728947673e-5) * zz + 0.0416666666666666;",
+    "    const reals q1 = (1.1359647557788195e-11 * zz + 2.7557314351390663e-7) * zz + 0.001388888888887411;",
+    "    const reals p = z * p1 - p0, q = q0 - z * q1; /* even and odd powers apart: they need not wait */",
     "    const reals s = r + (e + z * (r * p - 0.5 * e)), half = 0.5 * z, one = 1.0 - half;",
     "    const reals c = one + (((1.0 - one) - half) + (z * z * q - r * e));",
     "    const reals turn = n - 4.0 * NEAREST(0.25 * n); /* -2 to 2 */",
