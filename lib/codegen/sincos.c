@@ -6,7 +6,7 @@
  * 2^-57. They have two terms less than Taylor's series. The float version follows Cody & Waite with three parts of
  * pi/2. Its polynomials are those of Moshier's Cephes library (1989).
  *
- * A variable of the type `reals` has several angles: a vector of gcc or clang with SINES_LANES numbers. It is a `real`
+ * A variable of the type `reals` has several angles: a vector of gcc or clang with SINES_WIDTH numbers. It is a `real`
  * for other compilers, for processors without vectors, and if `real` itself is a vector. SINES_TAKE puts q[place[l]] in
  * lane l. An array would not do: a processor that reads a vector from memory waits until the single numbers in it have
  * been written, and all work on the sines waits with it.
@@ -95,14 +95,14 @@ static const char *const float_lines[] = {
 /* The type of several angles. Vectors of 64 bytes are not worth it: an Intel processor gives up one of the ports of
  * single numbers while it has one. */
 static const char *const lane_lines[] = {
-    "#define SINES_LANES 4",
+    "#define SINES_WIDTH 4",
     "#define SINES_TAKE(q, p) {(q)[(p)[0]], (q)[(p)[1]], (q)[(p)[2]], (q)[(p)[3]]}",
     "#else",
-    "#define SINES_LANES 2",
+    "#define SINES_WIDTH 2",
     "#define SINES_TAKE(q, p) {(q)[(p)[0]], (q)[(p)[1]]}",
     "#endif",
-    "#if SINES_LANES > 1",
-    "typedef real reals __attribute__((vector_size(SINES_LANES * sizeof(real))));",
+    "#if SINES_WIDTH > 1",
+    "typedef real reals __attribute__((vector_size(SINES_WIDTH * sizeof(real))));",
     "#define WHOLE __attribute__((aligned(sizeof(reals))))",
     "#define ANGLE(x, i) (x)[i]",
     "#else",
@@ -111,8 +111,8 @@ static const char *const lane_lines[] = {
     "#define ANGLE(x, i) LANE(x, i)",
     "#endif",
     "#define NEAREST(x) (((x) + 6755399441055744.0) - 6755399441055744.0)",
-    "#define SINES_ROOM(n) (((n) + SINES_LANES - 1) / SINES_LANES * SINES_LANES)",
-    "#define SINES_ALL (SINES_LANES * LANES)",
+    "#define SINES_ROOM(n) (((n) + SINES_WIDTH - 1) / SINES_WIDTH * SINES_WIDTH)",
+    "#define SINES_ALL (SINES_WIDTH * LANES)",
     "",
 };
 
@@ -123,14 +123,14 @@ static const char *const common_lines[] = {
     "static void sines(int count, const real *restrict q, const int *restrict place, real *sine, real *cosine) {",
     "    reals squares = {0}, n, e, s, c;",
     "    number sum = 0;",
-    "    for (int i = 0; i < count; i += SINES_LANES) {",
+    "    for (int i = 0; i < count; i += SINES_WIDTH) {",
     "        const reals x = SINES_TAKE(q, place + i), r = sines_reduce(x, &n, &e);",
     "        sines_of(n, r, e, (reals *)(sine + i), (reals *)(cosine + i));",
     "        squares += x * x;",
     "    }",
     "    for (int l = 0; l < SINES_ALL; l++)",
     "        sum += ANGLE(squares, l);",
-    "    for (int i = 0; i < count && !(sum < (number)SINES_WIDE * SINES_WIDE); i += SINES_LANES) {",
+    "    for (int i = 0; i < count && !(sum < (number)SINES_WIDE * SINES_WIDE); i += SINES_WIDTH) {",
     "        const reals x = SINES_TAKE(q, place + i);",
     "        sines_wide(x, &s, &c);",
     "        for (int l = 0; l < SINES_ALL; l++) {",
@@ -161,7 +161,7 @@ static void print_places(FILE *file, const kt_model *model) {
 void kt_code_print_sincos(FILE *file, const char *name, const kt_model *model) {
     fprintf(file,
             "/* ---- sines and cosines ---- */\n\n"
-            "#if defined(%s_LANES) || !(defined(__SSE2__) || defined(__aarch64__))\n#define SINES_LANES 1\n"
+            "#if defined(%s_LANES) || !(defined(__SSE2__) || defined(__aarch64__))\n#define SINES_WIDTH 1\n"
             "#define SINES_TAKE(q, p) (q)[(p)[0]]\n#elif defined(__AVX__) || defined(%s_FLOAT)\n",
             name, name);
     kt_code_print_lines(file, lane_lines, sizeof lane_lines / sizeof *lane_lines);

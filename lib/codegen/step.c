@@ -111,7 +111,7 @@ static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? 
 /* The accelerations of a state, with the forces of effects; and behind them the rates of auxiliary states. */
 static void print_rates(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
-    fprintf(file, "/* Accelerations of a state%s. Returns as %s_forward. */\nstatic int step_forward(%s%s",
+    fprintf(file, "/* Accelerations of a state%s. Returns as %s_forward. */\nstatic int step_accelerations(%s%s",
             model->n.x > 0 ? ", and rates of its auxiliary states behind them" : "", n->name, n->take, take_time(n));
     fprintf(file, "const real *q, const real *v, %sconst real *tau, real *a) {\n", take_states(model));
     if (model->n.effect > 0)
@@ -167,7 +167,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
             "        }\n"
             "        if (i == stages)\n            break;\n"
             "        step_rate(y, y + %d, slope[i]);\n"
-            "        code = step_forward(%s%sy, y + %d, ",
+            "        code = step_accelerations(%s%sy, y + %d, ",
             nq, nq, n->pass, steps_have_time(n) ? "t + node * h, " : "", nq);
     if (nx > 0)
         fprintf(file, "y + %d, ", nq + nv);
@@ -177,7 +177,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
 /* Projects the state after a step. */
 static void print_projected(FILE *file, const kt_code_names *n, const kt_model *model, const char *q, const char *v) {
     if (kt_code_count_loop_rows(model) > 0)
-        fprintf(file, "    code = step_project(%s%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass,
+        fprintf(file, "    code = step_closed(%s%s%s, %s);\n    if (code != 0)\n        return code;\n", n->pass,
                 n->loops_have_time ? "t + h, " : "", q, v);
 }
 
@@ -227,12 +227,12 @@ static void print_move(FILE *file, const kt_model *model) {
 
 static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
-    fprintf(
-        file,
-        "%s {\n    real p[%d], u[%d], d[%d];\n    int code = step_forward(%s%sq, v, %stau, u);\n    if (code != 0)\n"
-        "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
-        "        d[i] = h * u[i];\n    }\n",
-        signature, nq, nv + nx, nv, n->pass, pass_time(n), pass_states(model), nv);
+    fprintf(file,
+            "%s {\n    real p[%d], u[%d], d[%d];\n    int code = step_accelerations(%s%sq, v, %stau, u);\n    if (code "
+            "!= 0)\n"
+            "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
+            "        d[i] = h * u[i];\n    }\n",
+            signature, nq, nv + nx, nv, n->pass, pass_time(n), pass_states(model), nv);
     if (nx > 0)
         fprintf(file, "    for (int i = 0; i < %d; i++)\n        u[%d + i] = x[i] + h * u[%d + i];\n", nx, nv, nv);
     fputs("    code = step_move(q, d, p);\n    if (code != 0)\n        return code;\n", file);

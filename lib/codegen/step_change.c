@@ -79,14 +79,14 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             all, 2 * nv + 1, 4 * nv * nv, 2 * nv, nv, nv, nv, nv);
     const char *const time = changes_have_time(n) ? "t + node * h, " : "";
     fprintf(file,
-            "        int code = step_forward(%s%sy, y + %d, tau, slope[i] + %d);\n"
+            "        int code = step_accelerations(%s%sy, y + %d, tau, slope[i] + %d);\n"
             "        if (code == 0)\n            code = step_jacobians(%s%sy, y + %d, tau, f);\n"
             "        if (code != 0)\n            return code;\n",
             n->pass, time, nv, nv, n->pass, time, nv);
     fputs("        step_change(f, change, k[i]);\n    }\n", file);
     if (kt_code_count_loop_rows(model) > 0)
         fprintf(file,
-                "    const int closed = step_project_changes(%s%sy, y + %d, change);\n"
+                "    const int closed = step_closed_changes(%s%sy, y + %d, change);\n"
                 "    if (closed != 0)\n        return closed;\n",
                 n->pass, n->loops_have_time ? "t + h, " : "", nv);
     fprintf(file,
@@ -116,10 +116,10 @@ void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *n, con
             signature, 3 * nv * nv, 6 * nv * nv, n->pass, pass_time(n), 3 * nv, 2 * nv, nv, nv, nv, nv, nv);
     if (has_loops)
         fprintf(file,
-                "    real p[%d], u[%d];\n    code = step_forward(%s%sq, v, tau, u);\n    if (code != 0)\n"
+                "    real p[%d], u[%d];\n    code = step_accelerations(%s%sq, v, tau, u);\n    if (code != 0)\n"
                 "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
                 "        p[i] = q[i] + h * u[i];\n    }\n"
-                "    code = step_project_changes(%s%sp, u, change);\n    if (code != 0)\n        return code;\n",
+                "    code = step_closed_changes(%s%sp, u, change);\n    if (code != 0)\n        return code;\n",
                 nv, nv, n->pass, pass_time(n), nv, n->pass, n->loops_have_time ? "t + h, " : "");
     fprintf(file,
             "    for (int l = 0; l < %d; l++)\n        A[l] = change[l];\n"

@@ -53,7 +53,7 @@ static void print_closing_projection(FILE *file, const kt_code_names *n, const k
     const char *const time = n->loops_have_time ? "t, " : "";
     fprintf(file,
             "/* Projects a state%s onto the loops, in place. */\n"
-            "static int step_project%s(%s%sreal *q, real *v%s) {\n"
+            "static int step_closed%s(%s%sreal *q, real *v%s) {\n"
             "    static const int loop[%d] = {",
             changes ? " and its changes" : "", changes ? "_changes" : "", n->take,
             n->loops_have_time ? "number t, " : "", changes ? ", real *change" : "", rows);
@@ -108,7 +108,7 @@ static void print_projection_of_velocities(FILE *file, const kt_code_names *n, i
     const char *const take_time = n->loops_have_time ? "number t, " : "", *const time = n->loops_have_time ? "t, " : "";
     fprintf(file,
             "/* Projects velocities%s onto the loops, in place: no equation has a residual. */\n"
-            "static int step_project%s(%s%sconst real *q, real *v%s) {\n"
+            "static int step_closed%s(%s%sconst real *q, real *v%s) {\n"
             "    real u[%d], gap[1];\n    int code = settle_velocities(%s%sq, v, u, gap);\n",
             changes ? " and their changes" : "", changes ? "_changes" : "", n->take, take_time,
             changes ? ", real *change" : "", nv, n->pass, time);
@@ -158,7 +158,7 @@ void kt_code_print_projection(FILE *file, const kt_code_names *n, const kt_model
     fprintf(file,
             "%s {\n    real p[%d], u[%d];\n    for (int i = 0; i < %d; i++)\n        p[i] = q[i];\n"
             "    for (int i = 0; i < %d; i++)\n        u[i] = v[i];\n"
-            "    const int code = step_project(%s%sp, u);\n    if (code != 0)\n        return code;\n"
+            "    const int code = step_closed(%s%sp, u);\n    if (code != 0)\n        return code;\n"
             "    for (int i = 0; i < %d; i++)\n        next_q[i] = p[i];\n"
             "    for (int i = 0; i < %d; i++)\n        next_v[i] = u[i];\n    return 0;\n}\n\n",
             signature, nq, nv, nq, nv, n->pass, n->loops_have_time ? "t, " : "", nq, nv);

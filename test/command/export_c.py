@@ -1,5 +1,6 @@
 """export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, rejections, exit statuses."""
 import pathlib
+import re
 import resource
 import subprocess
 import sys
@@ -38,9 +39,25 @@ def check_memory(folder):
     claim("memory_of_long_chains_grows_with_their_length", [] if growth <= GROWTH else [f"growth {growth}"])
 
 
+ALL = "forward,inverse,bias,mass,effects,acceleration,energy,inverse_derivatives,forward_derivatives,effect_derivatives,heun,rk4," \
+      "semi_implicit,heun_derivatives,rk4_derivatives,loops,project"
+
+
+def check_names(folder, scene):
+    """Public names are NAME_function. No name of the source alone may be one of them, whatever NAME is."""
+    made = export(folder, "--c", scene, "--out", "zz.c", "--functions", ALL)
+    header, source = (pathlib.Path(folder, f"zz.{end}").read_text() if made.returncode == 0 else made.stderr for end in "hc")
+    public = set(re.findall(r"\bzz_(\w+)", header))
+    own = set(re.findall(r"^(?:static|typedef|#\s*define|enum)\b[^\n(;]*?\b(\w+) ?(?:\(|;|=|\[|$)", source, re.M)) | set(re.findall(r"^#\s*define (\w+)", source, re.M))
+    note(f"{len(public)} public names, {len(own)} of the source alone")
+    alike = sorted(name for name in own for end in public if name.endswith("_" + end) and not name.startswith("zz_"))
+    claim("names_do_not_collide_whatever_the_file_is_called", alike + ([] if len(public) > 20 and len(own) > 20 else ["too few names"]))
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         check_memory(folder)
+        check_names(folder, SCENES / "four-bar.yaml")
     arm, loop, effects = SCENES / "arm7.yaml", SCENES / "four-bar.yaml", SCENES / "servo-arm.yaml"
     rejected("standard_output_cannot_hold_two_files", 1, "give --out FILE.c", "--c", arm)
     rejected("out_ends_with_c", 1, "give --out FILE.c", "--c", arm, "--out", "arm.txt")
