@@ -110,6 +110,41 @@ KT_TEST(what_does_not_fit_is_told) {
     }
 }
 
+/* A result has neither the counts of events nor the time that their formulas read. */
+KT_TEST(times_and_limits_of_events_that_begin_anew_are_reported) {
+    static const char scene[] = "kinetree: 1\n"
+                                "bodies: [{name: a, joint: {type: prismatic, position: 0.3}, mass: 1}]\n"
+                                "%s"
+                                "simulate: {duration: 1%s}\n";
+    static const struct {
+        const char *events, *until, *timed, *limited;
+    } cases[] = {
+        {"events: [{name: hit, when: position.a, limit: 2, then: record}]\n", "", NULL,
+         "the limit of 'hit' counts from 0"},
+        {"events: [{name: stop here, when: t > 1.5, then: stop}]\n", "", "the time in 'stop here' begins anew", NULL},
+        {"states: {x: {rate: 0}}\nevents: [{name: keep, when: position.a, then: {set: {x: t}}}]\n", "",
+         "the time in 'keep' begins anew", NULL},
+        {"", ", until: t > 3", "the time in 'until' begins anew", NULL},
+        {"events: [{name: a, when: t - 1, limit: 1, then: stop}, {name: b, when: t - 2, limit: 1, then: stop}]\n", "",
+         "the time in 'a', 'b' begins anew", "the limit of 'a', 'b' counts from 0"},
+        {"events: [{name: top, when: position.a, then: record}]\n", "", NULL, NULL},
+    };
+    kt_write_file("r.csv", "time,position.a,velocity.a\n0,1,0\n");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[1024];
+        snprintf(text, sizeof text, scene, cases[i].events, cases[i].until);
+        kt_write_file("timed.yaml", text);
+        const kt_ran ran = kt_shell("$K run timed.yaml --from r.csv --duration 0.1 --quiet --out /dev/null");
+        kt_check_equal_int("exit code", ran.code, 0);
+        if (cases[i].timed != NULL)
+            kt_check_contains("times", ran.err, cases[i].timed);
+        if (cases[i].limited != NULL)
+            kt_check_contains("limits", ran.err, cases[i].limited);
+        kt_check_true("no times", cases[i].timed != NULL || strstr(ran.err, "t = 0") == NULL);
+        kt_check_true("no limits", cases[i].limited != NULL || strstr(ran.err, "limit") == NULL);
+    }
+}
+
 /* A four-bar whose rocker's angle is but a guess. */
 static const char fourbar[] =
     "kinetree: 1\n"

@@ -241,6 +241,48 @@ static bool has_functions_of_time(const kt_scene *scene) {
     return any;
 }
 
+/* Returns whether `when` of an event, or a value that it sets, reads t. */
+static bool event_reads_time(const kt_scene_event *event) {
+    bool any = formula_reads_time(event->when);
+    for (int i = 0; event->fmu == NULL && i < event->set_count; i++)
+        any = any || formula_reads_time(event->sets[i].value);
+    return any;
+}
+
+/* Names of events, "'a', 'b'": at most three, and then "...". */
+typedef struct event_names {
+    char text[800];
+    size_t used;
+    int count;
+} event_names;
+
+static void append_event_name(event_names *list, const char *name) {
+    const int number = list->count++;
+    if (number <= 3)
+        list->used += (size_t)snprintf(list->text + list->used, sizeof list->text - list->used, "%s%s",
+                                       number > 0 ? ", " : "", number < 3 ? kt_name_quote(name).text : "...");
+}
+
+/* Prints that times and counts of events, and FMUs, begin anew: no result has them. */
+static void say_events_begin_anew(const kt_scene *scene, const char *path) {
+    event_names timed = {.count = 0}, limited = {.count = 0};
+    for (int i = 0; i < scene->event_count - scene->fmu_count; i++) {
+        if (event_reads_time(&scene->events[i]))
+            append_event_name(&timed, scene->events[i].name);
+        if (scene->events[i].limit > 0)
+            append_event_name(&limited, scene->events[i].name);
+    }
+    if (formula_reads_time(scene->until.when))
+        append_event_name(&timed, "until");
+    if (timed.count > 0)
+        kt_say("the motion starts at t = 0 from the state of %s: the time in %s begins anew", path, timed.text);
+    if (limited.count > 0)
+        kt_say("%s has no counts of events: the limit of %s counts from 0", path, limited.text);
+    if (scene->fmu_count > 0)
+        kt_say("%s has no states of FMUs: the FMU %s%s anew", path, kt_name_quote(scene->fmus[0].name).text,
+               scene->fmu_count > 1 ? " and others start" : " starts");
+}
+
 /* Reads the auxiliary states of the result. A state that the result lacks keeps its initial value in the scene. */
 static kt_status take_auxiliary_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
     const int count = kt_own_state_count(model);
@@ -290,6 +332,7 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
         kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and driven joints are "
                "moved to their first values",
                s->path);
+    say_events_begin_anew(scene, s->path);
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
     if (status == KT_OK)
         take_released(scene, s);
