@@ -83,6 +83,25 @@ def test_time_stepping_of_a_scene_holds_in_python(held):
             scene.simulation(**wrong)
 
 
+def test_a_step_and_a_tolerance_are_rejected_together():
+    scene = kt.Scene(BALL)
+    for more in ({}, {"integrator": "dopri5"}, {"integrator": "rk4"}):
+        with pytest.raises(kt.ArgumentError, match="'step' is for a fixed step and 'tolerance' for an adaptive one"):
+            scene.simulation(step=0.1, tolerance=1e-12, **more)
+    assert scene.simulation(step=0.1).step_size == 0.1  # which overrides the tolerance of the scene
+
+
+def test_an_unknown_method_is_answered_with_the_nearest_and_all():
+    scene = kt.Scene(BALL)
+    model = scene.model
+    for call in (lambda: scene.simulation(integrator="dop835"), lambda: model.batch(2, method="dop835"),
+                 lambda: model.data().step_derivatives(1e-3, method="dop835")):
+        with pytest.raises(kt.ArgumentError, match=r"there is no method 'dop835'; did you mean 'dop853'\? There are .*rk4"):
+            call()
+    with pytest.raises(kt.ArgumentError, match="there is no method 'xyzzy'; there are .*rk4"):
+        scene.simulation(integrator="xyzzy")
+
+
 def test_an_exception_of_a_callback_reaches_the_caller():
     simulation = kt.Scene(BALL).simulation(duration=1.0)
     simulation.on("broken", lambda at: 1 / 0)

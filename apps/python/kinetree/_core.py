@@ -1,6 +1,7 @@
 """Errors, memory and arrays: the part that all other modules share."""
 from __future__ import annotations
 
+import difflib
 from typing import TYPE_CHECKING, Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
@@ -113,6 +114,17 @@ def name_of(word: Any, what: str) -> bytes:
     if not isinstance(word, str) or "\0" in word:
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a name as a str, got {word!r}")
     return word.encode("utf8")
+
+
+def method_of(word: Any, what: str) -> Any:
+    """The method of this name."""
+    found = lib.kt_method_find(name_of(word, what))
+    if found != ffi.NULL:
+        return found
+    names = [text(lib.kt_method_at(k).name) for k in range(lib.kt_method_count())]
+    near = difflib.get_close_matches(word, names, 1)
+    hint = f"did you mean '{near[0]}'? There" if near else "there"
+    raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"there is no method '{word}'; {hint} are {', '.join(names)}")
 
 
 def finite(value: Any, what: str, least: Optional[float] = None) -> float:

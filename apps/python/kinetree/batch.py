@@ -5,7 +5,7 @@ from typing import Any, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, name_of, output, outputs, pointer
+from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, method_of, output, outputs, pointer
 from .model import Model
 
 _PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts in {  # of parts of a motion
@@ -55,9 +55,7 @@ class Batch(Fixed):
         options = ffi.new("kt_batch_options *", lib.kt_batch_options_default())
         options.states, options.threads = self.states, self.threads
         if method is not None:
-            options.method = lib.kt_method_find(name_of(method, "method"))
-            if options.method == ffi.NULL:
-                raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"there is no method '{method}'; kinetree integrators lists them")
+            options.method = method_of(method, "method")
         size = lib.kt_batch_size(model._pointer, options)
         self._memory = Memory(max(size, 1))
         out = ffi.new("kt_batch **")

@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, address, address_number, busy, check, doubles, fail, ffi, finite, lib,
-                    name_of, output, outputs, pointer)
+                    method_of, name_of, output, outputs, pointer)
 from ._kinetree import Evaluator, quicken
 from .model import Model, Point, vector
 
@@ -312,9 +312,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
 
     def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
         m = self.model
-        found = lib.kt_method_find(name_of(method, "method"))
-        if found == ffi.NULL:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"there is no method '{method}'; kinetree integrators lists them")
+        found = method_of(method, "method")
         taken = (address(q, self._nq, self._q, "q"), address(v, self._nv, self._v, "v"), address(tau, self._nv, self._tau, "tau"),
                  address(x, (m.nx,), ffi.NULL, "x"))
         step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})

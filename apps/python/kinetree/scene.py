@@ -189,7 +189,7 @@ class Scene:
         integrator : str, optional
             A name that ``kinetree integrators`` lists.
         tolerance : float, optional
-            Relative and absolute tolerance of an adaptive method.
+            Relative and absolute tolerance of an adaptive method; `step` cannot be given, too.
         model : Model, optional
             A copy of the scene's model with other parameters.
         sensors : list of str, optional

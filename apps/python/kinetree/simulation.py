@@ -10,8 +10,8 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, name_of, output,
-                    pointer, text)
+from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, method_of, name_of,
+                    output, pointer, text)
 from ._kinetree import turns
 from .data import Data
 from .laws import Event, Feedback, Instant, Law, Recorder, copied
@@ -102,6 +102,9 @@ class Simulation(Fixed):
         for name in ("integrator", "tolerance"):
             if how[name] is not None and self.model.scene._scene.contact:
                 raise ArgumentError(1, name, "the scene has 'contact: steps', a method of its own with a fixed step; leave the argument out")
+        if how["step"] is not None and how["tolerance"] is not None:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "tolerance",
+                                "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out")
         if how["step"] is not None:
             run.step = finite(how["step"], "step", 0.0)
             if how["integrator"] is None and not self.model.scene._scene.contact:
@@ -112,6 +115,7 @@ class Simulation(Fixed):
             run.relative = run.absolute = finite(how["tolerance"], "tolerance", 0.0)
             run.step = 0.0
         if how["integrator"] is not None:
+            method_of(how["integrator"], "integrator")
             self._keep.append(ffi.new("char[]", name_of(how["integrator"], "integrator")))
             run.integrator = self._keep[-1]
         return run
