@@ -13,10 +13,19 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-static void mark_used(kt_reader *r, const char *name) {
+/* The formula has a variable of this name. A parameter of the same name is an auxiliary state if an event sets it, and
+ * else it is hidden there. */
+static void note_variable(kt_reader *r, const char *name, const kt_node *formula) {
     const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
-    if (k >= 0)
-        r->scene->parameters[k].is_used = true;
+    if (k < 0)
+        return;
+    kt_named_number *parameter = &r->scene->parameters[k];
+    if (parameter->is_assigned) {
+        parameter->is_used = true;
+    } else if (parameter->hidden_line == 0) {
+        parameter->hidden_line = formula->line;
+        parameter->hidden_column = formula->column;
+    }
 }
 
 static bool find_parameter_symbol(void *user, const char *name, kt_symbol *symbol) {
@@ -117,15 +126,16 @@ bool kt_is_bare_expression(kt_reader *r, const char *text) {
 typedef struct kt_formula_names {
     kt_reader *r;
     const kt_symbols *variables;
-    bool waits;       /* a parameter has no value: that has been reported */
-    bool varies;      /* a parameter depends on a variable */
-    bool is_assigned; /* or on one that an event sets, where there are no auxiliary states */
+    const kt_node *node; /* the formula */
+    bool waits;          /* a parameter has no value: that has been reported */
+    bool varies;         /* a parameter depends on a variable */
+    bool is_assigned;    /* or on one that an event sets, where there are no auxiliary states */
 } kt_formula_names;
 
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     if (names->variables->find(names->variables->user, name, symbol)) {
-        mark_used(names->r, name); /* one that an event sets is an auxiliary state */
+        note_variable(names->r, name, names->node);
         return true;
     }
     if (!find_parameter_symbol(names->r, name, symbol))
@@ -215,7 +225,7 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
 
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text) {
-    kt_formula_names names = {.r = r, .variables = variables};
+    kt_formula_names names = {.r = r, .variables = variables, .node = node};
     const kt_symbols symbols = {.find = find_either, .list = list_either, .user = &names};
     const bool hidden = node->faulty || r->scene->parameters_are_hidden;
     kt_written written;

@@ -21,6 +21,7 @@ struct kt_named_number {
     bool is_set;       /* by an event */
     bool is_assigned;  /* it is set, or depends on one that is. Formulas then see an auxiliary state of its name
                          (assignment.h) */
+    uint32_t hidden_line, hidden_column; /* of the first formula that has a variable of its name; 0: none */
 };
 
 /* Whether there is a parameter of this name. */

@@ -273,40 +273,57 @@ static void follow_parameter_uses(kt_reader *r) {
     }
 }
 
-static bool put_note(kt_reader *r, const char *path, const kt_node *key, const char *what, kt_scene_note *note) {
+static bool put_note(kt_reader *r, const char *path, uint32_t line, uint32_t column, const char *what,
+                     kt_scene_note *note) {
     char where[KT_WHERE_SIZE];
-    kt_document_where(where, path, key->line, key->column);
+    kt_document_where(where, path, line, column);
     *note = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
                             .what = kt_pool_text(&r->keep, what, strlen(what))};
     return note->where != NULL && note->what != NULL;
+}
+
+/* A formula that was meant to use the parameter has other values. */
+static bool note_hidden(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what,
+                  "'%s' is a variable of this formula, which hides the parameter '%s'%s; give the parameter "
+                  "another name",
+                  parameter->name, parameter->name, parameter->is_used ? "" : ", and nothing else uses the parameter");
+    const bool is_in_file = parameter->hidden_line < KT_SETTING_LINE;
+    return put_note(r, path, is_in_file ? parameter->hidden_line : parameter->key->line,
+                    is_in_file ? parameter->hidden_column : parameter->key->column, what.text, note);
 }
 
 static bool note_parameter(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what, "nothing uses the parameter '%s'%s; write =%s where it is meant", parameter->name,
                   parameter->is_mentioned ? " but others that nothing uses" : "", parameter->name);
-    return put_note(r, path, parameter->key, what.text, note);
+    return put_note(r, path, parameter->key->line, parameter->key->column, what.text, note);
 }
 
 static bool note_expression(kt_reader *r, const char *path, const kt_node *key, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what, "nothing uses the expression '%.60s'; write its name in a formula, or remove it",
                   key->of.text);
-    return put_note(r, path, key, what.text, note);
+    return put_note(r, path, key->line, key->column, what.text, note);
 }
 
-/* A parameter or an expression without a use is noted, since it was probably meant to be used. */
+static bool is_noted(const kt_named_number *parameter) { return !parameter->is_used || parameter->hidden_line != 0; }
+
+/* A parameter or an expression without a use is noted, since it was probably meant to be used. So is a parameter that
+ * a variable of some formula hides. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
     for (int k = 0; k < r->scene->parameter_count; k++)
-        count += !r->scene->parameters[k].is_used;
+        count += is_noted(&r->scene->parameters[k]);
     for (int k = 0; kt_expression_unused(r, k) != NULL; k++)
         count++;
     kt_scene_note *notes = count > 0 ? kt_pool_take(&r->keep, (size_t)count, sizeof *notes) : NULL;
     bool good = count == 0 || notes != NULL;
     for (int k = 0; good && k < r->scene->parameter_count; k++)
-        if (!r->scene->parameters[k].is_used)
-            good = note_parameter(r, path, &r->scene->parameters[k], &notes[scene->note_count++]);
+        if (is_noted(&r->scene->parameters[k]))
+            good = (r->scene->parameters[k].hidden_line != 0 ? note_hidden : note_parameter)(
+                r, path, &r->scene->parameters[k], &notes[scene->note_count++]);
     const kt_node *key;
     for (int k = 0; good && (key = kt_expression_unused(r, k)) != NULL; k++)
         good = note_expression(r, path, key, &notes[scene->note_count++]);

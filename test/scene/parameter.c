@@ -109,6 +109,48 @@ KT_TEST(a_parameter_that_nothing_uses_is_noted) {
     kt_scene_free(&scene);
 }
 
+/* The scene keeps its meaning: the formula has the distance of the ends, and the number has the parameter. */
+KT_TEST(a_parameter_that_a_variable_of_a_formula_hides_is_noted) {
+    static const char text[] = "kinetree: 1\nparameters: {length: 4, speed: 2}\n"
+                               "bodies:\n  - {name: a, joint: {type: prismatic}, mass: %s, inertia: [1, 1, 1]}\n"
+                               "effects:\n  - {type: expression, between: [a, world], force: \"%s\"}\n";
+    static const struct {
+        const char *mass, *force, *where, *what;
+    } cases[] = {
+        {"=length*speed", "-length", "test.yaml:6:52",
+         "'length' is a variable of this formula, which hides the "
+         "parameter 'length'; give the parameter another name"},
+        {"=speed", "-2*length", "test.yaml:6:52", "and nothing else uses the parameter; give the parameter another"},
+        {"=length", "-speed", "test.yaml:6:52", "'speed' is a variable of this formula"},
+        {"=length*speed", "-1", NULL, NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char scene_text[400];
+        kt_scene scene;
+        snprintf(scene_text, sizeof scene_text, text, cases[i].mass, cases[i].force);
+        kt_check_true("read", kt_parse_right(scene_text, &scene));
+        kt_check_equal_int("notes", scene.note_count, cases[i].where != NULL);
+        if (scene.note_count == 1 && cases[i].where != NULL) {
+            kt_check_text("where", scene.notes[0].where, cases[i].where);
+            kt_check_contains("what", scene.notes[0].what, cases[i].what);
+        }
+        kt_scene_free(&scene);
+    }
+}
+
+/* An event sets an auxiliary state of the parameter's name, which the formula reads: nothing is hidden. */
+KT_TEST(a_parameter_that_an_event_sets_is_not_hidden) {
+    kt_scene scene;
+    kt_check_true("read",
+                  kt_parse_right("kinetree: 1\nparameters: {k: 4}\n"
+                                 "bodies:\n  - {name: a, joint: {type: prismatic}, mass: 1, inertia: [1, 1, 1]}\n"
+                                 "effects:\n  - {type: expression, joint: a, force: \"-k*position.a\"}\n"
+                                 "events:\n  - {name: late, when: t - 1, then: {set: {k: 2}}}\n",
+                                 &scene));
+    kt_check_equal_int("notes", scene.note_count, 0);
+    kt_scene_free(&scene);
+}
+
 /* K is used by L, which a number uses. Only an expression that nothing uses contains M. */
 KT_TEST(uses_are_followed_through_parameters_and_not_from_unused_expressions) {
     kt_scene scene;
