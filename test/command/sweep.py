@@ -105,6 +105,37 @@ def bytes_of(*arguments):
     return pathlib.Path("x.csv").read_bytes()
 
 
+def parts_of_other_sweeps():
+    """FILE.shard names the sweep: lines of other values, scenes or settings are not joined."""
+    def part(k, out, *arguments):
+        run("fall.yaml", *arguments, "--quiet", "--shard", f"{k}/3", "--out", out)
+    grid = ["--vary", "g=1:2:7"]
+    part(1, "a1.csv", *grid)
+    for k, other in enumerate((["--vary", "g=5:6:7"], ["--vary", "g=log:1:2:7"], ["--vary", "g=1:2:8"], ["--vary", "g=1:2:7", "--set", "m=2"],
+                               ["--random", "g=uniform(1,2)", "--repeats", "7"])):
+        part(2, "other.csv", *other)
+        told = run("--merge", "a1.csv", "other.csv", "--out", "joined.csv", code=1).stderr
+        same(f"part {k} is of another sweep", "other.csv is a part of another sweep than a1.csv" in told, True)
+        same("nothing is written", pathlib.Path("joined.csv").exists(), False)
+    text = pathlib.Path("fall.yaml").read_text()
+    pathlib.Path("fall.yaml").write_text(text + "# another scene\n")
+    part(2, "other.csv", *grid)
+    pathlib.Path("fall.yaml").write_text(text)
+    same("and so is one of another scene", "another sweep" in run("--merge", "a1.csv", "other.csv", "--out", "joined.csv", code=1).stderr, True)
+    told = run("--merge", "a1.csv", "--out", "joined.csv", code=4).stderr
+    same("one part alone lacks the others", "5 of 7 runs are in none of the parts, from run 2 on; joined.csv has the others" in told, True)
+    pathlib.Path("a1.csv.shard").rename("kept.shard")
+    told = run("--merge", "a1.csv", "--out", "joined.csv").stderr
+    same("without FILE.shard nothing is known", "there is no a1.csv.shard: whether" in told, True)
+    shutil.copy("other.csv", "a1.csv")
+    shutil.copy("kept.shard", "a1.csv.shard")
+    same("FILE.shard of another part", "a1.csv has run 2, and a1.csv.shard lists the runs 0 to 1" in run("--merge", "a1.csv", "--out", "x.csv", code=1).stderr, True)
+    pathlib.Path("a1.csv.shard").write_text("{}")
+    same("FILE.shard that is no such file", "does not name the runs" in run("--merge", "a1.csv", "--out", "x.csv", code=1).stderr, True)
+    run("fall.yaml", *grid, "--quiet", "--out", "a1.csv")
+    same("a whole sweep has no FILE.shard", pathlib.Path("a1.csv.shard").exists(), False)
+
+
 def equal_bytes():
     sweep = ["--vary", "g=1:2:301", "--random", "m=uniform(1,2)"]
     whole = bytes_of(*sweep, "--jobs", "1")
@@ -113,8 +144,12 @@ def equal_bytes():
         run("fall.yaml", *sweep, "--quiet", "--shard", f"{k}/3", "--out", f"part{k}.csv")
     run("--merge", "part3.csv", "part1.csv", "part2.csv", "--out", "merged.csv")
     same("three parts", pathlib.Path("merged.csv").read_bytes() == whole, True)
-    told = run("--merge", "part3.csv", "part1.csv", "--out", "merged.csv").stderr
-    same("a missing part is told", "100 runs before run 301 are in none" in told or "runs before run" in told, True)
+    runs = len(whole.splitlines()) - 1
+    for parts, missing, first in (((3, 1), runs // 3, runs // 3), ((1, 2), runs - 2 * runs // 3, 2 * runs // 3)):
+        told = run("--merge", *(f"part{k}.csv" for k in parts), "--out", "merged.csv", code=4).stderr
+        same("runs in no part are an error", f"{missing} of {runs} runs are in none of the parts, from run {first} on" in told, True)
+    run("--merge", "merged.csv", "part3.csv", "--out", "twice.csv")  # parts that were merged are a part
+    same("merged twice", pathlib.Path("twice.csv").read_bytes() == whole, True)
     for cut in (40, len(whole) // 3, len(whole) - 5):  # within the first line, a line, the last one
         pathlib.Path("x.csv").unlink(missing_ok=True)
         pathlib.Path("x.csv.partial").write_bytes(whole[:cut])
@@ -463,5 +498,5 @@ def faults():
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
-finish((grids, samples, angles, fused, equal_bytes, lanes, eventful, armed, quoted, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
+finish((grids, samples, angles, fused, parts_of_other_sweeps, equal_bytes, lanes, eventful, armed, quoted, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
        not_with_fused_lanes=(equal_bytes, lanes, eventful, armed, killed, ranks))

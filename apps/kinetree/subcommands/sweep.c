@@ -4,6 +4,7 @@
 #include "records/keep.h"
 #include "scene/name.h"
 #include "subcommands/run.h"
+#include "sweep/merge.h"
 #include "sweep/ranks.h"
 #include "text/bytes.h"
 
@@ -75,6 +76,7 @@ const kt_usage kt_usage_sweep = {
              "\n"
              "Results are written to FILE.partial, which is renamed at the end.\n"
              "If a sweep is killed, FILE.partial stays, and --resume continues from it.\n"
+             "With --shard, FILE.shard names the sweep and its runs, and --merge checks it.\n"
              "On a terminal, a sweep of more than 100,000 runs needs a confirmation, unless --quiet is given.\n"
              "With MPI, 'mpirun kinetree sweep ...' divides the runs among its processes.\n",
     .options = options,
@@ -165,17 +167,6 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
     return same ? -1 : KT_EXIT_USAGE;
 }
 
-/* Prints the reason why lines with two different headers do not belong together, and the remedy. */
-static void say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
-    const bool is_fused = strstr(header, KT_SWEEP_LANES ",why\n") != NULL;
-    if (is_fused != (strstr(own, KT_SWEEP_LANES ",why\n") != NULL))
-        kt_say(
-            "sweep: %s has lines of a kinetree that was built %s -Dfused=enabled, whose digits are not those of %s; %s",
-            name, is_fused ? "with" : "without", than, remedy);
-    else
-        kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
-}
-
 /* Reads the lines that a broken sweep has left. *next: the first run without a line, or `end`. The file ends before
  * this run. */
 static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end,
@@ -190,7 +181,7 @@ static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int
                             line[length - 1] == '\n';
          lines++) {
         if (lines == 0 && strcmp(line, header) != 0) {
-            say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
+            kt_sweep_say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
         } else if (lines > 0 && strtoll(line, NULL, 10) != *next) {
             kt_say("sweep: %s has run %s where run %lld belongs; it is of another sweep", name, strtok(line, ","),
@@ -364,6 +355,15 @@ static int write_results(kt_sweep *sweep, kt_ranks *ranks, const char *out, int6
     return end_keep(&keep, sweep, code);
 }
 
+/* Writes the results, and with --shard a file beside them that names the sweep. */
+static int write_part(kt_sweep *sweep, kt_ranks *ranks, const char *out, int64_t first, int64_t end) {
+    const kt_sweep_shard shard = {
+        .sweep = kt_sweep_sum(sweep), .runs = kt_sweep_plan_runs(&sweep->plan), .first = first, .end = end};
+    kt_sweep_shard_remove(out);
+    const int code = write_results(sweep, ranks, out, first, end);
+    return code == KT_EXIT_DONE && sweep->arguments->shard != NULL ? kt_sweep_shard_write(out, &shard) : code;
+}
+
 static int check_sweep_files(const kt_sweep_arguments *arguments) {
     if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep)) {
         kt_say("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
@@ -444,119 +444,8 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
         !arguments->resume) /* before files are emptied; --resume confirms after it has found the missing runs */
         code = kt_sweep_confirm(&sweep, first, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code < 0)
-        code = write_results(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
+        code = write_part(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
     kt_sweep_free(&sweep);
-    return code;
-}
-
-/* ---- parts put together ------------------------------------------------------------------------------------------ */
-
-typedef struct part {
-    const char *name;
-    FILE *file;
-    char *line; /* the next one */
-    size_t room;
-    long long run; /* its number; -1: there is none */
-} part;
-
-static int say_sweep_part(const part *p, const char *what) {
-    kt_say("sweep: %s: %s", p->name, what);
-    return KT_EXIT_USAGE;
-}
-
-static int next_part_line(part *p) {
-    char *end;
-    const ssize_t length = getline(&p->line, &p->room, p->file);
-    p->run = -1;
-    if (length <= 0)
-        return -1;
-    const long long run = strtoll(p->line, &end, 10);
-    if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
-        return say_sweep_part(p, "its last line is no whole run: is that part still being written?");
-    p->run = run;
-    return -1;
-}
-
-/* Opens the parts; their first lines must agree. */
-static int open_parts(part *parts, int count, char **names) {
-    int code = -1;
-    for (int i = 0; code < 0 && i < count; i++) {
-        part *p = &parts[i];
-        p->name = names[i];
-        p->file = fopen(names[i], "r");
-        if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
-            return say_sweep_part(p, p->file == NULL ? strerror(errno) : "it is empty");
-        if (i > 0 && strcmp(p->line, parts[0].line) != 0) {
-            say_columns(p->name, p->line, parts[0].line, "the first part", "leave it out, or compute it anew");
-            return KT_EXIT_USAGE;
-        }
-    }
-    return code;
-}
-
-/* Returns the part with the lowest run; NULL: no part has a run. */
-static part *lowest(part *parts, int count) {
-    part *found = NULL;
-    for (int i = 0; i < count; i++)
-        if (parts[i].run >= 0 && (found == NULL || parts[i].run < found->run))
-            found = &parts[i];
-    return found;
-}
-
-static int merge_lines(part *parts, int count, FILE *file) {
-    long long expected = 0, missing = 0, repeated = 0;
-    int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
-    for (int i = 0; code < 0 && i < count; i++)
-        code = next_part_line(&parts[i]);
-    for (part *p = lowest(parts, count); code < 0 && p != NULL; p = lowest(parts, count)) {
-        if (p->run >= expected) {
-            missing += p->run - expected;
-            expected = p->run + 1;
-            code = fputs(p->line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
-        } else {
-            repeated++;
-        }
-        code = code < 0 ? next_part_line(p) : code;
-    }
-    if (code == KT_EXIT_INTEGRATION)
-        kt_say("sweep: the runs cannot be written: %s", strerror(errno));
-    if (code < 0 && missing > 0)
-        kt_say("sweep: %lld runs before run %lld are in none of the parts", missing, expected);
-    if (code < 0 && repeated > 0)
-        kt_say("sweep: %lld runs are in two parts; the first is taken", repeated);
-    return code < 0 ? KT_EXIT_DONE : code;
-}
-
-static int merge(const kt_sweep_arguments *arguments, char **names, int count) {
-    kt_output output = {.lock = -1};
-    part *parts = calloc((size_t)count, sizeof *parts);
-    const char *out = arguments->out;
-    int code = KT_EXIT_USAGE;
-    if (out == NULL || parts == NULL) {
-        kt_say(out == NULL ? "sweep: --merge writes to --out FILE; give it" : "sweep: there is not enough memory");
-        free(parts);
-        return code;
-    }
-    const bool to_file = strcmp(out, "-") != 0;
-    code = open_parts(parts, count, names);
-    if (code < 0 && to_file)
-        code = kt_output_start(&output, out);
-    FILE *file = code >= 0 ? NULL : to_file ? fopen(kt_output_path(&output), "w") : stdout;
-    if (code < 0 && file == NULL)
-        code = say_sweep_part(&(part){.name = out}, strerror(errno));
-    if (code < 0) {
-        code = merge_lines(parts, count, file);
-        if (to_file && fclose(file) != 0 && code == KT_EXIT_DONE)
-            code = KT_EXIT_INTEGRATION;
-    }
-    if (to_file && kt_output_end(&output, code == KT_EXIT_DONE ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        code = KT_EXIT_INTEGRATION;
-    for (int i = 0; i < count; i++) {
-        if (parts[i].file != NULL)
-            (void)fclose(parts[i].file);
-        free(parts[i].line);
-    }
-    free(parts);
     return code;
 }
 
@@ -569,7 +458,7 @@ int kt_command_sweep(int argc, char **argv) {
     if (code >= 0)
         return code;
     if (arguments.merge)
-        return merge(&arguments, argv + 1, operands);
+        return kt_sweep_merge(&arguments, argv + 1, operands);
     if (operands > 1) {
         kt_say("sweep: '%s' is one word too many; only --merge takes several files", argv[2]);
         return KT_EXIT_USAGE;

@@ -1,0 +1,291 @@
+/* Parts of a sweep (--shard), and how they are put together (--merge).
+ *
+ * Lines of a part have the number of a run and its values, but not the plan of the sweep. FILE.shard beside FILE has a
+ * checksum of the plan and the scene, the number of all runs, and the runs of the part. Parts of one sweep have equal
+ * checksums.
+ */
+#include "sweep/merge.h"
+#include "records/output.h"
+#include "text/json.h"
+
+#include "base/sum.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SHARD_ENDING ".shard"
+
+/* ---- FILE.shard -------------------------------------------------------------------------------------------------- */
+
+static uint64_t sum_of_axis(uint64_t sum, const kt_axis *axis) {
+    const int64_t numbers[] = {axis->is_angle, axis->is_random, axis->draw, axis->is_logarithmic, axis->count};
+    const double ends[] = {axis->a, axis->b};
+    sum = kt_sum_add_text(sum, axis->path);
+    sum = kt_sum_add(kt_sum_add(sum, numbers, sizeof numbers), ends, sizeof ends);
+    return axis->values != NULL ? kt_sum_add(sum, axis->values, (size_t)axis->count * sizeof *axis->values) : sum;
+}
+
+uint64_t kt_sweep_sum(const kt_sweep *sweep) {
+    const kt_sweep_plan *plan = &sweep->plan;
+    const kt_settings *settings = &sweep->arguments->settings;
+    const int64_t numbers[] = {plan->count,  plan->sample,  plan->is_table,
+                               plan->points, plan->repeats, (int64_t)plan->seed};
+    uint64_t sum = kt_sum_add(KT_SUM_START, sweep->text, sweep->size);
+    sum = kt_sum_add(sum, numbers, sizeof numbers);
+    for (int i = 0; i < plan->count; i++)
+        sum = sum_of_axis(sum, &plan->axes[i]);
+    for (int i = 0; i < settings->count; i++)
+        sum = kt_sum_add_text(sum, settings->text[i]);
+    return sum;
+}
+
+/* Returns the name of FILE.shard, which the caller frees. NULL: FILE is no file of its own ("-", a device), or there is
+ * not enough memory. */
+static char *shard_name(const char *out) {
+    char *partial = kt_partial_name(out);
+    const bool is_file = partial != NULL && strcmp(partial, out) != 0;
+    const size_t room = strlen(out) + sizeof SHARD_ENDING;
+    char *name = is_file ? malloc(room) : NULL;
+    if (name != NULL)
+        snprintf(name, room, "%s%s", out, SHARD_ENDING);
+    free(partial);
+    return name;
+}
+
+void kt_sweep_shard_remove(const char *out) {
+    char *name = shard_name(out);
+    if (name != NULL)
+        (void)unlink(name);
+    free(name);
+}
+
+int kt_sweep_shard_write(const char *out, const kt_sweep_shard *shard) {
+    char *name = shard_name(out), sum[24];
+    snprintf(sum, sizeof sum, "%016" PRIx64, shard->sweep);
+    const int code =
+        name == NULL ? KT_EXIT_DONE
+                     : kt_json_write(json_pack("{s:s, s:I, s:I, s:I}", "sweep", sum, "runs", (json_int_t)shard->runs,
+                                               "first", (json_int_t)shard->first, "end", (json_int_t)shard->end),
+                                     name);
+    free(name);
+    return code;
+}
+
+/* Reads FILE.shard, if it is there. */
+static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_there) {
+    json_error_t error;
+    json_int_t runs = 0, first = 0, end = 0;
+    const char *sum = NULL;
+    char *name = shard_name(part), *rest = NULL;
+    json_t *root = NULL;
+    int code = -1;
+    *is_there = name != NULL && access(name, F_OK) == 0;
+    if (*is_there)
+        root = json_load_file(name, 0, &error);
+    if (root != NULL &&
+        json_unpack(root, "{s:s, s:I, s:I, s:I}", "sweep", &sum, "runs", &runs, "first", &first, "end", &end) == 0)
+        *shard = (kt_sweep_shard){.sweep = strtoull(sum, &rest, 16), .runs = runs, .first = first, .end = end};
+    if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end)) {
+        kt_say("sweep: %s does not name the runs of a part; remove it, or compute the part anew", name);
+        code = KT_EXIT_USAGE;
+    }
+    json_decref(root);
+    free(name);
+    return code;
+}
+
+/* ---- lines of parts ---------------------------------------------------------------------------------------------- */
+
+void kt_sweep_say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
+    const bool is_fused = strstr(header, KT_SWEEP_LANES ",why\n") != NULL;
+    if (is_fused != (strstr(own, KT_SWEEP_LANES ",why\n") != NULL))
+        kt_say(
+            "sweep: %s has lines of a kinetree that was built %s -Dfused=enabled, whose digits are not those of %s; %s",
+            name, is_fused ? "with" : "without", than, remedy);
+    else
+        kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
+}
+
+typedef struct part {
+    const char *name;
+    FILE *file;
+    char *line; /* the next one */
+    size_t room;
+    long long run; /* its number; -1: there is none */
+    kt_sweep_shard shard;
+    bool has_shard;
+} part;
+
+static int say_sweep_part(const part *p, const char *what) {
+    kt_say("sweep: %s: %s", p->name, what);
+    return KT_EXIT_USAGE;
+}
+
+/* Reads the number of the next run, which is one of those that the part's FILE.shard lists. */
+static int next_part_line(part *p) {
+    char *end;
+    const ssize_t length = getline(&p->line, &p->room, p->file);
+    p->run = -1;
+    if (length <= 0)
+        return -1;
+    const long long run = strtoll(p->line, &end, 10);
+    if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
+        return say_sweep_part(p, "its last line is no whole run: is that part still being written?");
+    if (p->has_shard && (run < p->shard.first || run >= p->shard.end)) {
+        kt_say("sweep: %s has run %lld, and %s%s lists the runs %lld to %lld: it is of another file", p->name, run,
+               p->name, SHARD_ENDING, (long long)p->shard.first, (long long)p->shard.end - 1);
+        return KT_EXIT_USAGE;
+    }
+    p->run = run;
+    return -1;
+}
+
+/* Opens the parts; their first lines must agree. */
+static int open_parts(part *parts, int count, char **names) {
+    int code = -1;
+    for (int i = 0; code < 0 && i < count; i++) {
+        part *p = &parts[i];
+        p->name = names[i];
+        p->file = fopen(names[i], "r");
+        if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
+            return say_sweep_part(p, p->file == NULL ? strerror(errno) : "it is empty");
+        if (i > 0 && strcmp(p->line, parts[0].line) != 0) {
+            kt_sweep_say_columns(p->name, p->line, parts[0].line, "the first part", "leave it out, or compute it anew");
+            return KT_EXIT_USAGE;
+        }
+    }
+    return code;
+}
+
+/* Reads FILE.shard of each part. *runs: the number of all runs, -1 if some part has no such file. */
+static int read_shards(part *parts, int count, int64_t *runs) {
+    int known = -1, unknown = -1;
+    for (int i = 0; i < count; i++) {
+        part *p = &parts[i];
+        const int code = read_shard_file(p->name, &p->shard, &p->has_shard);
+        if (code >= 0)
+            return code;
+        if (!p->has_shard) {
+            unknown = unknown < 0 ? i : unknown;
+        } else if (known < 0) {
+            known = i;
+        } else if (p->shard.sweep != parts[known].shard.sweep || p->shard.runs != parts[known].shard.runs) {
+            kt_say("sweep: %s is a part of another sweep than %s: the scene or the options differ; leave one of them "
+                   "out, or compute it anew",
+                   p->name, parts[known].name);
+            return KT_EXIT_USAGE;
+        }
+    }
+    if (unknown >= 0)
+        kt_say("sweep: there is no %s%s: whether the parts are of one sweep, and whether its last runs are there, is "
+               "not checked",
+               parts[unknown].name, SHARD_ENDING);
+    *runs = unknown < 0 && known >= 0 ? parts[known].shard.runs : -1;
+    return -1;
+}
+
+/* Returns the part with the lowest run; NULL: no part has a run. */
+static part *lowest(part *parts, int count) {
+    part *found = NULL;
+    for (int i = 0; i < count; i++)
+        if (parts[i].run >= 0 && (found == NULL || parts[i].run < found->run))
+            found = &parts[i];
+    return found;
+}
+
+/* Reports the runs that are missing or repeated. Returns an exit code. */
+static int say_missing(const char *out, long long missing, long long first, long long repeated, int64_t runs) {
+    if (repeated > 0)
+        kt_say("sweep: %lld runs are in two parts; the first is taken", repeated);
+    if (missing == 0)
+        return KT_EXIT_DONE;
+    char of[40] = "";
+    if (runs >= 0)
+        snprintf(of, sizeof of, " of %lld", (long long)runs);
+    kt_say("sweep: %lld%s run%s in none of the parts, from run %lld on; %s has the others", missing, of,
+           missing == 1 && runs < 0 ? " is" : "s are", first, strcmp(out, "-") == 0 ? "standard output" : out);
+    return KT_EXIT_INTEGRATION;
+}
+
+/* Writes the lines of all parts in the order of their runs. *is_whole: the file has all that the parts have. */
+static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const char *out, bool *is_written) {
+    long long expected = 0, missing = 0, repeated = 0, first = -1;
+    int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+    for (int i = 0; code < 0 && i < count; i++)
+        code = next_part_line(&parts[i]);
+    for (part *p = lowest(parts, count); code < 0 && p != NULL; p = lowest(parts, count)) {
+        if (p->run >= expected) {
+            first = first < 0 && p->run > expected ? expected : first;
+            missing += p->run - expected;
+            expected = p->run + 1;
+            code = fputs(p->line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+        } else {
+            repeated++;
+        }
+        code = code < 0 ? next_part_line(p) : code;
+    }
+    if (code == KT_EXIT_INTEGRATION)
+        kt_say("sweep: the runs cannot be written: %s", strerror(errno));
+    if (code >= 0)
+        return code;
+    *is_written = true;
+    first = first < 0 && expected < runs ? expected : first;
+    missing += expected < runs ? runs - expected : 0;
+    return say_missing(out, missing, first, repeated, runs);
+}
+
+/* The parts with some runs missing are a part again. */
+static int write_merged_shard(const part *parts, int count, const char *out) {
+    kt_sweep_shard all = parts[0].shard;
+    for (int i = 1; i < count; i++) {
+        all.first = parts[i].shard.first < all.first ? parts[i].shard.first : all.first;
+        all.end = parts[i].shard.end > all.end ? parts[i].shard.end : all.end;
+    }
+    return kt_sweep_shard_write(out, &all);
+}
+
+int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count) {
+    kt_output output = {.lock = -1};
+    part *parts = calloc((size_t)count, sizeof *parts);
+    const char *out = arguments->out;
+    int code = KT_EXIT_USAGE;
+    if (out == NULL || parts == NULL) {
+        kt_say(out == NULL ? "sweep: --merge writes to --out FILE; give it" : "sweep: there is not enough memory");
+        free(parts);
+        return code;
+    }
+    const bool to_file = strcmp(out, "-") != 0;
+    bool is_written = false;
+    int64_t runs = -1;
+    code = open_parts(parts, count, names);
+    code = code < 0 ? read_shards(parts, count, &runs) : code;
+    if (code < 0 && to_file)
+        code = kt_output_start(&output, out);
+    FILE *file = code >= 0 ? NULL : to_file ? fopen(kt_output_path(&output), "w") : stdout;
+    if (code < 0 && file == NULL)
+        code = say_sweep_part(&(part){.name = out}, strerror(errno));
+    if (code < 0) {
+        code = merge_lines(parts, count, file, runs, out, &is_written);
+        if (to_file && fclose(file) != 0) {
+            is_written = false;
+            code = KT_EXIT_INTEGRATION;
+        }
+    }
+    if (to_file && kt_output_end(&output, is_written ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        code = KT_EXIT_INTEGRATION;
+    if (is_written)
+        kt_sweep_shard_remove(out);
+    if (is_written && runs >= 0 && code == KT_EXIT_INTEGRATION)
+        (void)write_merged_shard(parts, count, out);
+    for (int i = 0; i < count; i++) {
+        if (parts[i].file != NULL)
+            (void)fclose(parts[i].file);
+        free(parts[i].line);
+    }
+    free(parts);
+    return code;
+}
