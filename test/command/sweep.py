@@ -80,6 +80,20 @@ simulate: {duration: 1}
     pathlib.Path("angles.csv").write_text("tilt\n10 deg\n60 deg\n")
     lines = rows(run("hinge.yaml", "--from", "angles.csv", "--one-by-one", "--columns", "position.arm", "--out", "-").stdout)
     same("angles of a table", [l["position.arm.end"] for l in lines], ends)
+    for words in (["--vary", "tilt=10:60 deg:3"], ["--vary", "tilt=10 deg:60:3"], ["--vary", "tilt=10 deg,20,30 deg"], ["--random", "tilt=normal(1,2 deg)"]):
+        told = run("hinge.yaml", *words, "--out", "-", code=1).stderr
+        same(f"units of some values only: {words[1]}", "tilt: some values are angles with a unit" in told, True)
+    same("zero needs no unit", len(rows(run("hinge.yaml", "--vary", "tilt=0:60 deg:3", "--out", "-").stdout)), 3)
+    pathlib.Path("angles.csv").write_text("tilt\n10 deg\n60\n")
+    same("nor in a table", "angles.csv tilt: some values are" in run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=1).stderr, True)
+    pathlib.Path("angles.csv").write_text("bodies.arm.mass [kg],tilt [deg]\n1,10\n")
+    told = run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=1).stderr
+    same("a name with a unit", "angles.csv:1: 'bodies.arm.mass [kg]': names of values that vary have no unit; write 'bodies.arm.mass'" in told, True)
+    pathlib.Path("angles.csv").write_text(" bodies.arm.com[0] , tilt \n1,10 deg\n")
+    same("blanks around names", list(rows(run("hinge.yaml", "--from", "angles.csv", "--out", "-").stdout)[0])[1:3], ["bodies.arm.com[0]", "tilt"])
+    for more, count in (([], 1), (["--quiet"], 0)):
+        told = run("hinge.yaml", "--vary", "tilt=10:60:3", "--out", "-", *more).stderr
+        same(f"whole radians are warned of {count} times", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), count)
 
 
 def fused():

@@ -2,6 +2,7 @@
  * column of its records. A run that fails is a line, too. */
 #include "sweep/functional.h"
 
+#include "advice/angles.h"
 #include "advice/excess.h"
 #include "advice/growth.h"
 #include "records/columns.h"
@@ -557,6 +558,8 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     unsigned record;
     if (status == KT_OK)
         code = kt_sweep_plan_check(&sweep->plan, m.scene);
+    if (code < 0 && status == KT_OK)
+        kt_angles_say(m.scene, sweep->arguments->quiet);
     if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = make_native_file(sweep, &m);
     if (code < 0 && status == KT_OK)

@@ -143,8 +143,10 @@ static bool take_axis_value(kt_axis *axis, const char **text, char after, double
     word[length] = '\0';
     *text += length + (after != '\0');
     const char *number = word + strspn(word, " "), *end;
-    if (kt_decimal_read(number, value, &end) && *end == '\0')
+    if (kt_decimal_read(number, value, &end) && *end == '\0') {
+        axis->has_plain = axis->has_plain || *value != 0.0;
         return true;
+    }
     const bool is_angle = kt_scalar_classify(number, value) == KT_SCALAR_ANGLE;
     axis->is_angle = axis->is_angle || is_angle;
     return is_angle;
@@ -208,13 +210,24 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
     return -1;
 }
 
+/* Rejects an axis with angles and other numbers: 10:60 deg begins at 10 rad. Zero needs no unit. */
+static int check_axis_units(const char *where, const kt_axis *axis) {
+    if (!axis->is_angle || !axis->has_plain)
+        return -1;
+    kt_say("%s %s: some values are angles with a unit, and others are numbers; write the unit behind each "
+           "(10 deg:60 deg:3)",
+           where, axis->path);
+    return KT_EXIT_USAGE;
+}
+
 static int read_vary(kt_sweep_plan *plan, const char *text) {
     const char *rest;
     int code;
     kt_axis *axis = add_axis(plan, text, &rest, &code);
     if (axis == NULL)
         return code;
-    return strchr(rest, ':') != NULL ? read_axis_range(text, rest, axis) : read_list(text, rest, axis);
+    code = strchr(rest, ':') != NULL ? read_axis_range(text, rest, axis) : read_list(text, rest, axis);
+    return code < 0 ? check_axis_units("--vary", axis) : code;
 }
 
 static int check_distribution(const kt_axis *axis) {
@@ -246,7 +259,8 @@ static int read_random(kt_sweep_plan *plan, const char *text) {
             if (!take_axis_value(axis, &rest, ',', &axis->a) || !take_axis_value(axis, &rest, ')', &axis->b) ||
                 *rest != '\0')
                 break;
-            return check_distribution(axis);
+            code = check_axis_units("--random", axis);
+            return code < 0 ? check_distribution(axis) : code;
         }
     return say_random(text);
 }
@@ -259,12 +273,22 @@ static int say_table(const char *path, int64_t line, const char *what) {
 }
 
 /* The names of the first line. */
-static int read_axis_names(kt_sweep_plan *plan, char *line) {
+static int read_axis_names(kt_sweep_plan *plan, const char *path, char *line) {
     char *rest = line;
     for (char *name = strtok_r(line, ",", &rest); name != NULL; name = strtok_r(NULL, ",", &rest)) {
         char text[512];
         const char *ignored;
         int code;
+        name += strspn(name, " ");
+        for (size_t length = strlen(name); length > 0 && name[length - 1] == ' ';)
+            name[--length] = '\0';
+        const size_t length = strcspn(name, " ");
+        if (name[length] != '\0' && name[strlen(name) - 1] == ']') {
+            kt_say("%s:1: '%s': names of values that vary have no unit; write '%.*s', and values in SI units or angles "
+                   "such as 10 deg",
+                   path, kt_show(name).text, (int)length, kt_show(name).text);
+            return KT_EXIT_USAGE;
+        }
         if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text ||
             add_axis(plan, text, &ignored, &code) == NULL)
             return KT_EXIT_USAGE;
@@ -300,13 +324,15 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     }
     while (code < 0 && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\r\n")] = '\0';
-        code = number++ == 0     ? read_axis_names(plan, line)
+        code = number++ == 0     ? read_axis_names(plan, path, line)
                : line[0] != '\0' ? read_axis_row(plan, path, number, line)
                                  : -1;
     }
     free(line);
     (void)fclose(file);
     plan->is_table = true;
+    for (int i = 0; code < 0 && i < plan->count; i++)
+        code = check_axis_units(path, &plan->axes[i]);
     if (code < 0 && plan->points == 0)
         return say_table(path, number, "there are no rows; the first line has the names, each other a run");
     return code;

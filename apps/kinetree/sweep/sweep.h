@@ -25,6 +25,7 @@ enum { KT_SWEEP_AXES_MAX = 32 };
 typedef struct kt_axis {
     char *path;           /* as of --set: "L", "bodies.arm.mass" */
     bool is_angle;        /* given with a unit; values are in radians */
+    bool has_plain;       /* some value other than zero has no unit */
     bool is_random;       /* drawn anew for each run */
     kt_draw draw;         /* random: its distribution */
     double a, b;          /* random: its numbers; of a range: its ends */
