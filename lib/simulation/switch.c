@@ -55,8 +55,9 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
         return status;
     (void)snprintf(where, sizeof where, "t = %.9g s", t);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                        "loops are switched on that are open by %.3g (m or rad), more than %.3g; switch them on at an "
-                        "event at which they are closed, or raise kt_simulation_options.switch_gap",
+                        "loops are switched on that are open by %.3g (m or rad), more than %.3g; switch them on when "
+                        "they are closed: change the start or the event, or use engage_here, which closes a loop with "
+                        "the world where its body is. A program in C may raise kt_simulation_options.switch_gap",
                         residual.position, most);
 }
 

@@ -280,8 +280,12 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
         if (one == NULL)
             return;
         kt_check_equal_int("switch", kt_simulation_switch(one, 1, NULL, &error), i == 0 ? KT_ERROR_CONSTRAINT : KT_OK);
-        if (i == 0)
-            kt_check_contains("the remedy", error.message, "more than 1.4; switch");
+        if (i == 0) {
+            kt_check_contains("the remedy of a scene", error.message,
+                              "more than 1.4; switch them on when they are closed: change the start or the event");
+            kt_check_contains("the remedy of a program", error.message,
+                              "in C may raise kt_simulation_options.switch_gap");
+        }
         const kt_model *now = kt_simulation_model(one);
         (void)kt_fine("data", kt_data_create(now, &data, &error), &error);
         (void)kt_fine("residual",
