@@ -24,8 +24,11 @@
  * (kt_state), which count in their own units.
  *
  * A difference is taken from the whole motion through the given state. The rotation of a spherical or free joint is
- * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Steady motions (a sleeping top, a bicycle
- * that rolls straight ahead) therefore have constant matrices. About any other motion the matrices hold for an instant.
+ * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Some steady motions (a sleeping top, a
+ * bicycle that rolls straight ahead) therefore have constant matrices. About any other motion the matrices hold for an
+ * instant, and their eigenvalues do not decide the stability. A wheel with a free joint is an example. Its axes turn
+ * about a horizontal axis, so that its matrix is periodic even if it rolls straight ahead. Functions of the time can
+ * change a matrix, too. kt_floquet_evaluate is for such motions.
  * Matrices are column-major. Calls do not allocate unless their docstring says so.
  */
 #ifndef KINETREE_ANALYSIS_H

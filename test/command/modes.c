@@ -92,6 +92,47 @@ KT_TEST(modes_tells_which_state_it_is_about) {
     kt_expect(1, "--nearest is about an equilibrium", "$K modes cart.yaml --nearest --at initial");
 }
 
+/* An upright wheel rolls straight ahead. It is stable if v^2 > g R / 3. The coordinates of its free joint turn with it
+ * about a horizontal axis. A yaw, a lean and a spin do not. Their frequency is that of a thin disc, with the square 12
+ * (v / R)^2 / 5 - 4 g / (5 R). */
+KT_TEST(modes_calls_a_motion_steady_only_if_its_matrix_is_constant) {
+    static const char wheel[] = "mass: 2, com: [0, 0, 0], inertia: [0.045, 0.09, 0.045]}]\n"
+                                "loops: [{name: road, type: rolling, wheel: wheel, axis: y, radius: 0.3, on: world}]\n";
+    static const char *const joints[] = {
+        "bodies: [{name: wheel, joint: {type: free, position: {position: [0, 0, 0.3]}, velocity: {linear: [1.2, 0, 0], "
+        "angular: [0, 4, 0]}}, ",
+        "bodies: [{name: yaw, joint: {type: planar, axis: z, velocity: [1.2, 0, 0]}}, {name: lean, parent: yaw, joint: "
+        "{type: revolute, axis: x}}, {name: drop, parent: lean, joint: {type: prismatic, axis: z, at: [0, 0, 0.3]}}, "
+        "{name: wheel, parent: drop, joint: {type: revolute, axis: y, velocity: 4}, "};
+    char scene[1200];
+    (void)snprintf(scene, sizeof scene, "kinetree: 1\ngravity: [0, 0, -9.81]\n%s%s", joints[0], wheel);
+    kt_write_file("wheel.yaml", scene);
+    kt_ran ran = kt_shell("$K modes wheel.yaml");
+    kt_check_contains("free", ran.out, "wheel: linearised about its motion, 8 states\n");
+    kt_check_contains("note", ran.err, "its state matrix changes along it");
+    kt_check_contains("remedy", ran.err, "--period S");
+    kt_expect(0, "its state matrix changes along it", "$K view wheel.yaml --modes");
+    (void)snprintf(scene, sizeof scene, "kinetree: 1\ngravity: [0, 0, -9.81]\n%s%s", joints[1], wheel);
+    kt_write_file("wheel.yaml", scene);
+    ran = kt_shell("$K modes wheel.yaml");
+    kt_check_contains("tree", ran.out, "wheel: linearised about its steady motion, 8 states\n");
+    kt_check_contains("frequency", ran.out, "   1      0.556815             0     0.0000  ");
+    kt_check_text("without a note", ran.err, "");
+    static const char shaft[] =
+        "kinetree: 1\ngravity: [0, 0, 0]\n"
+        "bodies: [{name: r, joint: {type: free, velocity: {angular: [20, 0, 0]}}, mass: 1, inertia: [0.02, 0.01, "
+        "0.012]}]\n"
+        "effects: [{type: bushing, between: [world, r], stiffness: [100, 200, 300, 0, %s]}]\n";
+    (void)snprintf(scene, sizeof scene, shaft, "0, 0");
+    kt_write_file("shaft.yaml", scene);
+    ran = kt_shell("$K modes shaft.yaml");
+    kt_check_contains("free rotations", ran.out, "about its steady motion");
+    (void)snprintf(scene, sizeof scene, shaft, "2, 6");
+    kt_write_file("shaft.yaml", scene);
+    ran = kt_shell("$K modes shaft.yaml");
+    kt_check_contains("supports that do not turn", ran.out, "about its motion");
+}
+
 /* With m / M = 0.15: x'' = u / 2 + ..., theta'' = -(u / 2) / 0.6 about hanging. */
 KT_TEST(modes_gives_matrices_with_names_as_json) {
     kt_write_file("cart.yaml", cart);

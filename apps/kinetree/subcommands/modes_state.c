@@ -4,6 +4,11 @@
 #include "command.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A motion of constant velocities whose state matrix is not constant. */
+static const char periodic_motion[] = "motion";
 
 static int choose_state(kt_small_motion *motion, int at, bool nearest) {
     kt_error error = {0};
@@ -40,17 +45,98 @@ static bool motion_is_steady(const kt_linear_system *system) {
     return true;
 }
 
+/* ---- constant matrices along a steady motion --------------------------------------------------------------------- */
+
+/* The acceleration of a steady motion is zero, and its coordinates move along q (+) v t. The state matrix is not always
+ * constant there. The coordinates of a wheel with a free joint turn with the wheel, so its matrix is periodic. Modes
+ * decide the stability of a constant matrix only. The matrix is therefore compared with those of two later moments. */
+
+/* Returns the size of a large change of a state: that of its coordinate, or 1 for an auxiliary state. */
+static double size_of_state(const kt_linear_system *system, int i) {
+    if (i >= system->positions + system->velocities)
+        return 1.0;
+    return system->unit[i < system->positions ? system->position_coordinate[i]
+                                              : system->velocity_coordinate[i - system->positions]];
+}
+
+/* Returns whether two linear systems have the same states. The choice among equivalent coordinates may be left to
+ * rounding. */
+static bool states_agree(const kt_linear_system *a, const kt_linear_system *b) {
+    return a->positions == b->positions && a->velocities == b->velocities && a->own_states == b->own_states &&
+           memcmp(a->position_coordinate, b->position_coordinate, (size_t)a->positions * sizeof(int)) == 0 &&
+           memcmp(a->velocity_coordinate, b->velocity_coordinate, (size_t)a->velocities * sizeof(int)) == 0;
+}
+
+/* Returns whether two state matrices agree. Row by row, they may differ by 10 estimated errors, and by 1e-8 of the
+ * largest number of the row, over the sizes of the states. */
+static bool matrices_agree(const kt_linear_system *a, const kt_linear_system *b) {
+    const size_t n = (size_t)a->states;
+    if (!states_agree(a, b))
+        return false;
+    for (int i = 0; i < a->states; i++) {
+        double largest = 0.0;
+        for (int j = 0; j < a->states; j++)
+            largest = fmax(largest, fabs(a->state[(size_t)j * n + (size_t)i]) * size_of_state(a, j));
+        for (int j = 0; j < a->states; j++) {
+            const size_t at = (size_t)j * n + (size_t)i;
+            const double error = 10.0 * (a->state_error[at] + b->state_error[at]);
+            if (!(fabs(a->state[at] - b->state[at]) <= error + 1e-8 * largest / size_of_state(a, j)))
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Returns whether the state matrix is the same at a later moment of a steady motion. later: a linearisation. moved: nq
+ * + nv numbers. A state that cannot be linearised has another matrix. */
+static bool matrix_is_same_at(const kt_small_motion *motion, double time, kt_linearization *later, double *moved) {
+    double *q = moved, *change = moved + kt_model_nq(motion->model);
+    const int nv = kt_model_nv(motion->model), own = kt_own_state_count(motion->model);
+    for (int i = 0; i < nv; i++)
+        change[i] = time * motion->v[i];
+    kt_position_add(motion->model, motion->q, change, q);
+    if (own > 0)
+        memcpy(kt_linearization_own_states(later), kt_linearization_own_states(motion->linearization),
+               (size_t)own * sizeof(double));
+    return kt_linearization_evaluate(later, time, q, motion->v, NULL, NULL) == KT_OK &&
+           matrices_agree(kt_linearization_system(motion->linearization), kt_linearization_system(later));
+}
+
+/* Returns whether the state matrix is constant along a steady motion. The two moments are the times of unequal angles
+ * of the fastest coordinate, within the duration of the scene. */
+static bool matrix_is_constant(const kt_small_motion *motion, const kt_linear_system *system) {
+    const double duration = motion->scene.run.duration, turn = 1.0 / system->speed;
+    const double unit = duration > 0.0 ? fmin(turn, duration) : turn;
+    const size_t numbers = (size_t)kt_model_nq(motion->model) + (size_t)kt_model_nv(motion->model);
+    double *moved = calloc(numbers + 1, sizeof *moved);
+    kt_linearization *later = NULL;
+    const bool constant = moved != NULL && kt_linearization_create(motion->model, NULL, &later, NULL) == KT_OK &&
+                          matrix_is_same_at(motion, 0.37 * unit, later, moved) &&
+                          matrix_is_same_at(motion, unit, later, moved);
+    kt_linearization_free(later);
+    free(moved);
+    return constant;
+}
+
+/* ---- the name of the state --------------------------------------------------------------------------------------- */
+
 static const char *name_linear_state(const kt_small_motion *motion, const kt_linear_system *system) {
     if (motion->settled)
         return "equilibrium";
-    if (system->speed > 1e-12)
-        return motion_is_steady(system) ? "steady motion" : "motion";
+    if (system->speed > 1e-12) {
+        const bool steady = motion_is_steady(system);
+        return !steady ? "motion" : matrix_is_constant(motion, system) ? "steady motion" : periodic_motion;
+    }
     return system->acceleration > 1e-9 || (system->own_states > 0 && !motion_is_steady(system)) ? "initial position"
                                                                                                 : "equilibrium";
 }
 
 static void warn_of_state(const kt_linear_system *system, const char *state) {
-    if (state[0] == 'm')
+    if (state == periodic_motion)
+        kt_say("the velocities of this motion are constant, but its state matrix changes along it, as if coordinates "
+               "turn with a body. These modes describe an instant only, and do not decide the stability; --period S "
+               "does, for a motion that repeats itself after S seconds");
+    else if (state[0] == 'm')
         kt_say("the initial state is part of a motion that changes, so these modes describe an instant only; --at "
                "equilibrium linearises about the position of rest");
     if (state[0] == 'i')
