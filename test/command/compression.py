@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What a run tells once, and in its summary: a distance that pushes, with its force and its time; an angle of a loop that has passed
-half a turn; joints that move no mass.
+half a turn; a path around a surface whose length jumps; joints that move no mass.
 
 compression.py KINETREE
 """
@@ -96,6 +96,49 @@ done, summary = run(FLYWHEEL.replace("DURATION", "0.88"), "less")
 claim("within_half_a_turn_nothing_is_told", [w for w in summary["warnings"] if w["code"] == "half_turn"])
 done, summary = run(FLYWHEEL.replace("DURATION", "2").replace("free, velocity: {angular: [0, 2.1, 2.8]}", "planar, axis: [0, 0.6, 0.8], velocity: [0, 0, 3.5]"), "counted")
 claim("where_turns_are_counted_nothing_is_told", [w for w in summary["warnings"] if w["code"] == "half_turn"])
+
+# A cord without force leads over a cylinder of 0.25 m from -1 m to a ball at the height 0.1 m, which moves towards the axis at 1 m/s
+# and enters the surface. The cord is straight from there on. It is bent by its free length s, and by an arc up to the ball.
+CORD = """kinetree: 1
+gravity: [0, 0, 0]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: x, at: [1, 0, 0.1], velocity: -1}, mass: 2}
+effects:
+  - {name: cord, type: expression, path: [{body: world, at: [-1, 0, 0]}, {body: world, at: [0, 0, 0], radius: 0.25, axis: y}, ball], force: "0*length"}
+simulate: {duration: DURATION}
+output: {interval: 0.2}
+"""
+away, free = math.sqrt(0.25**2 - 0.1**2), math.sqrt(1 - 0.25**2)
+arc = math.pi - math.asin(0.1 / 0.25) - math.atan(free / 0.25)
+jump = math.hypot(1 + away, 0.1) - (free + 0.25 * arc)
+for name, more in (("cord", ()), ("cord_steps", ("--integrator", "rk4", "--step", "0.02"))):
+    done, summary = run(CORD.replace("DURATION", "2"), name, *more)
+    found = [warning for warning in summary["warnings"] if warning["code"] == "path_jump"]
+    errors = [abs(found[0]["time"] - 1 + away), abs(found[0]["value"] - jump)] if found else [math.nan]
+    note(f"{name}: it jumps by {jump:.6g} m; errors {max(errors):.2e}")
+    claim(f"a_{name}_that_a_point_within_a_surface_cuts_is_told_once", [] if len(found) == 1 and max(errors) <= 1e-9 and
+          "the path of effect 'cord' jumps" in done.stderr and "entry 3 of the path, on 'ball', enters the surface of entry 2, on 'world'" in done.stderr
+          else [done.stderr, found])
+done, summary = run(CORD.replace("DURATION", "0.75"), "cord_whole")
+claim("before_that_no_jump_is_told", [w for w in summary["warnings"] if w["code"] == "path_jump"])
+done, summary = run(CORD.replace("DURATION", "2").replace("0.1]", "0.3]"), "cord_over")
+claim("a_cord_that_leaves_the_surface_does_not_jump", [w for w in summary["warnings"] if w["code"] == "path_jump"])
+
+# A load rises below a pulley, over which its rope leads. The rope loses its way where the line from its other end to the load is a
+# tangent of the pulley, below which the load is about to enter it.
+PULLEY = """kinetree: 1
+bodies:
+  - {name: load, joint: {type: prismatic, axis: z, at: [0.19, 0, -1], velocity: 1}, mass: 2}
+effects:
+  - {name: rope, type: expression, path: [{body: world, at: [-0.2, 0, -2]}, {body: world, at: [0, 0, 0], radius: 0.2, axis: y, side: [0, 0, 1]}, load], force: "0*length"}
+simulate: {duration: 0.935}
+"""
+tangent = math.atan2(-2, -0.2) + math.acos(0.2 / math.hypot(2, 0.2))
+lost = 1 + (0.2 - 0.19 * math.cos(tangent)) / math.sin(tangent)
+done, summary = run(PULLEY, "pulley")
+found = [warning for warning in summary["warnings"] if warning["code"] == "path_jump"]
+claim("a_rope_that_changes_its_way_is_told", [] if len(found) == 1 and abs(found[0]["time"] - lost) <= 1e-9 and "the path changes its way around the surface of entry 2, on 'world'" in done.stderr
+      else [done.stderr, found])
 
 # Joints that move no mass are told and listed, and what is given of their places where the balance of forces moves it.
 done, summary = run("""kinetree: 1

@@ -108,8 +108,7 @@ static void warn_of_steps(kt_outcome *outcome, double step, double left, double 
             step, t, left, time, cause);
 }
 
-static void watch_pace(const kt_simulation *simulation, void *user) {
-    kt_outcome *outcome = user;
+static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
     kt_pace *pace = &outcome->pace;
     const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
     const double t = kt_simulation_time(simulation), steps = (double)BETWEEN * WINDOW;
@@ -124,11 +123,23 @@ static void watch_pace(const kt_simulation *simulation, void *user) {
         warn_of_steps(outcome, step, left, (double)breakpoints / steps);
 }
 
+/* With paths, each step is watched. Without paths, one of BETWEEN adaptive steps is watched. */
+static void watch_steps(const kt_simulation *simulation, void *user) {
+    kt_outcome *outcome = user;
+    const bool jumps = kt_path_watch_add(&outcome->paths, kt_simulation_time(simulation),
+                                         kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+    if (jumps)
+        kt_progress_end(outcome->pace.progress);
+    if (outcome->run->step > 0.0 || (outcome->paths.count > 0 && ++outcome->pace.steps % BETWEEN != 0))
+        return;
+    watch_pace(simulation, outcome);
+}
+
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options) {
     outcome->pace = (kt_pace){.begin = kt_clock()};
-    if (outcome->run->step > 0.0)
+    if (outcome->run->step > 0.0 && outcome->paths.count == 0)
         return;
-    options->progress = watch_pace;
-    options->progress_steps = BETWEEN;
+    options->progress = watch_steps;
+    options->progress_steps = outcome->paths.count > 0 ? 1 : BETWEEN;
     options->progress_user = outcome;
 }

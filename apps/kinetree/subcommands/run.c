@@ -77,6 +77,9 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
     outcome->pace.progress = &progress;
+    (void)kt_path_watch_add(&outcome->paths, kt_simulation_time(outcome->simulation),
+                            kt_simulation_positions(outcome->simulation),
+                            kt_simulation_velocities(outcome->simulation));
     kt_sinks sinks = {.columns = &results->columns,
                       .csv = &results->csv,
                       .keep = &results->keep,
@@ -419,6 +422,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_compressions_begin(&outcome->compressions, outcome->scene,
                           kt_integrated_model(outcome->model, outcome->absolute));
     kt_half_turns_begin(&outcome->half_turns, outcome->model);
+    kt_path_watch_begin(&outcome->paths, outcome->scene, outcome->model, &outcome->warnings);
     kt_simulation_options options = choose_simulation_options(arguments, names, outcome, manner);
     unsigned record = 0;
     kt_status status = kt_columns_own_record(outcome->scene, outcome->model, &record, &error);
@@ -449,6 +453,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
                               &checkpoint, modes);
     kt_checkpoint_close(&checkpoint);
     kt_mode_watch_free(modes);
+    kt_path_watch_free(&outcome->paths);
     if (native != NULL && outcome->simulation != NULL && !arguments->quiet)
         kt_native_report(native, outcome->simulation);
     kt_simulation_free(outcome->simulation);

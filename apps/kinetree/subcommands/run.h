@@ -5,6 +5,7 @@
 #include "advice/compression.h"
 #include "advice/growth.h"
 #include "advice/half_turn.h"
+#include "advice/path_jump.h"
 #include "advice/warnings.h"
 #include "records/columns.h"
 #include "records/extremes.h"
@@ -107,6 +108,7 @@ typedef struct kt_pace {
     double begin;                 /* s of the clock, of the run */
     double time;                  /* s, where the last window of steps ended */
     uint64_t seen;                /* calls */
+    uint64_t steps;               /* with paths: all steps */
     uint64_t breakpoints;         /* up to there, at which steps ended */
     bool said;                    /* the warning has been given */
     struct kt_progress *progress; /* its bar is cleared first */
@@ -137,6 +139,7 @@ typedef struct kt_outcome {
     kt_residual constraint;       /* largest residuals */
     kt_compressions compressions; /* of distances, at all records */
     kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
+    kt_path_watch paths;          /* around surfaces, after all steps */
     const kt_columns *columns;    /* of the records; NULL: not listed yet */
     kt_extremes extremes;         /* of these columns, at all records */
     kt_marks marks;               /* of the events that have written rows, and of hard contacts */
@@ -163,8 +166,9 @@ int kt_summary_write(const kt_outcome *outcome, const char *path);
  * positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
-/* Sets options so that the simulation can warn once while it runs. The warning appears if adaptive steps are so short
- * that the run needs many. It reports their number, the time that they take, and the cause. */
+/* Sets options so that the simulation can warn while it runs. A warning appears if adaptive steps are so short that the
+ * run needs many. It reports their number, the time that they take, and the cause. Another one appears if the length of
+ * a path jumps (path_jump.h). */
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options);
 
 /* Warns once of own columns that are not finite at some records. The warning reports their number and the first
