@@ -111,6 +111,26 @@ KT_TEST(open_loops_are_told_equation_by_equation) {
     kt_expect(3, "they close if 'rocker' is not in 'initial: hold'", "$K info f.yaml");
 }
 
+/* A coupling and two drives agree at zero. The rates of the drives have the ratio 1/2, and the coupling demands 2. */
+KT_TEST(velocities_that_contradict_each_other_are_told_as_such) {
+    static const char scene[] = "kinetree: 1\nbodies:\n"
+                                "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                                "  - {name: b, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                                "loops:\n"
+                                "  - {name: gear, type: coupling, coefficients: {a: 1, b: -2}}\n"
+                                "  - {name: one, type: motion, joint: a, position: t}\n"
+                                "  - {name: two, type: motion, joint: b, position: 2*t}\n";
+    kt_write_file("drives.yaml", scene);
+    const kt_ran ran = kt_shell("$K check drives.yaml");
+    kt_check_equal_int("exit code", ran.code, 3);
+    kt_check_contains("what", ran.err, "the initial velocities contradict the loops");
+    kt_check_contains("cause", ran.err, "  the positions close, but loops and held joints prescribe velocities");
+    kt_check_contains("remedy", ran.err, "  the others agree without loop 'two'\n");
+    kt_check_equal_int("no bars", kt_count_of(ran.err, "bars are in line"), 0);
+    kt_check_equal_int("no lengths", kt_count_of(ran.err, "check the lengths"), 0);
+    kt_expect(0, NULL, "sed 's/2[*]t/t\\/2/' drives.yaml | $K check -");
+}
+
 /* A door whose second hinge is off by so much across the first one's axis, and not along any length from joint to end.
  * The reported place closes it for any size. */
 KT_TEST(ends_of_loops_that_are_apart_are_told_where_to_go) {

@@ -76,6 +76,8 @@ static bool closes_with_loop(const kt_scene *scene, int loop, const kt_loop *cha
     return closed;
 }
 
+bool kt_closes_without(const kt_scene *scene, int loop) { return closes_with_loop(scene, loop, NULL); }
+
 /* Tests the assembly with the joint of a body changed. */
 static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed) {
     kt_description d = scene->description;
@@ -317,22 +319,6 @@ static int advise_on_millimetres(const kt_scene *scene, int loop) {
     return found;
 }
 
-/* ---- two motions of one joint ------------------------------------------------------------------------------------ */
-
-int kt_say_double_motions(const char *before, const kt_scene *scene) {
-    const kt_description *d = &scene->description;
-    int found = 0;
-    for (int i = 0; i < d->loop_count; i++)
-        for (int k = 0; k < i && d->loops[i].type == KT_LOOP_MOTION; k++)
-            if (d->loops[k].type == KT_LOOP_MOTION && strcmp(d->loops[i].joint, d->loops[k].joint) == 0) {
-                fprintf(stderr,
-                        "%sloops '%s' and '%s' both prescribe the motion of joint '%s'; leave one of them out\n",
-                        before, d->loops[k].name, d->loops[i].name, d->loops[i].joint);
-                found++;
-            }
-    return found;
-}
-
 /* ---- residuals of open loops ------------------------------------------------------------------------------------- */
 
 /* Prints the residuals of a loop, grouped by unit: "0.5, 0, 0 m; 90, 0 deg". Residuals below 1e-6 of the largest of all
@@ -385,6 +371,7 @@ typedef struct reached {
     double *state;    /* q and v */
     double *residual; /* of all equations */
     double most;      /* the largest of them, m or rad */
+    bool is_closed;   /* the positions close, and velocities contradict each other */
 } reached;
 
 static void free_reached(reached *r) {
@@ -403,8 +390,10 @@ static bool find_reached(const kt_model *model, reached *r) {
         return false;
     double *v = r->state + kt_model_nq(model);
     kt_model_initial(model, r->state, v);
-    if (kt_state_assemble(model, r->data, 0.0, r->state, v, NULL) != KT_ERROR_CONSTRAINT)
+    kt_error error = {0};
+    if (kt_state_assemble(model, r->data, 0.0, r->state, v, &error) != KT_ERROR_CONSTRAINT)
         return false;
+    r->is_closed = strstr(error.message, "velocities contradict the loops") != NULL;
     kt_assembly_reached(model, r->data, r->state);
     return kt_loop_equations(model, r->data, 0.0, r->state, NULL, NULL, r->residual, NULL, NULL, NULL) == KT_OK &&
            kt_kinematics_update(model, r->data, r->state, NULL, NULL, NULL) == KT_OK;
@@ -563,7 +552,7 @@ static void advise_changes(const kt_scene *scene, const reached *r, const int *o
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_places(scene, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
-        if (closes_with_loop(scene, open[i], NULL)) {
+        if (kt_closes_without(scene, open[i])) {
             fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
@@ -579,7 +568,7 @@ void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     reached r;
     int open[TRIED_MAX], count = 0;
     double gap[TRIED_MAX], most = 0.0;
-    const int loops = find_reached(model, &r) ? kt_loop_count(model) : 0;
+    const int failed = find_reached(model, &r) ? kt_loop_count(model) : 0, loops = r.is_closed ? 0 : failed;
     for (int i = 0; i < loops; i++)
         r.most = most = fmax(most, largest_gap(model, i, r.residual));
     for (int i = 0, said = 0; i < loops && said < LISTED_MAX; i++) {
@@ -594,5 +583,9 @@ void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     }
     if (loops > 0 && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
         advise_changes(scene, &r, open, gap, count);
+    if (r.is_closed && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX) {
+        (void)advise_on_hold(scene);
+        kt_say_contradicting_velocities(scene);
+    }
     free_reached(&r);
 }

@@ -10,9 +10,16 @@ enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a f
  * released (-1: none is). The joint with the name `in` is held in addition (NULL: none is). */
 bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 
+/* Returns whether the scene's loops close without one of them. */
+bool kt_closes_without(const kt_scene *scene, int loop);
+
 /* Prints the pairs of loops that prescribe the motion of one joint, each line after `before`. Returns the number of
  * pairs. */
 int kt_say_double_motions(const char *before, const kt_scene *scene);
+
+/* Called if the positions close and the velocities contradict each other: prints the loops without which the others
+ * agree. */
+void kt_say_contradicting_velocities(const kt_scene *scene);
 
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);

@@ -1,0 +1,44 @@
+/* Explains which drives contradict each other. */
+#include "advice/advice.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { TRIALS = 6 }; /* loops without which the assembly is tried */
+
+int kt_say_double_motions(const char *before, const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int found = 0;
+    for (int i = 0; i < d->loop_count; i++)
+        for (int k = 0; k < i && d->loops[i].type == KT_LOOP_MOTION; k++)
+            if (d->loops[k].type == KT_LOOP_MOTION && strcmp(d->loops[i].joint, d->loops[k].joint) == 0) {
+                fprintf(stderr,
+                        "%sloops '%s' and '%s' both prescribe the motion of joint '%s'; leave one of them out\n",
+                        before, d->loops[k].name, d->loops[i].name, d->loops[i].joint);
+                found++;
+            }
+    return found;
+}
+
+/* Prints the loops without which the others agree. Motions of joints are tried first. Returns their number. */
+static int advise_on_contradicting_loops(const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int found = 0, tried = 0;
+    for (int others = 0; others < 2; others++)
+        for (int i = 0; i < d->loop_count && d->loop_count > 1; i++)
+            if ((d->loops[i].type != KT_LOOP_MOTION) == (others == 1) && tried++ < TRIALS &&
+                kt_closes_without(scene, i)) {
+                fprintf(stderr, "  the others agree without loop '%s'\n", d->loops[i].name);
+                found++;
+            }
+    return found;
+}
+
+void kt_say_contradicting_velocities(const kt_scene *scene) {
+    fputs(
+        "  the positions close, but loops and held joints prescribe velocities that contradict each other at t = 0 s; "
+        "make the rates of drives and the velocities of held joints agree\n",
+        stderr);
+    (void)kt_say_double_motions("  ", scene);
+    (void)advise_on_contradicting_loops(scene);
+}
