@@ -360,6 +360,55 @@ KT_TEST(a_body_that_leans_through_a_mesh_is_half_hidden) {
     kt_check_true("the middle is seen", middle != edge && middle != 0xFFFFFF);
 }
 
+/* Pixels of a path's blue in a column, in the upper or in the lower half of the drawing; page units from its middle. */
+static int blue_of(const char *name, double x, bool is_upper) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const unsigned char *data = cairo_image_surface_get_data(picture);
+    const int height = cairo_image_surface_get_height(picture), middle = (128 + height - 132) / 2;
+    const int column = (int)lround(0.5 * cairo_image_surface_get_width(picture) + 2.0 * x);
+    int count = 0;
+    for (int y = is_upper ? 128 : middle; y < (is_upper ? middle : height - 132) && data != NULL; y++) {
+        const unsigned char *at = data + y * cairo_image_surface_get_stride(picture) + 4 * column;
+        count += at[0] - at[2] > 60;
+    }
+    cairo_surface_destroy(picture);
+    return count;
+}
+
+/* A ball runs around a post, and through the hole of a frame. The near half of its path is lower on the page. */
+KT_TEST(paths_in_space_are_before_and_behind_bodies) {
+    static const char ball[] = "bodies:\n"
+                               "  - {name: arm, joint: {type: revolute, axis: %s, position: %s,\n"
+                               "     velocity: 6.283185307179586}, mass: 1, markers: {m: [1, 0, 0]},\n"
+                               "     shape: {type: sphere, radius: 0.05, at: [1, 0, 0]}}\n";
+    char orbit[600], text[1000];
+    (void)kt_shell("mkdir -p parts");
+    kt_write_file("parts/ring.obj", ring);
+    (void)snprintf(orbit, sizeof orbit, ball, "z", "0");
+    (void)snprintf(text, sizeof text,
+                   "kinetree: 1\ngravity: [0, 0, -9.81]\nsimulate: {duration: 1}\n%s"
+                   "  - {name: post, joint: {type: fixed}, shape: {type: cylinder, radius: 0.3, length: 2}}\n",
+                   orbit);
+    kt_write_file("post.yaml", text);
+    (void)snprintf(orbit, sizeof orbit, ball, "[0, 1, 0.3]", "90 deg");
+    (void)snprintf(text, sizeof text,
+                   "kinetree: 1\ngravity: [0, 0, 0]\nsimulate: {duration: 1}\n%s"
+                   "  - {name: frame, mass: 1, joint: {type: fixed}}\nmeshes: [{body: frame, file: parts/ring.obj}]\n",
+                   orbit);
+    kt_write_file("hole.yaml", text);
+    static const struct {
+        const char *words;
+        double x; /* page units from the middle, on the post or the frame */
+    } pictures[] = {{"post.yaml --view 0,25", 10.0},
+                    {"post.yaml --view 0,25 --strobe 8", 10.0},
+                    {"hole.yaml --view z", 0.8 * 500.0 / 3.0}};
+    for (size_t i = 0; i < sizeof pictures / sizeof *pictures; i++) {
+        kt_expect(0, "t.png", "$K draw %s --trace arm.m --out t.png", pictures[i].words);
+        kt_check_above("pixels of the near half", blue_of("t.png", pictures[i].x, false), 0.0);
+        kt_check_equal_int("pixels of the far half", blue_of("t.png", pictures[i].x, true), 0);
+    }
+}
+
 KT_TEST(meshes_that_cannot_be_read_are_told_once) {
     char text[2000];
     (void)kt_shell("mkdir -p parts");

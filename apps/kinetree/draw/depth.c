@@ -332,6 +332,41 @@ static void find_limits(const kt_sheet *sheet, const things *t, kt_spot *low, kt
     }
 }
 
+/* ---- paths before and behind things ------------------------------------------------------------------------------ */
+
+/* The nearest of the things that hide paths; springs do not. */
+static bool depth_of_things(const void *user, kt_vec3 at, double *depth) {
+    const things *t = user;
+    bool found = false;
+    for (int i = 0; i < t->count; i++) {
+        const kt_solid *solid = &t->items[i].solid;
+        const double room = kt_vec3_norm(solid->half) + solid->half.x;
+        double enter, leave;
+        if (t->items[i].type == THING_SPRING || fabs(at.x - solid->pose.position.x) > room ||
+            fabs(at.y - solid->pose.position.y) > room)
+            continue;
+        const kt_pose inverse = kt_pose_invert(solid->pose);
+        const kt_vec3 from = kt_pose_apply(inverse, kt_vec3_make(at.x, at.y, 0.0));
+        if (!kt_solid_cut(solid, from, inverse.rotation.z, &enter, &leave))
+            continue;
+        *depth = found ? fmax(*depth, leave) : leave;
+        found = true;
+    }
+    return found;
+}
+
+typedef struct pixels {
+    const kt_sheet *sheet;
+    const kt_raster *raster;
+} pixels;
+
+static bool depth_of_pixels(const void *user, kt_vec3 at, double *depth) {
+    const pixels *p = user;
+    return kt_raster_depth(p->raster, kt_sheet_spot(p->sheet, at), depth);
+}
+
+/* ---- painting ---------------------------------------------------------------------------------------------------- */
+
 /* Paints all things but springs as pixels. The solids of a rigid part have one line around them. */
 static bool paint_pixels(const kt_sheet *sheet, const things *t) {
     const kt_picture *p = sheet->drawing->picture;
@@ -346,6 +381,8 @@ static bool paint_pixels(const kt_sheet *sheet, const things *t) {
             fine = kt_raster_paint(raster, &what->solid, number, thing_colour_of(sheet, what));
     }
     fine = fine && kt_raster_show(raster);
+    if (fine)
+        kt_traces_cover(sheet, depth_of_pixels, &(pixels){sheet, raster});
     kt_raster_free(raster);
     for (int i = 0; i < t->pieces.count && fine; i++)
         if (t->items[t->pieces.items[i].thing].type == THING_SPRING)
@@ -360,6 +397,7 @@ static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars) {
     for (int i = 0; i < t->pieces.count; i++)
         if (!joins_bars || t->pieces.items[i].solid.type != KT_SOLID_ROD)
             paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
+    kt_traces_cover(sheet, depth_of_things, t);
     return true;
 }
 

@@ -170,26 +170,6 @@ static kt_sheet sheet_of(cairo_t *c, const kt_drawing *d, const layout *l, int s
                       .pin = fmin(fmax(1.5 * l->scale * d->picture->radius, 1.6), 6.5)};
 }
 
-/* ---- paths ------------------------------------------------------------------------------------------------------- */
-
-/* A path as a line; points that are less than half a unit from the last one drawn are left out. */
-static void paint_paths(const kt_sheet *sheet) {
-    for (int i = 0; i < sheet->drawing->path_count; i++) {
-        const kt_drawn_path *path = &sheet->drawing->paths[i];
-        kt_spot last = {DBL_MAX, DBL_MAX};
-        for (int k = 0; k < path->count; k++) {
-            const kt_spot at = kt_sheet_place(sheet, path->points[k]);
-            if (k > 0 && k + 1 < path->count && hypot(at.x - last.x, at.y - last.y) < 0.7)
-                continue;
-            cairo_line_to(sheet->c, at.x, at.y);
-            last = at;
-        }
-        kt_paper_use(sheet->c, kt_colour_mix(kt_sheet_colour(sheet, path->body), sheet->palette->ink, 0.25));
-        cairo_set_line_width(sheet->c, 1.2);
-        cairo_stroke(sheet->c);
-    }
-}
-
 /* ---- around the mechanism ---------------------------------------------------------------------------------------- */
 
 /* The world's axes as seen by the camera. */
@@ -319,11 +299,22 @@ static const kt_drawing *of_state(const kt_drawing *d, int state, kt_drawing *ow
     return own;
 }
 
+/* Begins to note the parts of paths that solids hide. In diagrams nothing hides a path. In an animation paths are
+ * behind all solids, because the solids move. */
+static bool begin_traces(const kt_drawing *d, const kt_sheet *sheet, kt_traces **traces) {
+    if (d->is_diagram || d->is_moving || d->path_count == 0)
+        return true;
+    kt_traces_free(*traces);
+    *traces = kt_traces_create(sheet);
+    return *traces != NULL;
+}
+
 static void paint_page(cairo_t *c, const void *what) {
     const page *p = what;
     const kt_drawing *d = p->drawing;
     const int last = d->state_count - 1;
     kt_drawing own;
+    kt_traces *traces = NULL;
     kt_sheet sheet = sheet_of(c, d, &p->layout, last);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
     kt_paper_head(c, sheet.palette, 20.0, WIDTH - 110.0, d->title, d->subtitle);
@@ -336,16 +327,22 @@ static void paint_page(cairo_t *c, const void *what) {
             const double fade = sheet.fade;
             sheet.fade = 0.0;
             kt_paint_ground(&sheet);
-            paint_paths(&sheet);
+            kt_paint_paths(&sheet);
             sheet.fade = fade;
         }
+        if (!d->is_strobe || i == first)
+            *p->fine = begin_traces(d, &sheet, &traces) && *p->fine;
+        sheet.traces = traces;
         *p->fine = paint_rest(&sheet) && *p->fine;
         *p->fine = kt_paint_solids(&sheet) && *p->fine;
+        if (!d->is_strobe || i == last)
+            kt_paint_near_paths(&sheet);
         if (!kt_sheet_is_plain(&sheet))
             kt_paint_symbols(&sheet);
         if (is_captioned(d))
             paint_caption(&sheet, &p->layout, i);
     }
+    kt_traces_free(traces);
     sheet.fade = 0.0;
     sheet.drawing = d;
     cairo_set_font_size(c, kt_small_size);

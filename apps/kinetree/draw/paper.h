@@ -11,6 +11,9 @@ typedef struct kt_spot {
     double x, y;
 } kt_spot;
 
+/* Paths of points, cut into short pieces, with the parts that solids hide (trace.c). */
+typedef struct kt_traces kt_traces;
+
 /* The part of the page on which one state is painted. */
 typedef struct kt_sheet {
     cairo_t *c;
@@ -22,6 +25,7 @@ typedef struct kt_sheet {
     double pin;           /* radius of a joint's symbol, on the page */
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
     bool is_grey;         /* all bodies have the colour of fixed ones */
+    kt_traces *traces;    /* kt_paint_solids notes the parts that it hides; NULL: none */
 } kt_sheet;
 
 /* ---- places and colours (sheet.c) -------------------------------------------------------------------------------- */
@@ -67,6 +71,26 @@ void kt_raster_free(kt_raster *raster);
  * kt_raster_show puts the pixels on the page. Both return false if memory is insufficient. */
 bool kt_raster_paint(kt_raster *raster, const kt_solid *solid, int thing, kt_colour colour);
 bool kt_raster_show(const kt_raster *raster);
+
+/* The depth of the nearest solid at a spot. Returns false if there is none. */
+bool kt_raster_depth(const kt_raster *raster, kt_spot at, double *depth);
+
+/* ---- paths (trace.c) --------------------------------------------------------------------------------------------- */
+
+/* Paints all paths of a drawing, before the solids. */
+void kt_paint_paths(const kt_sheet *sheet);
+
+/* The paths of a drawing, for the solids of one state or several. NULL: memory is insufficient. */
+kt_traces *kt_traces_create(const kt_sheet *sheet);
+void kt_traces_free(kt_traces *traces);
+
+/* Notes the parts of sheet->traces that painted solids hide. `depth` has the largest z of the solids at x and y of a
+ * point in the camera's frame, and returns false if there is none. */
+typedef bool kt_trace_depth(const void *user, kt_vec3 at, double *depth);
+void kt_traces_cover(const kt_sheet *sheet, kt_trace_depth *depth, const void *user);
+
+/* Paints the parts of sheet->traces that are in front of solids, after the solids. */
+void kt_paint_near_paths(const kt_sheet *sheet);
 
 /* ---- lines (line.c) ---------------------------------------------------------------------------------------------- */
 

@@ -154,6 +154,15 @@ static uint32_t pixel_at(const kt_raster *r, int column, int row) {
            (uint32_t)lround(share * green) << 8 | (uint32_t)lround(share * blue);
 }
 
+bool kt_raster_depth(const kt_raster *r, kt_spot at, double *depth) {
+    const double x = FINE * (at.x - r->left), y = FINE * (at.y - r->top);
+    if (!(x >= 0.0 && x < r->width && y >= 0.0 && y < r->height))
+        return false;
+    const sample *s = &r->samples[(size_t)y * (size_t)r->width + (size_t)x];
+    *depth = s->depth;
+    return s->thing >= 0;
+}
+
 bool kt_raster_show(const kt_raster *r) {
     const int width = r->width / FINE * COARSE, height = r->height / FINE * COARSE;
     cairo_surface_t *image = cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height);
