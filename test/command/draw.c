@@ -409,6 +409,50 @@ KT_TEST(paths_in_space_are_before_and_behind_bodies) {
     }
 }
 
+/* The first and the last column with ink, of rows [from, to) of a PNG. */
+static void ink_span(const char *name, int from, int to, int *left, int *right) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const unsigned char *data = cairo_image_surface_get_data(picture);
+    const int width = cairo_image_surface_get_width(picture), stride = cairo_image_surface_get_stride(picture);
+    *left = width;
+    *right = -1;
+    for (int y = from; y < to && data != NULL; y++)
+        for (int x = 0; x < width; x++)
+            if (memcmp(data + y * stride + 4 * x, data, 3) != 0) {
+                *left = x < *left ? x : *left;
+                *right = x > *right ? x : *right;
+            }
+    cairo_surface_destroy(picture);
+}
+
+static int height_of_png(const char *name) {
+    cairo_surface_t *picture = cairo_image_surface_create_from_png(name);
+    const int height = cairo_image_surface_get_height(picture);
+    cairo_surface_destroy(picture);
+    return height;
+}
+
+/* A trolley of 1 m moves by 6 m, seen from the side. Its rail is the longest thing in each of two rows, and is 8 m long.
+ * The border of a cell is 30 units, and symbols extend into it. */
+KT_TEST(rails_are_the_same_in_all_states_and_within_the_page) {
+    kt_write_file("rail.yaml",
+                  "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                  "  - {name: trolley, joint: {type: prismatic, axis: x, at: [0, 0, 3], velocity: 3}, mass: 1,\n"
+                  "     shape: {type: box, size: [1, 0.6, 0.3]}}\n"
+                  "  - {name: load, parent: trolley, joint: {type: universal, axis: x, axis2: y}, mass: 1,\n"
+                  "     shape: {type: rod, to: [0, 0, -2], radius: 0.05}}\nsimulate: {duration: 2}\n");
+    kt_expect(0, "rail.png", "$K draw rail.yaml --view y --at 0,2 --out rail.png");
+    const int height = height_of_png("rail.png"), middle = (128 + height - 132) / 2;
+    int left[2], right[2];
+    ink_span("rail.png", 128, middle, &left[0], &right[0]);
+    ink_span("rail.png", middle, height - 132, &left[1], &right[1]);
+    kt_note("rails from %d to %d and from %d to %d", left[0], right[0], left[1], right[1]);
+    kt_check_equal_int("left end of the second", left[1], left[0]);
+    kt_check_equal_int("right end of the second", right[1], right[0]);
+    kt_check_above("left end", left[0], 60.0);
+    kt_check_below("right end", right[0], 1740.0);
+}
+
 KT_TEST(meshes_that_cannot_be_read_are_told_once) {
     char text[2000];
     (void)kt_shell("mkdir -p parts");

@@ -86,32 +86,11 @@ static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, dou
     }
 }
 
-/* Widens [low, high] to the reach of a body's solids along the z axis of a frame, from its origin. Solids that the axis
- * misses are ignored. */
-static void reach_along(const kt_sheet *sheet, int body, const kt_pose *frame, double r, double *low, double *high) {
-    const kt_picture *p = sheet->drawing->picture;
-    for (int i = 0; i < p->solid_count; i++) {
-        if (p->part[p->solids[i].body] != p->part[body])
-            continue;
-        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
-        const kt_pose inverse = kt_pose_invert(pose);
-        const kt_vec3 from = kt_pose_apply(inverse, frame->position),
-                      d = kt_mat3_apply(inverse.rotation, frame->rotation.z);
-        kt_solid thick = p->solids[i];
-        double enter, leave;
-        thick.half = kt_vec3_add(thick.half, kt_vec3_make(0.2 * r, 0.2 * r, 0.2 * r));
-        if (!kt_solid_cut(&thick, from, d, &enter, &leave))
-            continue;
-        *low = fmin(*low, enter);
-        *high = fmax(*high, leave);
-    }
-}
-
 /* A pin along z of a frame. It extends beyond the bodies that it joins. A body that would make it longer than twelve
  * radii is ignored. */
 static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, int other, double r) {
     double low = -1.4 * r, high = 1.4 * r, longer_low = low, longer_high = high;
-    reach_along(sheet, body, &frame, r, &longer_low, &longer_high);
+    kt_reach_along(sheet->drawing->picture, sheet->poses, body, &frame, r, &longer_low, &longer_high);
     if (longer_high - longer_low < 12.0 * r) {
         low = longer_low;
         high = longer_high;
@@ -119,7 +98,7 @@ static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, i
     longer_low = low;
     longer_high = high;
     if (other > 0)
-        reach_along(sheet, other, &frame, r, &longer_low, &longer_high);
+        kt_reach_along(sheet->drawing->picture, sheet->poses, other, &frame, r, &longer_low, &longer_high);
     if (longer_high - longer_low < 12.0 * r) {
         low = longer_low;
         high = longer_high;
@@ -135,19 +114,14 @@ static void add_pin_cross(things *t, const kt_sheet *sheet, kt_pose first, kt_po
     add_thing(t, sheet, second, centred(KT_SOLID_CYLINDER, 0.7 * r, 0.7 * r, 2.2 * r), THING_JOINT, 0);
 }
 
-/* A rail from the joint to the body and beyond, unless a solid of the parent is there already. */
+/* A rail, which extends beyond all positions of its body. */
 static void add_rail(things *t, const kt_sheet *sheet, const kt_picture_joint *joint, kt_pose frame, double r) {
-    const kt_pose body = sheet->poses[joint->body];
-    const double place = kt_vec3_dot(kt_vec3_sub(body.position, frame.position), frame.rotation.z);
-    double low = 0.0, high = 0.0, own_low = fmin(place, 0.0), own_high = fmax(place, 0.0);
-    reach_along(sheet, joint->frame.body, &frame, r, &low, &high);
-    reach_along(sheet, joint->body, &frame, r, &own_low, &own_high);
-    if (high - low > 2.0 * r && sheet->drawing->picture->part[joint->frame.body] > 0)
+    double low, high;
+    if (!kt_rail_span(sheet->drawing, joint, r, &low, &high))
         return;
-    const double more = 4.0 * r + 0.5 * (own_high - own_low);
     const double thick = (joint->type == KT_JOINT_SCREW ? 0.9 : 0.5) * r;
-    kt_solid rail = centred(KT_SOLID_CYLINDER, thick, thick, 0.5 * (own_high - own_low) + more);
-    rail.pose.position.z = 0.5 * (own_high + own_low);
+    kt_solid rail = centred(KT_SOLID_CYLINDER, thick, thick, 0.5 * (high - low) + 4.0 * r);
+    rail.pose.position.z = 0.5 * (high + low);
     add_thing(t, sheet, frame, rail, THING_JOINT, 0);
 }
 

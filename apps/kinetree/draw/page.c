@@ -93,6 +93,23 @@ static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses
         }
 }
 
+/* Widens the layout by the rails of joints, in all states. Their ends are in the border. */
+static void widen_by_rails(layout *l, const kt_drawing *d) {
+    double low, high;
+    for (int i = 0; i < d->picture->joint_count && !d->is_diagram; i++) {
+        const kt_picture_joint *joint = &d->picture->joints[i];
+        if (!kt_rail_span(d, joint, 1.5 * d->picture->radius, &low, &high))
+            continue;
+        for (int state = 0; state < d->state_count; state++) {
+            const kt_pose frame = kt_body_frame_pose(&joint->frame, drawn_state_of(d, state));
+            for (int k = 0; k < 2; k++) {
+                const kt_vec3 end = kt_vec3_make(0.0, 0.0, k == 0 ? low : high);
+                widen_layout(l, kt_camera_point(&d->camera, kt_pose_apply(frame, end)));
+            }
+        }
+    }
+}
+
 /* Keeps a unit of the page at or above the rounding of positions, which is coarse far from the origin. */
 static void keep_above_grain(layout *l) {
     const double far = fmax(fmax(fabs(l->left), fabs(l->right)), fmax(fabs(l->bottom), fabs(l->top)));
@@ -138,6 +155,7 @@ static layout lay_out_page(const kt_drawing *d) {
     if (d->rest != NULL)
         widen_by_state(&l, d, d->rest);
     widen_by_markers(&l, d, drawn_state_of(d, d->state_count - 1));
+    widen_by_rails(&l, d);
     widen_by_planes(&l, d, drawn_state_of(d, 0));
     for (int i = 0; i < d->path_count; i++)
         for (int k = 0; k < d->paths[i].count; k++)

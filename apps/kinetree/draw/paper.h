@@ -92,6 +92,18 @@ void kt_traces_cover(const kt_sheet *sheet, kt_trace_depth *depth, const void *u
 /* Paints the parts of sheet->traces that are in front of solids, after the solids. */
 void kt_paint_near_paths(const kt_sheet *sheet);
 
+/* ---- rails (rail.c) ---------------------------------------------------------------------------------------------- */
+
+/* Widens [low, high] to the reach of a body's solids along the z axis of a frame, from its origin. Solids that the axis
+ * misses are ignored. r: radius of joint symbols, m. */
+void kt_reach_along(const kt_picture *picture, const kt_pose *poses, int body, const kt_pose *frame, double r,
+                    double *low, double *high);
+
+/* The rail of a joint that slides, along z of its frame, for all states of a drawing. It has half of the length of the
+ * body beyond the outermost states. Returns false if there is none, since a solid of the parent is there or the joint
+ * does not slide. */
+bool kt_rail_span(const kt_drawing *drawing, const kt_picture_joint *joint, double r, double *low, double *high);
+
 /* ---- lines (line.c) ---------------------------------------------------------------------------------------------- */
 
 /* In this order: the point at a share of the way from a to b; the distance; the unit direction from a to b. For equal
