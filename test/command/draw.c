@@ -453,6 +453,72 @@ KT_TEST(rails_are_the_same_in_all_states_and_within_the_page) {
     kt_check_below("right end", right[0], 1740.0);
 }
 
+enum { TRIANGLES_MOST = 8 };
+
+/* The triangles of mounts in an SVG: the y of the tip, and how far the side is below it. Page units. */
+static int triangles_of(const char *svg, double tip[TRIANGLES_MOST], double down[TRIANGLES_MOST]) {
+    int count = 0;
+    for (const char *at = svg; at != NULL && (at = strstr(at, "<path")) != NULL; at++) {
+        const char *fill = strstr(at, "#e0e0e0"), *d = strstr(at, " d=\""), *end = strchr(at, '>');
+        double x, y[3];
+        if (fill == NULL || fill > end || d == NULL || d > end ||
+            sscanf(d, " d=\"M %lf %lf L %lf %lf L %lf %lf Z", &x, &y[0], &x, &y[1], &x, &y[2]) != 6 || y[1] != y[2] ||
+            count == TRIANGLES_MOST)
+            continue;
+        tip[count] = y[0];
+        down[count++] = y[1] - y[0];
+    }
+    return count;
+}
+
+/* A crank that is below its joint at first, and above it at last. The first state alone would turn the triangle. */
+KT_TEST(mounts_are_the_same_in_all_states) {
+    double tip[TRIANGLES_MOST], down[TRIANGLES_MOST];
+    kt_write_file("crank.yaml", "kinetree: 1\nbodies:\n"
+                                "  - {name: crank, joint: {type: revolute, axis: z, position: -90 deg,\n"
+                                "     velocity: 6.283185307179586}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n"
+                                "simulate: {duration: 1}\n");
+    kt_expect(0, "crank.svg", "$K draw crank.yaml --at 0,0.25,0.5");
+    if (kt_check_equal_int("triangles", triangles_of(kt_read_file("crank.svg"), tip, down), 3))
+        for (int i = 0; i < 3; i++)
+            kt_check_above("the side is below the tip by", down[i], 5.0);
+}
+
+/* An arm on a base without a shape, which is a post of 0.3 m. */
+KT_TEST(ground_is_below_the_fixed_part) {
+    static const char base[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: base%s}\n"
+        "  - {name: a, parent: base, joint: {type: revolute, axis: y, at: [0, 0, %g]}, mass: 1,\n"
+        "     shape: {type: rod, to: [0.3, 0, 0], radius: 0.02}}\n";
+    double tip[TRIANGLES_MOST] = {0.0}, down[TRIANGLES_MOST] = {0.0};
+    char text[600];
+    for (int i = 0; i < 3; i++) { /* a post, one that hangs, a box */
+        const double height = i == 1 ? -0.3 : 0.3;
+        (void)snprintf(text, sizeof text, base, i == 2 ? ", shape: {type: box, size: [0.1, 0.1, 0.1]}" : "", height);
+        kt_write_file("base.yaml", text);
+        kt_expect(0, "base.svg", "$K draw base.yaml");
+        const char *svg = kt_read_file("base.svg");
+        kt_check_equal_int("triangles", triangles_of(svg, tip, down), 1);
+        if (i != 1) { /* the drawing is above y = 64 + 560 */
+            kt_check_above("the tip is at the lower end", tip[0], 500.0);
+            kt_check_above("the side is below the tip by", down[0], 5.0);
+        } else {
+            kt_check_below("the tip is at the upper end", tip[0], 190.0);
+            kt_check_above("the side is above the tip by", -down[0], 5.0);
+        }
+    }
+    (void)snprintf(text, sizeof text, base, "", 0.3);
+    kt_write_file("base.yaml", text);
+    kt_expect(0, "base.png", "$K draw base.yaml --view iso --out base.png");
+    const int height = height_of_png("base.png");
+    int left, right, bottom = height - 132;
+    while (bottom > 0 && ink_of("base.png", bottom - 1, bottom) == 0)
+        bottom--;
+    ink_span("base.png", bottom - 20, bottom, &left, &right);
+    kt_check_above("width of the lowest thing, a plate, in pixels", right - left, 50.0);
+}
+
 KT_TEST(meshes_that_cannot_be_read_are_told_once) {
     char text[2000];
     (void)kt_shell("mkdir -p parts");

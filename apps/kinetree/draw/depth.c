@@ -48,11 +48,10 @@ static kt_solid centred(kt_solid_type type, double x, double y, double z) {
     return (kt_solid){.type = type, .pose = kt_pose_identity(), .half = {x, y, z}};
 }
 
-/* Whether a place in the world is in a solid of the picture, or nearer to one than a distance. */
-static bool place_is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
-    const kt_picture *p = sheet->drawing->picture;
+/* Whether a place in the world is in a solid of the picture, or nearer to one than a distance, in a state. */
+static bool place_is_taken(const kt_picture *p, const kt_pose *poses, kt_vec3 at, double distance) {
     for (int i = 0; i < p->solid_count; i++) {
-        const kt_pose pose = kt_pose_compose(sheet->poses[p->solids[i].body], p->solids[i].pose);
+        const kt_pose pose = kt_pose_compose(poses[p->solids[i].body], p->solids[i].pose);
         const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
         const double own = p->solids[i].type == KT_SOLID_ROD ? p->solids[i].half.x : 0.0;
         if (kt_vec3_norm(kt_vec3_sub(kt_solid_nearest(&p->solids[i], local), local)) < distance + own)
@@ -61,27 +60,57 @@ static bool place_is_taken(const kt_sheet *sheet, kt_vec3 at, double distance) {
     return false;
 }
 
-/* The middle of the first solid of a body's rigid part, or the body's origin if it has none. */
-static kt_vec3 middle_of(const kt_sheet *sheet, int body) {
-    const kt_picture *p = sheet->drawing->picture;
-    for (int i = 0; i < p->solid_count; i++)
-        if (p->part[p->solids[i].body] == p->part[body])
-            return kt_pose_apply(sheet->poses[p->solids[i].body], p->solids[i].pose.position);
-    return sheet->poses[body].position;
+static bool place_is_ever_taken(const kt_drawing *d, kt_vec3 at, double distance) {
+    bool taken = false;
+    for (int k = 0; k < kt_mount_states(d) && !taken; k++)
+        taken = place_is_taken(d->picture, kt_mount_state(d, k), at, distance);
+    return taken;
 }
 
-/* A foot on the ground below a joint, or above it if the body hangs. There is none if neither has room. */
-static void add_foot(things *t, const kt_sheet *sheet, kt_vec3 at, int body, double r) {
-    const kt_vec3 up = kt_picture_vertical(sheet->drawing->picture);
-    const double side = kt_vec3_dot(kt_vec3_sub(middle_of(sheet, body), at), up) < -3.0 * r ? 1.0 : -1.0;
+/* The middle of the first solid of a body's rigid part, or the body's origin if it has none. */
+static kt_vec3 middle_of(const kt_picture *p, const kt_pose *poses, int body) {
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->part[p->solids[i].body] == p->part[body])
+            return kt_pose_apply(poses[p->solids[i].body], p->solids[i].pose.position);
+    return poses[body].position;
+}
+
+/* How far the middle of a body is above a place, in the mean of the states that decide about mounts. */
+static double mean_height(const kt_drawing *d, int body, kt_vec3 at, kt_vec3 up) {
+    double sum = 0.0;
+    for (int k = 0; k < kt_mount_states(d); k++)
+        sum += kt_vec3_dot(kt_vec3_sub(middle_of(d->picture, kt_mount_state(d, k), body), at), up);
+    return sum / kt_mount_states(d);
+}
+
+static void add_plate(things *t, const kt_sheet *sheet, kt_vec3 at, kt_vec3 up, double r) {
+    const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = at};
+    const kt_pose seen = kt_camera_pose(&sheet->drawing->camera, pose);
+    for (int i = 0; i < t->count; i++)
+        if (t->items[i].type == THING_GROUND &&
+            kt_vec3_norm(kt_vec3_sub(t->items[i].solid.pose.position, seen.position)) < r)
+            return;
+    add_thing(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
+}
+
+/* A plate on the ground, at the end of a fixed part. Without such a part it is below a joint, or above it if the body
+ * hangs. There is none if neither has room in all states. */
+static void add_foot(things *t, const kt_sheet *sheet, const kt_body_frame *frame, int body, double r) {
+    const kt_drawing *d = sheet->drawing;
+    const kt_mount mount = kt_mount_of(sheet, frame);
+    const kt_vec3 up = kt_picture_vertical(d->picture);
+    if (mount.is_of_part) {
+        add_plate(t, sheet, kt_vec3_add(mount.place, kt_vec3_scale(mount.is_above ? 0.45 * r : -0.45 * r, up)), up, r);
+        return;
+    }
+    const double side = mean_height(d, body, mount.place, up) < -3.0 * r ? 1.0 : -1.0;
     for (int i = 0; i < 6; i++) {
         const int pair = i / 2;
         const double height = (2.6 + pair) * r * (i % 2 == 0 ? side : -side);
-        const kt_vec3 place = kt_vec3_add(at, kt_vec3_scale(height, up));
-        const kt_pose pose = {.rotation = kt_triad_from_axis(up, 2), .position = place};
-        if (place_is_taken(sheet, place, 1.8 * r))
+        const kt_vec3 place = kt_vec3_add(mount.place, kt_vec3_scale(height, up));
+        if (place_is_ever_taken(d, place, 1.8 * r))
             continue;
-        add_thing(t, sheet, pose, centred(KT_SOLID_BOX, 3.4 * r, 3.4 * r, 0.45 * r), THING_GROUND, 0);
+        add_plate(t, sheet, place, up, r);
         return;
     }
 }
@@ -148,7 +177,7 @@ static void add_joint_symbol(things *t, const kt_sheet *sheet, const kt_picture_
         return;
     }
     if (kt_sheet_is_ground(sheet, joint->frame.body))
-        add_foot(t, sheet, frame.position, joint->body, r);
+        add_foot(t, sheet, &joint->frame, joint->body, r);
 }
 
 static void add_loop_symbol(things *t, const kt_sheet *sheet, const kt_picture_loop *loop, double r) {
@@ -169,7 +198,7 @@ static void add_loop_symbol(things *t, const kt_sheet *sheet, const kt_picture_l
     }
     for (int k = 0; k < 2; k++)
         if (kt_sheet_is_ground(sheet, loop->ends[k].body) && !kt_sheet_is_ground(sheet, loop->ends[1 - k].body))
-            add_foot(t, sheet, k == 0 ? a.position : b.position, loop->ends[1 - k].body, r);
+            add_foot(t, sheet, &loop->ends[k], loop->ends[1 - k].body, r);
 }
 
 static void add_bushing(things *t, const kt_sheet *sheet, const kt_picture_effect *effect, double r) {

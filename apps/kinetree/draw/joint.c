@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+enum { MOUNTS_MOST = 400 };
+
 /* ---- pivots ------------------------------------------------------------------------------------------------------ */
 
 static bool is_point_loop(kt_loop_type type) {
@@ -60,50 +62,54 @@ static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
 }
 
-/* Whether the middle of a rigid part is lower on the page than a spot. The state of rest decides if there is one. In a
- * moving drawing, the mean over all states decides, so that mounts stay as they are. */
+/* Whether the middle of a rigid part is lower on the page than a spot, in the mean of the states that decide about
+ * mounts. */
 static bool hangs(const kt_sheet *sheet, int part, kt_spot from) {
     const kt_drawing *d = sheet->drawing;
     const kt_picture *p = d->picture;
     double sum = 0.0;
     int count = 0;
-    const bool is_mean = d->is_moving && d->rest == NULL;
-    for (int state = 0; state < (is_mean ? d->state_count : 1); state++) {
-        const kt_pose *poses = is_mean           ? d->poses + (ptrdiff_t)state * p->body_count
-                               : d->rest != NULL ? d->rest
-                                                 : sheet->poses;
+    for (int k = 0; k < kt_mount_states(d); k++)
         for (int i = 0; i < p->solid_count; i++)
             if (p->part[p->solids[i].body] == part) {
-                const kt_pose pose = kt_pose_compose(poses[p->solids[i].body], p->solids[i].pose);
+                const kt_pose pose = kt_pose_compose(kt_mount_state(d, k)[p->solids[i].body], p->solids[i].pose);
                 sum += kt_sheet_place(sheet, pose.position).y;
                 count++;
             }
-    }
     return count > 0 && sum / count > from.y + 1.5 * sheet->pin;
 }
 
-static bool turns_in_plane(kt_joint_type type) { return type == KT_JOINT_REVOLUTE; }
+/* The spots of mounts that are painted. */
+typedef struct mounts {
+    kt_spot items[MOUNTS_MOST];
+    int count;
+} mounts;
 
-/* Paints a mount of each pivot on the ground, and one for pivots at the same spot. */
+/* Paints the mount of a frame on the ground, unless there is one at the same spot. part: what the frame carries. */
+static void mount_frame(const kt_sheet *sheet, mounts *m, const kt_body_frame *frame, int part) {
+    const kt_mount mount = kt_mount_of(sheet, frame);
+    const kt_spot at = kt_sheet_place(sheet, mount.place);
+    for (int i = 0; i < m->count; i++)
+        if (kt_spot_distance(m->items[i], at) < 1.0)
+            return;
+    if (m->count < MOUNTS_MOST)
+        m->items[m->count++] = at;
+    paint_mount(sheet, at, mount.is_of_part ? mount.is_above : hangs(sheet, part, at));
+}
+
+/* Paints a mount of each pivot on the ground. */
 void kt_paint_mounts(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
-    for (int i = 0; i < p->joint_count; i++) {
-        const kt_picture_joint *joint = &p->joints[i];
-        const kt_spot at = kt_sheet_frame(sheet, &joint->frame);
-        bool again = false;
-        for (int k = 0; k < i; k++)
-            again = again || (kt_sheet_is_ground(sheet, p->joints[k].frame.body) && turns_in_plane(p->joints[k].type) &&
-                              kt_spot_distance(kt_sheet_frame(sheet, &p->joints[k].frame), at) < 1.0);
-        if (kt_sheet_is_ground(sheet, joint->frame.body) && turns_in_plane(joint->type) && !again)
-            paint_mount(sheet, at, hangs(sheet, p->part[joint->body], at));
-    }
+    mounts m = {.count = 0};
+    for (int i = 0; i < p->joint_count; i++)
+        if (kt_sheet_is_ground(sheet, p->joints[i].frame.body) && p->joints[i].type == KT_JOINT_REVOLUTE)
+            mount_frame(sheet, &m, &p->joints[i].frame, p->part[p->joints[i].body]);
     for (int i = 0; i < p->loop_count; i++)
         for (int k = 0; k < 2; k++) {
             const kt_picture_loop *loop = &p->loops[i];
-            const kt_spot at = kt_sheet_frame(sheet, &loop->ends[k]);
             const bool is_pin = loop->type == KT_LOOP_REVOLUTE || loop->type == KT_LOOP_SPHERICAL;
             if (kt_sheet_is_ground(sheet, loop->ends[k].body) && is_pin)
-                paint_mount(sheet, at, hangs(sheet, p->part[loop->ends[1 - k].body], at));
+                mount_frame(sheet, &m, &loop->ends[k], p->part[loop->ends[1 - k].body]);
         }
 }
 

@@ -51,6 +51,22 @@ kt_colour kt_sheet_faded(const kt_sheet *sheet, kt_colour colour);
 kt_spot kt_sheet_frame(const kt_sheet *sheet, const kt_body_frame *frame);
 bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
 
+/* ---- mounts (mount.c) -------------------------------------------------------------------------------------------- */
+
+/* Where the ground holds a frame, in the world. */
+typedef struct kt_mount {
+    kt_vec3 place;   /* that of the frame, or the end of the fixed part that carries it */
+    bool is_of_part; /* it is the end of a part: of its solids, or the origin of a body of rods */
+    bool is_above;   /* the part is held at its upper end, since the frame is below its middle */
+} kt_mount;
+
+kt_mount kt_mount_of(const kt_sheet *sheet, const kt_body_frame *frame);
+
+/* The states of a drawing that decide where symbols of the ground are, so that they are the same in all states: the
+ * state of rest if there is one, or else some of all states, evenly. k counts from 0 to kt_mount_states() - 1. */
+int kt_mount_states(const kt_drawing *drawing);
+const kt_pose *kt_mount_state(const kt_drawing *drawing, int k);
+
 /* ---- solids (solid.c) -------------------------------------------------------------------------------------------- */
 
 /* Paints a piece, in the camera's frame, with light from above on the left. */
