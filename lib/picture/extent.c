@@ -148,7 +148,7 @@ void kt_picture_list_planes(kt_picture_maker *m, kt_bounds bounds) {
         if (p->effects[i].has_plane)
             list_plane(m, p->effects[i].ends[1]);
     for (int i = 0; i < p->joint_count; i++)
-        if (p->joints[i].type == KT_JOINT_PLANAR)
+        if (p->joints[i].type == KT_JOINT_PLANAR && p->part[p->joints[i].frame.body] == 0)
             list_plane(m, p->joints[i].frame);
     kt_picture_fit_planes(p, m->poses, bounds);
 }

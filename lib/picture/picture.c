@@ -22,7 +22,7 @@ typedef struct counts {
     X(kt_stroke, strokes, KT_STROKES_MOST * n->drawn, "of curves and surfaces")                                        \
     X(kt_picture_relation, relations, n->relations, "couplings and motions")                                           \
     X(kt_picture_effect, effects, n->effects, "all")                                                                   \
-    X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels and planar joints")                            \
+    X(kt_picture_plane, planes, n->planes, "of contacts, rolling wheels, planar joints of the ground")                 \
     X(struct kt_mesh, meshes, n->meshes, "surfaces of solids")                                                         \
     X(int, part, n->bodies, "rigid part of each body")                                                                 \
     X(int, colour, n->bodies, "of each body")

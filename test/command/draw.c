@@ -432,7 +432,7 @@ static int height_of_png(const char *name) {
     return height;
 }
 
-/* A trolley of 1 m moves by 6 m, seen from the side. Its rail is the longest thing in each of two rows, and is 8 m long.
+/* A trolley of 1 m moves by 6 m, seen from the side. Its rail is the longest thing in each of two rows: 8 m.
  * The border of a cell is 30 units, and symbols extend into it. */
 KT_TEST(rails_are_the_same_in_all_states_and_within_the_page) {
     kt_write_file("rail.yaml",

@@ -119,6 +119,19 @@ KT_TEST(rods_join_joints_from_the_base_to_what_is_fixed_at_the_end) {
     hide(&s);
 }
 
+KT_TEST(planes_of_planar_joints_are_those_on_the_ground) {
+    shown s;
+    const kt_picture *p = show_text(&s, "kinetree: 1\nbodies:\n"
+                                        "  - {name: base, joint: {type: fixed, at: [0, 0, 1]}}\n"
+                                        "  - {name: a, parent: base, joint: {type: planar, axis: z}, mass: 1,\n"
+                                        "     shape: {type: box, size: [1, 1, 1]}}\n"
+                                        "  - {name: b, parent: a, joint: {type: planar, axis: x, at: [1, 0, 0]},\n"
+                                        "     mass: 1, shape: {type: box, size: [0.1, 0.2, 0.2]}}\n");
+    if (p != NULL && kt_check_equal_int("planes", p->plane_count, 1))
+        kt_check_equal_int("of the body", p->planes[0].frame.body, 1);
+    hide(&s);
+}
+
 KT_TEST(bodies_that_fixed_joints_join_are_one_part_of_one_colour) {
     shown s;
     const kt_picture *p = show_text(

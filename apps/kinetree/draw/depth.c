@@ -104,7 +104,7 @@ static void add_foot(things *t, const kt_sheet *sheet, const kt_body_frame *fram
         return;
     }
     const double side = mean_height(d, body, mount.place, up) < -3.0 * r ? 1.0 : -1.0;
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 12; i++) {
         const int pair = i / 2;
         const double height = (2.6 + pair) * r * (i % 2 == 0 ? side : -side);
         const kt_vec3 place = kt_vec3_add(mount.place, kt_vec3_scale(height, up));

@@ -1,4 +1,4 @@
-/* Rails of joints that slide, in space. A rail is fixed to the parent, so that it is the same in all states of a drawing:
+/* Rails of joints that slide, in space. A rail is fixed to the parent, and is the same in all states of a drawing:
  * it extends from the joint to the body in its outermost states, and beyond.
  *
  * The joint moves its body along the axis, and turns it about the axis at most. The part of the body that the axis
