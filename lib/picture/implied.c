@@ -40,17 +40,18 @@ static void imply_mass(kt_picture_maker *m, int body) {
         kt_picture_add_solid(m, solid);
 }
 
-/* Connects a point of a body with the nearest solid of its rigid part, if the point is not at a solid already. If
- * `only` is not -1, only solids of that body count. */
-static void attach_to(kt_picture_maker *m, int body, kt_vec3 point, int only) {
+static bool is_implied_rod(const kt_solid *solid) {
+    return solid->source == KT_SOURCE_IMPLIED && solid->type == KT_SOLID_ROD;
+}
+
+/* The distance of a place in the world to the nearest solid of the rigid part of a body, and the point there. If `only`
+ * is not -1, only solids of that body count. Implied rods count if has_rods. DBL_MAX: there is no solid. */
+static double distance_to_part(const kt_picture_maker *m, int body, kt_vec3 at, int only, bool has_rods,
+                               kt_vec3 *nearest) {
     const kt_picture *p = m->picture;
-    const kt_vec3 at = kt_pose_apply(m->poses[body], point);
-    kt_vec3 nearest = at;
     double least = DBL_MAX;
-    if (has_mesh_near(m, body))
-        return;
     for (int i = m->first[p->part[body]]; i >= 0; i = m->next[i]) {
-        if (only >= 0 && p->solids[i].body != only)
+        if ((only >= 0 && p->solids[i].body != only) || (!has_rods && is_implied_rod(&p->solids[i])))
             continue;
         const kt_pose pose = kt_pose_compose(m->poses[p->solids[i].body], p->solids[i].pose);
         const kt_vec3 local = kt_pose_apply(kt_pose_invert(pose), at);
@@ -58,10 +59,25 @@ static void attach_to(kt_picture_maker *m, int body, kt_vec3 point, int only) {
         const double distance = kt_vec3_norm(kt_vec3_sub(found, at));
         if (distance < least) {
             least = distance;
-            nearest = found;
+            *nearest = found;
         }
     }
-    if (least < DBL_MAX && least > 1.5 * p->radius)
+    return least;
+}
+
+/* Connects a point of a body with the nearest solid of its rigid part, if the point is not at a solid already. Rods
+ * that are implied for other points count only if the part has nothing else: rods to several points are spokes. If
+ * `only` is not -1, only solids of that body count. */
+static void attach_to(kt_picture_maker *m, int body, kt_vec3 point, int only) {
+    const double close = 1.5 * m->picture->radius;
+    const kt_vec3 at = kt_pose_apply(m->poses[body], point);
+    kt_vec3 nearest = at;
+    if (has_mesh_near(m, body) || distance_to_part(m, body, at, only, true, &nearest) <= close)
+        return;
+    double least = distance_to_part(m, body, at, only, false, &nearest);
+    if (least == DBL_MAX)
+        least = distance_to_part(m, body, at, only, true, &nearest);
+    if (least < DBL_MAX)
         kt_picture_add_solid(m, thin_rod(m, body, point, kt_pose_apply(kt_pose_invert(m->poses[body]), nearest)));
 }
 
@@ -79,12 +95,19 @@ static bool has_solid(const kt_picture_maker *m, int body) {
     return i >= 0;
 }
 
-/* A body without any solid is a star of rods from its own joint, or, if it is fixed to the world, from its origin. */
+/* A body without any solid is a star of rods from its own joint, or, if it is fixed to the world, from its origin.
+ * Points at one of the rods need none. */
 static void begin_star(kt_picture_maker *m, int body, kt_vec3 point) {
     const kt_joint_type type = kt_picture_source(m, body)->joint.type;
     const bool is_base = m->picture->part[body] == 0;
     const bool has_place = is_base || (type != KT_JOINT_FREE && type != KT_JOINT_FIXED);
-    if (has_place && !has_solid(m, body) && kt_vec3_norm(point) > 1.5 * m->picture->radius)
+    const kt_vec3 at = kt_pose_apply(m->poses[body], point);
+    const int only = is_base ? body : -1;
+    kt_vec3 nearest = at;
+    const double close = 1.5 * m->picture->radius;
+    const bool is_star = distance_to_part(m, body, at, only, false, &nearest) == DBL_MAX;
+    if (has_place && is_star && kt_vec3_norm(point) > close && !has_mesh_near(m, body) &&
+        distance_to_part(m, body, at, only, true, &nearest) > close)
         kt_picture_add_solid(m, thin_rod(m, body, kt_vec3_make(0.0, 0.0, 0.0), point));
     else
         attach_point(m, body, point);

@@ -119,6 +119,44 @@ KT_TEST(rods_join_joints_from_the_base_to_what_is_fixed_at_the_end) {
     hide(&s);
 }
 
+/* The number of implied rods of a body that end at a point of its frame, and begin nearer to its origin than `near`. */
+static int spokes_to(const kt_picture *p, int body, kt_vec3 point, double near) {
+    int count = 0;
+    for (int i = 0; i < p->solid_count; i++) {
+        const kt_solid *rod = &p->solids[i];
+        if (rod->body != body || rod->type != KT_SOLID_ROD || rod->source != KT_SOURCE_IMPLIED)
+            continue;
+        for (int sign = -1; sign <= 1; sign += 2)
+            count +=
+                kt_vec3_norm(kt_vec3_sub(end_of(rod, sign), point)) < 1e-12 && kt_vec3_norm(end_of(rod, -sign)) < near;
+    }
+    return count;
+}
+
+/* Four points around a hub, 45 degrees apart: a rod would end at its neighbour, not at the hub, if rods counted. The
+ * hub is a shape, the ball at the mass, or the joint of a body that has neither. */
+KT_TEST(rods_to_points_off_the_body_are_spokes) {
+    static const char *const hubs[] = {
+        "joint: {type: free}, mass: 1, inertia: [1, 1, 1], shape: {type: cylinder, radius: 0.05, length: 0.05}",
+        "joint: {type: free}, mass: 1, inertia: [1, 1, 1]", "joint: {type: revolute, axis: z}"};
+    const kt_vec3 ends[] = {{0.5, 0.0, 0.0}, {0.35, 0.35, 0.0}, {0.0, 0.5, 0.0}, {-0.35, 0.35, 0.0}};
+    for (size_t k = 0; k < sizeof hubs / sizeof *hubs; k++) {
+        char text[1000];
+        shown s;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: wheel, %s}\neffects:\n"
+                       "  - {type: force, at: {body: wheel, at: [0.5, 0, 0]}, value: [1, 0, 0]}\n"
+                       "  - {type: force, at: {body: wheel, at: [0.35, 0.35, 0]}, value: [1, 0, 0]}\n"
+                       "  - {type: force, at: {body: wheel, at: [0, 0.5, 0]}, value: [1, 0, 0]}\n"
+                       "  - {type: force, at: {body: wheel, at: [-0.35, 0.35, 0]}, value: [1, 0, 0]}\n",
+                       hubs[k]);
+        const kt_picture *p = show_text(&s, text);
+        for (int i = 0; p != NULL && i < 4; i++)
+            kt_check_equal_int("rods from the hub to a point", spokes_to(p, 1, ends[i], 0.1), 1);
+        hide(&s);
+    }
+}
+
 KT_TEST(planes_of_planar_joints_are_those_on_the_ground) {
     shown s;
     const kt_picture *p = show_text(&s, "kinetree: 1\nbodies:\n"
