@@ -189,6 +189,59 @@ with tempfile.TemporaryDirectory() as folder:
             wrong.append(f"{columns}: {checked.stderr}{checked.stdout}")
     claim("wrong_units_are_rejected", wrong)
 
+# A slider-crank whose friction stops it: the multiplier of the sticking slider is 1e-90 N. Two drives, of a force and of a torque.
+CRANK = """kinetree: 1
+bodies:
+  - {name: crank, joint: {type: revolute, axis: z, velocity: 20}, mass: 10, inertia: [0.05, 0.05, 0.1], com: [0, 0, 0]}
+  - {name: rod, parent: crank, joint: {type: revolute, axis: z, at: [0.1, 0, 0]}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}
+  - {name: slider, joint: {type: prismatic, axis: x, position: 0.4}, mass: 2, shape: {type: box, size: [0.1, 0.06, 0.06]}}
+loops: [{name: wrist, type: revolute, between: [{body: rod, at: [0.3, 0, 0]}, slider], axis: z}]
+initial: {hold: [crank]}
+effects: [{name: rub, type: joint_friction, joint: slider, coulomb: 20, stick: true}]
+simulate: {duration: 6}
+output: {interval: 0.01, record: [position, reaction]}
+"""
+DRIVES = """kinetree: 1
+bodies:
+  - {name: slider, joint: {type: prismatic, axis: x}, mass: 2, shape: {type: box, size: [0.1, 0.06, 0.06]}}
+  - {name: arm, joint: {type: revolute, axis: z}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}
+  - {name: twin, joint: {type: revolute, axis: z, at: [0, 2, 0]}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}
+loops:
+  - {name: push, type: motion, joint: slider, position: "sin(3*t)"}
+  - {name: turn, type: motion, joint: arm, position: "sin(2*t)"}
+  - {name: gear, type: coupling, coefficients: {arm: 1, twin: -2}}
+simulate: {duration: 1}
+output: {interval: 0.01, record: [position, reaction]}
+"""
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder)
+    (path / "crank.yaml").write_text(CRANK)
+    ran = run(path, "run", "crank.yaml", "--out", "crank.csv", "--plot", "crank.svg", "--summary", "crank.json")
+    svg = (path / "crank.svg").read_text() if ran.returncode == 0 else ""
+    size = max(abs(float(row["reaction.rub.stick.multiplier"])) for row in csv.DictReader(open(path / "crank.csv")))
+    note(f"the largest multiplier of the slider is {size:g} N")
+    unit = json.loads((path / "crank.json").read_text())["columns"]["reaction.rub.stick.multiplier"]["unit"]
+    claim("multipliers_of_rounding_noise_have_no_panel", [] if svg and "Multipliers" not in svg and size < 1e-12 else ["a panel"])
+    claim("a_slider_that_sticks_has_a_force", [] if unit == "N" else [unit])
+    (path / "drives.yaml").write_text(DRIVES)
+    ran = run(path, "run", "drives.yaml", "--out", "drives.csv", "--plot", "drives.svg", "--summary", "drives.json")
+    svg = (path / "drives.svg").read_text() if ran.returncode == 0 else ran.stderr
+    units = {name.split(".")[1]: column["unit"] for name, column in json.loads((path / "drives.json").read_text())["columns"].items() if "multiplier" in name}
+    claim("forces_and_torques_of_drives_have_panels", [title for title in (">Multipliers: forces, N<", ">Multipliers: torques, N m<") if title not in svg])
+    claim("multipliers_have_the_unit_of_their_equation", [] if units == {"push": "N", "turn": "N m", "gear": "N m"} else [str(units)])
+
+# Names of events are along their lines, from the top down, and lines that have a name are 12 units apart.
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder)
+    (path / "often.yaml").write_text(ARM.format(columns="{}").replace("simulate:", "events: [{name: low, when: position.arm, then: record}]\nsimulate:").replace("duration: 4", "duration: 12"))
+    run(path, "run", "often.yaml", "--out", "often.csv", "--plot", "often.svg", "--quiet")
+    names = [element for element in re.findall(r"<text [^>]*>", (path / "often.svg").read_text().replace(">low<", " name='low'><")) if "name='low'" in element]
+    places = [float(re.search(r' x="([^"]*)"', element).group(1)) for element in names]
+    flat = [element for element in names if not re.search(r'transform="rotate\(-90 [0-9.]+ [0-9.]+\)"', element)]
+    close = [f"{a} and {b}" for a, b in zip(places, places[1:]) if b - a < 12]
+    note(f"{len(names)} names, at least {min((b - a for a, b in zip(places, places[1:])), default=math.nan):.3g} apart")
+    claim("names_of_events_do_not_overlap", [*flat, *close] if len(names) > 5 else [f"{len(names)} names"])
+
 
 def mean_square(times, values):
     """The mean over the pieces without a gap, by the trapezoidal rule; None of single values."""

@@ -10,7 +10,7 @@
  * of 1e-16, and the remainder that the tolerance of a projection leaves. */
 static const double NOISE = 1e-11;
 
-/* Residuals may be as small as rounding of anything. Values below this bound are zero in any unit. */
+/* Residuals may be as small as rounding of anything. Values below this bound are zero in any unit, in every column. */
 static const double NOTHING = 1e-30;
 
 static void measure_candidate(kt_candidate *one, size_t rows) {
@@ -55,7 +55,7 @@ static int panel_place_of(const kt_candidate *candidates, int count, int column,
 /* Whether a column is noise compared with others of its family. Zeros always are, and they have no logarithm. */
 static bool column_is_noise(const kt_candidate *candidates, int count, const kt_candidate *one) {
     const double size = size_of_family(candidates, count, one);
-    return !one->is_empty && !(one->size > (one->is_error ? NOTHING : NOISE * size));
+    return !one->is_empty && !(one->size > (one->is_error ? NOTHING : fmax(NOTHING, NOISE * size)));
 }
 
 static bool is_any_shown(const kt_candidate *candidates, int count) {

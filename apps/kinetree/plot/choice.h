@@ -21,9 +21,9 @@ typedef struct kt_candidate {
 } kt_candidate;
 
 /* Chooses the columns to show. S is the largest magnitude in a family. A column moves if it varies by more than 1e-11
- * S. A column that does not move and is not larger than that is noise. A panel shows at most KT_PLOT_SERIES_MAX
- * columns: first the moving ones that vary most, then constant ones. Columns of zeros are shown only if the picture has
- * nothing else. Residuals of zero and columns without a finite value are never shown. */
+ * S. A column that does not move and is not larger than that is noise, and so is a column below 1e-30. A panel shows at
+ * most KT_PLOT_SERIES_MAX columns: first the moving ones that vary most, then constant ones. Columns of zeros are shown
+ * only if the picture has nothing else. Residuals of zero and columns without a finite value are never shown. */
 void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows);
 
 /* The number of columns that were left out as noise or without a finite value, in words for a subtitle. Example: "; 3

@@ -44,14 +44,20 @@ static void write_svg_escaped(FILE *file, const char *text) {
 static void write_paper_text(cairo_t *c, FILE *file, double x, double y, kt_anchor anchor, const char *text) {
     static const char *const anchors[] = {"", " text-anchor=\"middle\"", " text-anchor=\"end\""};
     double red, green, blue, opaque;
+    double right = 1.0, down = 0.0;
+    char turned[80] = "";
     cairo_matrix_t font;
     cairo_get_font_matrix(c, &font);
     cairo_user_to_device(c, &x, &y);
+    cairo_user_to_device_distance(c, &right, &down);
+    const double angle = atan2(down, right) * 90.0 / acos(0.0);
+    if (fabs(angle) > 1e-6)
+        (void)snprintf(turned, sizeof turned, " transform=\"rotate(%.4g %.2f %.2f)\"", angle, x, y);
     (void)cairo_pattern_get_rgba(cairo_get_source(c), &red, &green, &blue, &opaque);
     const bool bold = cairo_toy_font_face_get_weight(cairo_get_font_face(c)) == CAIRO_FONT_WEIGHT_BOLD;
-    fprintf(file, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"%g\" fill=\"#%02x%02x%02x\"%s%s>", x, y, font.yy,
+    fprintf(file, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"%g\" fill=\"#%02x%02x%02x\"%s%s%s>", x, y, font.yy,
             (unsigned)lround(255.0 * red), (unsigned)lround(255.0 * green), (unsigned)lround(255.0 * blue),
-            anchors[anchor], bold ? " font-weight=\"bold\"" : "");
+            anchors[anchor], bold ? " font-weight=\"bold\"" : "", turned);
     write_svg_escaped(file, text);
     fputs("</text>\n", file);
 }

@@ -109,7 +109,8 @@ static bool is_residual(const kt_plot_run *plot, int panel) {
 /* Reactions are one family, also if they are in different panels. */
 static int family_of(const kt_plot_run *plot, size_t column) {
     const kt_column_source source = plot->columns->columns[column].source;
-    return source == KT_COLUMN_REACTION || source == KT_COLUMN_LOOP_REACTION || source == KT_COLUMN_BEARING
+    return source == KT_COLUMN_REACTION || source == KT_COLUMN_LOOP_REACTION || source == KT_COLUMN_MULTIPLIER ||
+                   source == KT_COLUMN_BEARING
                ? -1
                : plot->panel[column];
 }

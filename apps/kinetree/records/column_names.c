@@ -152,6 +152,47 @@ static kt_measure quantity_of_effect(const kt_columns *columns, const kt_column 
     return (kt_measure){"Effects", ""};
 }
 
+/* Whether all terms of a relation of joints are lengths, or all are angles (is_length false). */
+static bool are_terms(const kt_columns *columns, const kt_loop *loop, bool is_length) {
+    bool all = loop->term_count > 0;
+    for (int i = 0; i < loop->term_count && all; i++) {
+        kt_error ignored;
+        int body = 0;
+        all = kt_joint_find(columns->model, loop->terms[i].joint, &body, &ignored) == KT_OK;
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(kt_body_coordinates(columns->model, body).type, 0);
+        all = all && (kind == KT_COORDINATE_LENGTH) == is_length;
+    }
+    return all;
+}
+
+/* Whether a loop that holds the friction of an effect is in a joint that slides. */
+static bool is_sliding_stick(const kt_columns *columns, int loop) {
+    char name[160];
+    (void)snprintf(name, sizeof name, "%s", kt_loop_name(columns->model, loop));
+    char *dot = strrchr(name, '.');
+    if (dot != NULL)
+        *dot = '\0';
+    const int effect = kt_effect_find(columns->model, name);
+    return effect >= 0 && kt_effect_is_sliding(columns->model, effect);
+}
+
+/* A multiplier is a force in an equation of lengths, and a torque in one of angles. In an equation of both, the unit
+ * depends on the coefficients. */
+static kt_measure quantity_of_multiplier(const kt_columns *columns, const kt_column *c) {
+    static const kt_measure force = {"Multipliers: forces", "N"}, torque = {"Multipliers: torques", "N m"},
+                            other = {"Multipliers: forces and torques", ""};
+    const kt_loop_measure measure = kt_loop_measure_of(columns->model, c->index, c->component);
+    const bool is_own = c->index >= columns->description->loop_count; /* of the engine, for friction */
+    const kt_loop *loop = is_own ? NULL : &columns->description->loops[c->index];
+    if (measure == KT_MEASURE_LENGTH || measure == KT_MEASURE_ANGLE)
+        return measure == KT_MEASURE_LENGTH ? force : torque;
+    if (is_own && kt_loop_is_stick(columns->model, c->index))
+        return is_sliding_stick(columns, c->index) ? force : torque;
+    if (loop != NULL && (loop->type == KT_LOOP_ROLLING || are_terms(columns, loop, true)))
+        return force;
+    return loop != NULL && are_terms(columns, loop, false) ? torque : other;
+}
+
 /* Returns the quantity of an own column. A column with a unit is a quantity of its own. */
 static kt_measure own_quantity(const kt_scene_column *column) {
     return column->unit != NULL ? (kt_measure){column->name, column->unit} : (kt_measure){"Own columns", ""};
@@ -204,7 +245,7 @@ kt_measure kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
-        break;
+        return quantity_of_multiplier(columns, c);
     }
-    return (kt_measure){"Multipliers", "N, N m"};
+    return (kt_measure){"", ""};
 }
