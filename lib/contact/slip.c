@@ -83,9 +83,10 @@ static void slip_direction_of(const double s[2], const double d[2], double e[2])
 static void add_force(kt_data *data, size_t k, double x, double y) {
     const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
     const kt_slip_frame *frame = &data->slip_frame[k];
-    const kt_vec3 on_sphere = kt_vec3_add(kt_vec3_scale(x, frame->axis[0]), kt_vec3_scale(y, frame->axis[1]));
     for (int end = 0; end < 2; end++) {
-        const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, on_sphere);
+        const double sign = end == 0 ? 1.0 : -1.0;
+        const kt_vec3 force =
+            kt_vec3_add(kt_vec3_scale(sign * x, frame->axis[0]), kt_vec3_scale(sign * y, frame->axis[1]));
         kt_wrench *body = &data->slip_loaded[effect->body[end]];
         body->moment = kt_vec3_add(body->moment, kt_vec3_cross(frame->arm[end], force));
         body->force = kt_vec3_add(body->force, force);
