@@ -265,10 +265,13 @@ static bool closes_longer(const kt_scene *scene, const length *l, double change)
     return l->child >= 0 ? closes_with_joint_at(scene, l->child, to) : closes_with_end_at(scene, l->loop, l->end, to);
 }
 
+/* The first change that is tried, over the gap. At the gap itself, the bars are in line and locked. */
+static const double beyond_gap = 1.001;
+
 /* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
  * those tried. */
 static double find_length_change(const kt_scene *scene, const length *l, double gap) {
-    static const double part[] = {1.001, 1.3, 2.0};
+    const double part[] = {beyond_gap, 1.3, 2.0};
     const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++)
         for (int sign = 1; sign >= -1; sign -= 2) {
@@ -472,16 +475,20 @@ static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
         if (change == 0.0)
             continue;
         found++;
-        const int digits = digits_of(whole + change, whole);
+        const bool is_limit = fabs(change) < 1.1 * gap; /* the bars are then in line */
+        const double least = is_limit ? change / beyond_gap : change, to = whole + least;
+        const int digits = digits_of(to, whole);
+        const char *more = is_limit ? "more than " : "", *than = !is_limit ? "" : least > 0.0 ? more : "less than ";
         if (l->body < 0)
             fprintf(stderr,
-                    "  they close if the joint of '%s' on the world is %.3g m %s the other one: %.*g m, not %.*g m\n",
-                    point, fabs(change), change > 0.0 ? "farther from" : "nearer to", digits, whole + change, digits,
+                    "  they close if the joint of '%s' on the world is %s%.3g m %s the other one: %s%.*g m, not %.*g "
+                    "m\n",
+                    point, more, fabs(least), least > 0.0 ? "farther from" : "nearer to", than, digits, to, digits,
                     whole);
         else
-            fprintf(stderr, "  they close if '%s' is %.3g m %s from its joint to %s '%s': %.*g m, not %.*g m\n",
-                    d->bodies[l->body].name, fabs(change), change > 0.0 ? "longer" : "shorter",
-                    l->child >= 0 ? "that of" : "the end of loop", point, digits, whole + change, digits, whole);
+            fprintf(stderr, "  they close if '%s' is %s%.3g m %s from its joint to %s '%s': %s%.*g m, not %.*g m\n",
+                    d->bodies[l->body].name, more, fabs(least), least > 0.0 ? "longer" : "shorter",
+                    l->child >= 0 ? "that of" : "the end of loop", point, than, digits, to, digits, whole);
     }
     return found;
 }

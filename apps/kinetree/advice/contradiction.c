@@ -20,18 +20,15 @@ int kt_say_double_motions(const char *before, const kt_scene *scene) {
     return found;
 }
 
-/* Prints the loops without which the others agree. Motions of joints are tried first. Returns their number. */
-static int advise_on_contradicting_loops(const kt_scene *scene) {
+/* Prints the loops without which the others agree. Motions of joints are tried first. */
+static void advise_on_contradicting_loops(const kt_scene *scene) {
     const kt_description *d = &scene->description;
-    int found = 0, tried = 0;
+    int tried = 0;
     for (int others = 0; others < 2; others++)
         for (int i = 0; i < d->loop_count && d->loop_count > 1; i++)
             if ((d->loops[i].type != KT_LOOP_MOTION) == (others == 1) && tried++ < TRIALS &&
-                kt_closes_without(scene, i)) {
+                kt_closes_without(scene, i))
                 fprintf(stderr, "  the others agree without loop '%s'\n", d->loops[i].name);
-                found++;
-            }
-    return found;
 }
 
 void kt_say_contradicting_velocities(const kt_scene *scene) {
@@ -40,5 +37,5 @@ void kt_say_contradicting_velocities(const kt_scene *scene) {
         "make the rates of drives and the velocities of held joints agree\n",
         stderr);
     (void)kt_say_double_motions("  ", scene);
-    (void)advise_on_contradicting_loops(scene);
+    advise_on_contradicting_loops(scene);
 }
