@@ -425,6 +425,10 @@ typedef struct kt_contact_counts {
                              time stepping by all impulses */
     uint64_t closed, failures;    /* time stepping: closed contacts of all steps; impulses not found to 1e-7 */
     double supplied, penetration; /* time stepping: J, by impulses; the largest depth within a step, m or rad */
+    uint64_t redundant;           /* of `undecided`: contacts share a load in several ways, and friction depends on the
+                                     shares; as on the corners of a face that slide in different directions */
+    double undecided_time;        /* s, of the first instant that `undecided` counts; 0: none */
+    int undecided_loop;           /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 
 /* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for

@@ -318,6 +318,17 @@ static bool solve_attempt(kt_simulation *simulation, const double *W, const doub
            kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
 }
 
+/* Counts a solution that is one of several motions. */
+static void count_undecided(kt_simulation *simulation, double t) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    if (counts->undecided++ == 0) {
+        counts->undecided_time = t;
+        counts->undecided_loop = c->item[c->list[c->posed[c->solution->differs]]].loop;
+    }
+    counts->redundant += c->solution->redundant;
+}
+
 kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
                                    kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -335,7 +346,8 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     }
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
-    counts->undecided += c->solution->count > 1;
+    if (c->solution->count > 1)
+        count_undecided(simulation, t);
     counts->shared += c->solution->shares;
     apply(simulation);
     for (int i = 0; i < c->meeting; i++)

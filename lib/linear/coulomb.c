@@ -258,6 +258,21 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
+/* Describes two solutions with different motions. next: scratch, for the contacts that either of them closes. */
+static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, const kt_coulomb_solution *other,
+                              kt_coulomb_solution *next) {
+    double most = -1.0;
+    kt_coulomb_copy(c, to, next);
+    for (int i = 0; i < c->n; i++) {
+        const double apart = fabs(to->p[c->item[i].row] - other->p[c->item[i].row]);
+        if (!kt_coulomb_is_active(next->mode[i]))
+            next->mode[i] = other->mode[i];
+        to->differs = apart > most ? i : to->differs;
+        most = fmax(most, apart);
+    }
+    to->redundant = !kt_coulomb_is_unique(c, next);
+}
+
 /* Many corners of a body may have no solution up to rounding that the cone solver finds. */
 static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
@@ -282,6 +297,8 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     if (!found && !again && !solve_loosely(c, solver, solution, steps))
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
+    if (solution->count > 1)
+        compare_solutions(c, solution, other, solver->next);
     if (!independent || make_independent(c, solver, solution, steps))
         return true;
     kt_coulomb_copy(c, other, solution);

@@ -84,8 +84,10 @@ typedef double kt_coulomb_pair[2];
     X(double, u, rows, "rates, or accelerations")
 
 typedef struct kt_coulomb_solution {
-    bool shares; /* normal forces are not unique: these are the least */
-    int count;   /* of solutions with different u */
+    bool shares;    /* normal forces are not unique: these are the least */
+    int count;      /* of solutions with different u */
+    bool redundant; /* several solutions: their closed contacts together have dependent normal rows */
+    int differs;    /* several solutions: the item whose normal impulses differ most */
     KT_ARENA_DECLARE(KT_COULOMB_SOLUTION_FIELDS)
 } kt_coulomb_solution;
 

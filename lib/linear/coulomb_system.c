@@ -68,6 +68,8 @@ kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *m
 void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_coulomb_solution *to) {
     to->shares = from->shares;
     to->count = from->count;
+    to->redundant = from->redundant;
+    to->differs = from->differs;
     memcpy(to->mode, from->mode, (size_t)c->n * sizeof *to->mode);
     memcpy(to->e, from->e, (size_t)c->n * sizeof *to->e);
     memcpy(to->p, from->p, (size_t)c->rows * sizeof *to->p);

@@ -140,6 +140,27 @@ found = [warning for warning in summary["warnings"] if warning["code"] == "path_
 claim("a_rope_that_changes_its_way_is_told", [] if len(found) == 1 and abs(found[0]["time"] - lost) <= 1e-9 and "the path changes its way around the surface of entry 2, on 'world'" in done.stderr
       else [done.stderr, found])
 
+# A box slides and spins on the corners of its face. Four corners share its weight in several ways, with other directions of slip at
+# each, so that the motion is not decided from the start on. Three corners share it in one way.
+SLIDE = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: box, joint: {type: free, position: {position: [0, 0, 0.15]}, velocity: {linear: [1, 0.4, 0], angular: [0, 0, 2]}}, mass: 2,
+     shape: {type: box, size: [0.4, 0.6, 0.3]}, markers: {p0: [-0.2, -0.3, -0.15], p1: [0.2, -0.3, -0.15], p2: [-0.2, 0.3, -0.15], p3: [0.2, 0.3, -0.15]}}
+effects:
+"""
+for corners in (4, 3):
+    effects = "".join(f"  - {{name: c{k}, type: contact, point: box.p{k}, plane: world, restitution: 0, friction: 0.3}}\n" for k in range(corners))
+    done, summary = run(SLIDE + effects + "simulate: {duration: 0.1}\n", f"slide{corners}")
+    found, contacts = [w for w in summary["warnings"] if w["code"] == "friction_undecided"], summary["contacts"]
+    if corners == 4:
+        told = "first at 'c" in done.stderr and "share a load in several ways" in done.stderr and "Painleve" not in done.stderr
+        claim("corners_that_share_a_load_in_several_ways_are_told_with_their_first_time", [] if told and len(found) == 1 and found[0]["time"] == 0
+              and contacts["redundant"] == contacts["undecided"] > 0 and contacts["first_undecided"]["contact"] in ("c0", "c1", "c2", "c3")
+              else [done.stderr, summary["contacts"], found])
+    else:
+        claim("three_corners_share_it_in_one_way", [found, contacts] if found or contacts["undecided"] else [])
+
 # Joints that move no mass are told and listed, and what is given of their places where the balance of forces moves it.
 done, summary = run("""kinetree: 1
 bodies:

@@ -319,6 +319,11 @@ KT_TEST(painleves_rod_is_stopped_by_an_impulse) {
         kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
         const kt_contact_counts counts = kt_simulation_contacts(simulation);
         kt_check_true("one impulse, or two motions", counts.jammed == (k == 0) && counts.undecided == (k == 1));
+        kt_check_equal_int("one contact shares no load", (long long)counts.redundant, 0);
+        if (k == 1) {
+            kt_check_near("first, s", counts.undecided_time, 0.0, 0.0);
+            kt_check_text("at", kt_loop_name(kt_simulation_model(simulation), counts.undecided_loop), "p0");
+        }
         if (simulation != NULL && k == 0) {
             const double *v = kt_simulation_velocities(simulation), w = v[2];
             kt_check_near("its end, m/s", hypot(v[1] - w * a * sin(theta), v[0] - w * a * cos(theta)), 0.0, 1e-14);

@@ -13,20 +13,31 @@ static void warn_of_reduced(kt_outcome *outcome) {
                 reduced == 1 ? "" : "s");
 }
 
-/* Warns if friction of contacts allowed several motions, or several sets of normal forces. */
-static void warn_of_friction(kt_outcome *outcome) {
+/* Warns if friction of contacts allowed several motions. */
+static void warn_of_undecided(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
-    const kt_warning several = kt_warning_of("friction_undecided", (double)seen.undecided, NULL,
-                                             "Take less friction, or elastic contacts (stiffness)");
+    const bool shared = seen.redundant == seen.undecided;
+    kt_warning warning = kt_warning_of("friction_undecided", (double)seen.undecided, NULL,
+                                       shared ? "Take three contacts for a flat face, or elastic contacts (stiffness)"
+                                              : "Take less friction, or elastic contacts (stiffness)");
+    warning.time = seen.undecided_time;
+    if (seen.undecided > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "friction of contacts allowed more than one motion %llu time%s, first at '%s' at t = %.9g s (%s): the "
+                "one %s was taken",
+                (unsigned long long)seen.undecided, seen.undecided == 1 ? "" : "s",
+                kt_loop_name(kt_simulation_model(outcome->simulation), seen.undecided_loop), seen.undecided_time,
+                shared ? "more contacts than necessary share a load in several ways, and friction depends on the shares"
+                       : "Painleve's paradox, or a wedge",
+                shared ? "next to sticking" : "in which most sticks");
+}
+
+/* Warns if friction of contacts allowed several sets of normal forces. */
+static void warn_of_wedge(kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const kt_warning wedged =
         kt_warning_of("reactions_shared", (double)seen.shared, NULL,
                       "Take an elastic contact (stiffness) for one of them where its force matters");
-    if (seen.undecided > 0)
-        kt_warn(
-            &outcome->warnings, &several,
-            "friction of contacts allowed more than one motion %llu time%s (Painleve's paradox, or a wedge): the one "
-            "in which most sticks was taken",
-            (unsigned long long)seen.undecided, seen.undecided == 1 ? "" : "s");
     if (seen.shared > 0)
         kt_warn(&outcome->warnings, &wedged,
                 "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
@@ -58,6 +69,7 @@ static void warn_of_failures(kt_outcome *outcome) {
 void kt_warn_of_contacts(kt_outcome *outcome) {
     warn_of_failures(outcome);
     warn_of_reduced(outcome);
-    warn_of_friction(outcome);
+    warn_of_undecided(outcome);
+    warn_of_wedge(outcome);
     warn_of_slow_slip(outcome);
 }

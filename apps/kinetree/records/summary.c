@@ -179,6 +179,12 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "sticks", json_integer((json_int_t)seen.sticks));
     json_object_set_new(contacts, "slips", json_integer((json_int_t)seen.slips));
     json_object_set_new(contacts, "undecided", json_integer((json_int_t)seen.undecided));
+    json_object_set_new(contacts, "redundant", json_integer((json_int_t)seen.redundant));
+    if (seen.undecided > 0)
+        json_object_set_new(
+            contacts, "first_undecided",
+            json_pack("{s:f, s:o}", "time", seen.undecided_time, "contact",
+                      kt_json_text(kt_loop_name(kt_simulation_model(outcome->simulation), seen.undecided_loop))));
     json_object_set_new(contacts, "shared", json_integer((json_int_t)seen.shared));
     json_object_set_new(contacts, "unconverged", json_integer((json_int_t)seen.unconverged));
     json_object_set_new(contacts, "rested", json_integer((json_int_t)seen.rested));
