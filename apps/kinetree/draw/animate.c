@@ -350,54 +350,107 @@ static bool write_moving_line(writer *w, const cut *c, int line, shade of) {
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-/* The share of a path that has been covered at a frame. */
-static double share_at(const kt_drawn_path *path, double part) {
-    double whole = 0.0, covered = 0.0;
-    const double reached = part * (path->count - 1);
-    for (int i = 1; i < path->count; i++) {
-        const double length = kt_vec3_norm(kt_vec3_sub(path->points[i], path->points[i - 1]));
-        whole += length;
-        covered += length * fmin(fmax(reached - (i - 1), 0.0), 1.0);
-    }
-    return whole > 0.0 ? covered / whole : 1.0;
-}
-
-/* Writes a path that grows with the motion: a dash as long as the whole path, which extends from its beginning. */
-static void write_growing_path(writer *w, const cut *c, const char *const lines[KT_FILM_PAGES],
-                               const kt_drawn_path *path) {
+/* Writes a path with an animation within its element. attributes: further attributes of the element. */
+static void write_drawn_path(writer *w, const cut *c, const char *const lines[KT_FILM_PAGES], const char *attributes,
+                             const char *inner) {
     element pages[KT_FILM_PAGES];
-    char *inner = NULL;
-    size_t size;
     const strip s = {.at = {&pages[0], &pages[1]}, .count = 1};
     const bool light = read_element(lines[0], &pages[0]), dark = read_element(lines[1], &pages[1]);
-    FILE *file = light && dark ? open_memstream(&inner, &size) : NULL;
-    if (file != NULL) {
-        fprintf(file,
-                "<animate attributeName=\"stroke-dashoffset\" dur=\"%.4gs\" repeatCount=\"indefinite\" values=\"1",
-                w->seconds);
-        for (int k = c->stride; k <= w->last; k += c->stride)
-            fprintf(file, ";%.4g", 1.0 - share_at(path, (double)k / w->last));
-        fputs("\"/>", file);
-        if (fclose(file) == 0)
-            write_element(w, c, &s, SHADE_BOTH, " pathLength=\"1\" stroke-dasharray=\"1\"", inner);
-    }
-    free(inner);
+    if (light && dark)
+        write_element(w, c, &s, SHADE_BOTH, attributes, inner);
     free(pages[0].text);
     free(pages[1].text);
 }
 
+/* Writes a path that grows with the motion: a dash as long as the whole path, which extends from its beginning. */
+static void write_growing_path(writer *w, const cut *c, const kt_drawing *drawing, int path,
+                               const char *const lines[KT_FILM_PAGES]) {
+    char *inner = NULL;
+    size_t size;
+    FILE *file = open_memstream(&inner, &size);
+    if (file == NULL)
+        return;
+    fprintf(file, "<animate attributeName=\"stroke-dashoffset\" dur=\"%.4gs\" repeatCount=\"indefinite\" values=\"1",
+            w->seconds);
+    for (int k = c->stride; k <= w->last; k += c->stride)
+        fprintf(file, ";%.4g", 1.0 - kt_path_share(drawing, &drawing->paths[path], (double)k / w->last));
+    fputs("\"/>", file);
+    if (fclose(file) == 0)
+        write_drawn_path(w, c, lines, " pathLength=\"1\" stroke-dasharray=\"1\"", inner);
+    free(inner);
+}
+
+/* Writes the parts of a path that are in front of solids, if there are any: dashes, which vary between frames. */
+static void write_front_of_path(writer *w, const cut *c, int path, const char *const lines[KT_FILM_PAGES]) {
+    const kt_film *film = c->film;
+    char *inner = NULL;
+    size_t size;
+    FILE *file = kt_film_has_front(film, path, c->first, c->end) ? open_memstream(&inner, &size) : NULL;
+    if (file == NULL)
+        return;
+    fprintf(file,
+            "<animate attributeName=\"stroke-dasharray\" calcMode=\"discrete\" dur=\"%.4gs\" "
+            "repeatCount=\"indefinite\" keyTimes=\"0",
+            w->seconds);
+    for (int k = c->first; k < c->end; k += c->stride)
+        fprintf(file, ";%.5g", (double)k / w->last);
+    fprintf(file, "\" values=\"%s", film->front[c->first * film->path_count + path]);
+    for (int k = c->first; k < c->end; k += c->stride)
+        fprintf(file, ";%s", film->front[k * film->path_count + path]);
+    fputs("\"/>", file);
+    if (fclose(file) == 0)
+        write_drawn_path(w, c, lines, " pathLength=\"1\" stroke-dasharray=\"0 1\"", inner);
+    free(inner);
+}
+
 /* Returns the position of the paths among the lines of a frame that was drawn without paths. It is the first line that
  * differs if they are drawn. If the counts of lines do not fit, it is the end of the frame. Returns -1 on failure. */
-static int find_paths(const kt_drawing *drawing, const cut *c, kt_page_lines traced[KT_FILM_PAGES]) {
+static int find_paths(const kt_drawing *drawing, const cut *c, kt_path_layer layer,
+                      kt_page_lines traced[KT_FILM_PAGES]) {
     const kt_page_lines *bare = &c->film->page[0][c->first];
     for (int page = 0; page < KT_FILM_PAGES; page++)
-        if (!kt_film_take_frame(drawing, page, c->first, true, &traced[page]))
+        if (!kt_film_take_frame(drawing, page, c->first, layer, &traced[page]))
             return -1;
     int line = 0;
     while (line < bare->count && line < traced[0].count && strcmp(bare->line[line], traced[0].line[line]) == 0)
         line++;
     const bool fits = traced[0].count == traced[1].count && traced[0].count == bare->count + drawing->path_count;
     return fits ? line : bare->count;
+}
+
+/* The paths of a scene: their lines in both layers, and where these are among the lines of a frame without paths. */
+typedef struct layers {
+    kt_page_lines behind[KT_FILM_PAGES], before[KT_FILM_PAGES];
+    int behind_at, before_at; /* -1: failed */
+} layers;
+
+static layers find_layers(const kt_drawing *drawing, const cut *c) {
+    const int none = c->film->page[0][c->first].count;
+    layers l = {.behind_at = none, .before_at = none};
+    if (drawing->path_count > 0)
+        l.behind_at = find_paths(drawing, c, KT_PATHS_BEHIND, l.behind);
+    if (c->film->front != NULL)
+        l.before_at = find_paths(drawing, c, KT_PATHS_BEFORE, l.before);
+    return l;
+}
+
+static void free_layers(layers *l) {
+    for (int page = 0; page < KT_FILM_PAGES; page++) {
+        kt_page_lines_free(&l->behind[page]);
+        kt_page_lines_free(&l->before[page]);
+    }
+}
+
+/* Writes the paths that belong before a line of a frame. */
+static void write_paths_at(writer *w, const cut *c, const kt_drawing *drawing, const layers *l, int line) {
+    for (int k = 0; k < drawing->path_count && line == l->behind_at; k++) {
+        const char *const both[KT_FILM_PAGES] = {l->behind[0].line[line + k], l->behind[1].line[line + k]};
+        write_growing_path(w, c, drawing, k, both);
+    }
+    for (int k = 0; k < drawing->path_count && line == l->before_at; k++) {
+        const char *const both[KT_FILM_PAGES] = {l->before[0].line[line + k], l->before[1].line[line + k]};
+        write_front_of_path(w, c, k, both);
+    }
 }
 
 /* ---- the play ---------------------------------------------------------------------------------------------------- */
@@ -439,22 +492,17 @@ static int write_definitions(writer *w, const cut *c, int line) {
 
 static bool write_moving_scene(writer *w, const kt_drawing *drawing, const cut *c) {
     const kt_page_lines *lines = &c->film->page[0][c->first];
-    kt_page_lines traced[KT_FILM_PAGES] = {{.text = NULL}, {.text = NULL}};
-    const int paths = drawing->path_count > 0 ? find_paths(drawing, c, traced) : lines->count;
-    bool fine = paths >= 0;
+    layers paths = find_layers(drawing, c);
+    bool fine = paths.behind_at >= 0 && paths.before_at >= 0;
     open_scene(w, c);
     for (int i = 2; i < lines->count - 1 && fine;) { /* between <svg> and </svg> */
-        for (int k = 0; k < drawing->path_count && i == paths; k++) {
-            const char *const both[KT_FILM_PAGES] = {traced[0].line[paths + k], traced[1].line[paths + k]};
-            write_growing_path(w, c, both, &drawing->paths[k]);
-        }
+        write_paths_at(w, c, drawing, &paths, i);
         const bool defines = strcmp(lines->line[i], "<defs>") == 0;
         const int next = defines ? write_definitions(w, c, i) : i + 1;
         fine = next > 0 && (defines || write_moving_line(w, c, i, SHADE_BOTH));
         i = next;
     }
-    for (int page = 0; page < KT_FILM_PAGES; page++)
-        kt_page_lines_free(&traced[page]);
+    free_layers(&paths);
     if (!w->is_alone)
         fputs("</g>\n", w->file);
     return fine;

@@ -370,8 +370,9 @@ static bool depth_of_pixels(const void *user, kt_vec3 at, double *depth) {
 
 /* ---- painting ---------------------------------------------------------------------------------------------------- */
 
-/* Paints all things but springs as pixels. The solids of a rigid part have one line around them. */
-static bool paint_pixels(const kt_sheet *sheet, const things *t) {
+/* All things but springs as pixels, which also cover paths. The solids of a rigid part have one line around them.
+ * NULL: memory is insufficient. */
+static kt_raster *make_pixels(const kt_sheet *sheet, const things *t) {
     const kt_picture *p = sheet->drawing->picture;
     kt_spot low, high;
     find_limits(sheet, t, &low, &high);
@@ -383,9 +384,17 @@ static bool paint_pixels(const kt_sheet *sheet, const things *t) {
         if (what->type != THING_SPRING)
             fine = kt_raster_paint(raster, &what->solid, number, thing_colour_of(sheet, what));
     }
-    fine = fine && kt_raster_show(raster);
-    if (fine)
+    if (fine) {
         kt_traces_cover(sheet, depth_of_pixels, &(pixels){sheet, raster});
+        return raster;
+    }
+    kt_raster_free(raster);
+    return NULL;
+}
+
+static bool paint_pixels(const kt_sheet *sheet, const things *t) {
+    kt_raster *raster = make_pixels(sheet, t);
+    const bool fine = raster != NULL && kt_raster_show(raster);
     kt_raster_free(raster);
     for (int i = 0; i < t->pieces.count && fine; i++)
         if (t->items[t->pieces.items[i].thing].type == THING_SPRING)
@@ -413,6 +422,22 @@ bool kt_paint_solids(const kt_sheet *sheet) {
     things t = {0};
     collect_things(&t, sheet);
     const bool fine = !t.is_full && (has_meshes ? paint_pixels(sheet, &t) : paint_pieces(sheet, &t, joins_bars));
+    kt_pieces_free(&t.pieces);
+    free(t.items);
+    return fine;
+}
+
+bool kt_cover_by_solids(const kt_sheet *sheet) {
+    things t = {0};
+    collect_things(&t, sheet);
+    bool fine = !t.is_full;
+    if (fine && sheet->drawing->picture->mesh_count > 0) {
+        kt_raster *raster = make_pixels(sheet, &t);
+        fine = raster != NULL;
+        kt_raster_free(raster);
+    } else if (fine) {
+        kt_traces_cover(sheet, depth_of_things, &t);
+    }
     kt_pieces_free(&t.pieces);
     free(t.items);
     return fine;

@@ -44,9 +44,19 @@ double kt_drawing_grain(const kt_drawing *drawing);
  * kt_plot_check. */
 int kt_drawing_write(const kt_drawing *drawing, const char *path);
 
-/* The SVG of one state of a strobe drawing, laid out as the whole, with the paths or without them. The caller frees it;
- * NULL after printing the error. */
-char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths);
+/* Which paths a frame has: none, or all of each path behind the solids, or all of each path in front of them. */
+typedef enum kt_path_layer { KT_PATHS_NONE, KT_PATHS_BEHIND, KT_PATHS_BEFORE } kt_path_layer;
+
+/* The SVG of one state of a strobe drawing, laid out as the whole. The caller frees it; NULL after printing the
+ * error. */
+char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer);
+
+/* The parts of a path that are in front of solids in a state, as the value of stroke-dasharray for a path of length 1.
+ * The path extends to a share of its points, 0 to 1. The caller frees it; NULL if memory is insufficient. */
+char *kt_drawing_front(const kt_drawing *drawing, int state, int path, double share);
+
+/* The share of the length of a path, as seen by the camera, up to a part of its points, 0 to 1. */
+double kt_path_share(const kt_drawing *drawing, const kt_drawn_path *path, double part);
 
 /* Writes an animated SVG. Its frames are the states of a strobe drawing at equal intervals, and its play takes
  * `seconds`. It needs no script and repeats. It is light or dark as its page prefers; is_dark: always dark.

@@ -4,6 +4,7 @@
 #include "command.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,10 +35,10 @@ static bool cut_lines(char *text, kt_page_lines *to) {
     return to->line != NULL;
 }
 
-bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, bool has_paths, kt_page_lines *to) {
+bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, kt_path_layer layer, kt_page_lines *to) {
     kt_drawing own = *drawing;
     own.is_dark = own.is_dark || page == 1;
-    char *text = kt_drawing_frame(&own, state, has_paths);
+    char *text = kt_drawing_frame(&own, state, layer);
     if (text != NULL && cut_lines(text, to))
         return true;
     if (text != NULL)
@@ -51,6 +52,9 @@ void kt_film_free(kt_film *f) {
             kt_page_lines_free(&f->page[page][k]);
         free(f->page[page]);
     }
+    for (int i = 0; i < f->count * f->path_count && f->front != NULL; i++)
+        free(f->front[i]);
+    free(f->front);
 }
 
 /* ---- what differs ------------------------------------------------------------------------------------------------ */
@@ -94,13 +98,30 @@ static bool are_frames_alike(const kt_page_lines *a, const kt_page_lines *b) {
 
 /* Takes frame k on both pages, which must have the same elements in other colours. Otherwise both pages are light. */
 static bool take_pages(const kt_drawing *drawing, kt_film *f, int k) {
-    if (!kt_film_take_frame(drawing, 0, k, false, &f->page[0][k]) ||
-        !kt_film_take_frame(drawing, 1, k, false, &f->page[1][k]))
+    if (!kt_film_take_frame(drawing, 0, k, KT_PATHS_NONE, &f->page[0][k]) ||
+        !kt_film_take_frame(drawing, 1, k, KT_PATHS_NONE, &f->page[1][k]))
         return false;
     if (are_frames_alike(&f->page[0][k], &f->page[1][k]))
         return true;
     kt_page_lines_free(&f->page[1][k]);
-    return kt_film_take_frame(drawing, 0, k, false, &f->page[1][k]);
+    return kt_film_take_frame(drawing, 0, k, KT_PATHS_NONE, &f->page[1][k]);
+}
+
+/* Takes the parts of paths in front of solids, at all frames. */
+static bool take_fronts(const kt_drawing *drawing, kt_film *f) {
+    if (drawing->is_diagram || drawing->path_count == 0)
+        return true;
+    f->path_count = drawing->path_count;
+    f->front = calloc((size_t)f->count * (size_t)f->path_count, sizeof *f->front);
+    bool fine = f->front != NULL;
+    for (int i = 0; i < f->count * f->path_count && fine; i++) {
+        const int k = i / f->path_count;
+        f->front[i] = kt_drawing_front(drawing, k, i % f->path_count, (double)k / fmax(f->count - 1, 1));
+        fine = f->front[i] != NULL;
+    }
+    if (!fine)
+        kt_say("there is not enough memory for the picture");
+    return fine;
 }
 
 bool kt_film_take(const kt_drawing *drawing, kt_film *f) {
@@ -112,7 +133,14 @@ bool kt_film_take(const kt_drawing *drawing, kt_film *f) {
         kt_say("there is not enough memory for the picture");
     for (int k = 0; k < f->count && fine; k++)
         fine = take_pages(drawing, f, k);
-    return fine;
+    return fine && take_fronts(drawing, f);
+}
+
+bool kt_film_has_front(const kt_film *f, int path, int first, int end) {
+    bool has_front = false;
+    for (int k = first; k < end && k < f->count && !has_front; k++)
+        has_front = strcmp(f->front[k * f->path_count + path], "0 1") != 0;
+    return has_front;
 }
 
 int kt_film_scene_end(const kt_film *f, int first, int stride) {

@@ -19,15 +19,20 @@ typedef struct kt_page_lines {
 typedef struct kt_film {
     kt_page_lines *page[KT_FILM_PAGES];
     int count;
+    char **front; /* [count * paths]: the parts of paths that are in front of solids; NULL: none is, in a diagram */
+    int path_count;
 } kt_film;
 
 /* Takes all frames. Returns false after printing the error. In both cases, kt_film_free releases them. */
 bool kt_film_take(const kt_drawing *drawing, kt_film *film);
 void kt_film_free(kt_film *film);
 
-/* Takes one frame, with the paths of the drawing or without them. The caller frees the lines. */
-bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, bool has_paths, kt_page_lines *to);
+/* Takes one frame, with the paths of the drawing in a layer. The caller frees the lines. */
+bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, kt_path_layer layer, kt_page_lines *to);
 void kt_page_lines_free(kt_page_lines *lines);
+
+/* Whether a part of a path is in front of solids in a frame from `first` up to, but not including, `end`. */
+bool kt_film_has_front(const kt_film *film, int path, int first, int end);
 
 /* Returns the frame behind the last one of the scene that begins with frame `first`. */
 int kt_film_scene_end(const kt_film *film, int first, int stride);

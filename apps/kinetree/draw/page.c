@@ -304,7 +304,8 @@ static bool paint_rest(const kt_sheet *sheet) {
 
 typedef struct page {
     const kt_drawing *drawing;
-    int only; /* the one state that is painted; -1: all */
+    int only;            /* the one state that is painted; -1: all */
+    kt_path_layer layer; /* of the paths */
     layout layout;
     bool *fine;
 } page;
@@ -317,8 +318,8 @@ static const kt_drawing *of_state(const kt_drawing *d, int state, kt_drawing *ow
     return own;
 }
 
-/* Begins to note the parts of paths that solids hide. In diagrams nothing hides a path. In an animation paths are
- * behind all solids, because the solids move. */
+/* Begins to note the parts of paths that solids hide. In diagrams nothing hides a path. In an animation these parts
+ * vary (kt_drawing_front). */
 static bool begin_traces(const kt_drawing *d, const kt_sheet *sheet, kt_traces **traces) {
     if (d->is_diagram || d->is_moving || d->path_count == 0)
         return true;
@@ -345,7 +346,8 @@ static void paint_page(cairo_t *c, const void *what) {
             const double fade = sheet.fade;
             sheet.fade = 0.0;
             kt_paint_ground(&sheet);
-            kt_paint_paths(&sheet);
+            if (p->layer == KT_PATHS_BEHIND)
+                kt_paint_paths(&sheet);
             sheet.fade = fade;
         }
         if (!d->is_strobe || i == first)
@@ -355,6 +357,8 @@ static void paint_page(cairo_t *c, const void *what) {
         *p->fine = kt_paint_solids(&sheet) && *p->fine;
         if (!d->is_strobe || i == last)
             kt_paint_near_paths(&sheet);
+        if (p->layer == KT_PATHS_BEFORE)
+            kt_paint_paths(&sheet);
         if (!kt_sheet_is_plain(&sheet))
             kt_paint_symbols(&sheet);
         if (is_captioned(d))
@@ -375,23 +379,32 @@ double kt_drawing_grain(const kt_drawing *drawing) { return lay_out_page(drawing
 
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;
-    const page p = {drawing, -1, lay_out_page(drawing), &fine};
+    const page p = {drawing, -1, KT_PATHS_BEHIND, lay_out_page(drawing), &fine};
     const int code = kt_paper_write(path, WIDTH, p.layout.height, paint_page, &p);
     if (!fine)
         kt_say("there is not enough memory for the picture");
     return fine ? code : KT_EXIT_INTEGRATION;
 }
 
-char *kt_drawing_frame(const kt_drawing *drawing, int state, bool has_paths) {
+char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer) {
     bool fine = true;
-    kt_drawing shown = *drawing;
-    const page p = {&shown, state, lay_out_page(drawing), &fine};
-    if (!has_paths)
-        shown.path_count = 0;
+    const page p = {drawing, state, layer, lay_out_page(drawing), &fine};
     char *text = kt_paper_svg(WIDTH, p.layout.height, paint_page, &p);
     if (fine)
         return text;
     kt_say("there is not enough memory for the picture");
     free(text);
     return NULL;
+}
+
+char *kt_drawing_front(const kt_drawing *drawing, int state, int path, double share) {
+    kt_drawing own;
+    const layout l = lay_out_page(drawing);
+    kt_sheet sheet = sheet_of(NULL, of_state(drawing, state, &own), &l, state);
+    own.paths += path; /* this one alone */
+    own.path_count = 1;
+    sheet.traces = kt_traces_create(&sheet);
+    char *dashes = sheet.traces != NULL && kt_cover_by_solids(&sheet) ? kt_traces_dashes(&sheet, share) : NULL;
+    kt_traces_free(sheet.traces);
+    return dashes;
 }

@@ -108,6 +108,10 @@ void kt_traces_cover(const kt_sheet *sheet, kt_trace_depth *depth, const void *u
 /* Paints the parts of sheet->traces that are in front of solids, after the solids. */
 void kt_paint_near_paths(const kt_sheet *sheet);
 
+/* The same parts of the first path, up to a share of its points, as dashes of a line of length 1: "0 0.2 0.3 1" is a
+ * dash of 0.3 after a gap of 0.2. The caller frees it; NULL if memory is insufficient. */
+char *kt_traces_dashes(const kt_sheet *sheet, double share);
+
 /* ---- rails (rail.c) ---------------------------------------------------------------------------------------------- */
 
 /* Widens [low, high] to the reach of a body's solids along the z axis of a frame, from its origin. Solids that the axis
@@ -146,6 +150,10 @@ void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, 
 /* Solids, and in space joints, feet, bushings and springs, the farthest first (depth.c). Returns false if memory is
  * insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet);
+
+/* Notes the parts of sheet->traces that the solids hide, without painting them (depth.c). Returns false if memory is
+ * insufficient. */
+bool kt_cover_by_solids(const kt_sheet *sheet);
 
 /* Joints as circles, the ground below them, loops (joint.c); effects, relations between joints (effect.c). */
 void kt_paint_pivots(const kt_sheet *sheet);

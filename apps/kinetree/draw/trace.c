@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 enum { TRACE_POINTS_MOST = 40000 };
@@ -16,6 +17,7 @@ static const double trace_slack = 3.0;
 typedef struct trace_point {
     kt_vec3 at;      /* in the camera's frame */
     int path;        /* whose point it is */
+    double share;    /* of the points of the path, up to this one: 0 to 1 */
     bool is_covered; /* a solid is before or behind it */
     bool is_hidden;  /* a solid is before it */
 } trace_point;
@@ -72,7 +74,9 @@ static void list_trace_points(const kt_sheet *sheet, double step, kt_traces *t) 
             for (int n = 0; n < pieces; n++) {
                 const kt_vec3 line = n > 0 ? kt_vec3_sub(path->points[k + 1], path->points[k]) : (kt_vec3){0};
                 const kt_vec3 at = kt_vec3_add(path->points[k], kt_vec3_scale((double)n / pieces, line));
-                t->points[t->count++] = (trace_point){.at = kt_camera_point(camera, at), .path = i};
+                t->points[t->count++] = (trace_point){.at = kt_camera_point(camera, at),
+                                                      .path = i,
+                                                      .share = (k + (double)n / pieces) / fmax(path->count - 1, 1)};
             }
         }
     }
@@ -143,4 +147,49 @@ void kt_paint_near_paths(const kt_sheet *sheet) {
         if (ends)
             cairo_stroke(sheet->c);
     }
+}
+
+/* ---- dashes ------------------------------------------------------------------------------------------------------ */
+
+double kt_path_share(const kt_drawing *drawing, const kt_drawn_path *path, double part) {
+    double whole = 0.0, covered = 0.0;
+    const double reached = part * (path->count - 1);
+    for (int i = 1; i < path->count; i++) {
+        const kt_vec3 line = kt_camera_point(&drawing->camera, kt_vec3_sub(path->points[i], path->points[i - 1]));
+        const double length = hypot(line.x, line.y);
+        whole += length;
+        covered += length * fmin(fmax(reached - (i - 1), 0.0), 1.0);
+    }
+    return whole > 0.0 ? covered / whole : 1.0;
+}
+
+static double line_on_page(const kt_traces *t, int i) {
+    return hypot(t->points[i].at.x - t->points[i - 1].at.x, t->points[i].at.y - t->points[i - 1].at.y);
+}
+
+char *kt_traces_dashes(const kt_sheet *sheet, double share) {
+    const kt_traces *t = sheet->traces;
+    char *text = NULL;
+    size_t size = 0;
+    double whole = 0.0, gone = 0.0, begin = 0.0, end = 0.0, written = 0.0;
+    FILE *file = open_memstream(&text, &size);
+    for (int i = 1; i < t->count; i++)
+        whole += line_on_page(t, i);
+    if (file == NULL)
+        return NULL;
+    fputs("0", file);
+    bool was_seen = false;
+    for (int i = 0; i < t->count && whole > 0.0; i++) {
+        const bool is_seen = is_in_front(t, i) && t->points[i].share <= share;
+        gone += i > 0 ? line_on_page(t, i) : 0.0;
+        begin = is_seen && !was_seen ? gone : begin;
+        end = is_seen ? gone : end;
+        if ((was_seen && !is_seen) || (is_seen && i + 1 == t->count)) {
+            fprintf(file, " %.4f %.4f", (begin - written) / whole, (end - begin) / whole);
+            written = end;
+        }
+        was_seen = is_seen;
+    }
+    fputs(" 1", file);
+    return fclose(file) == 0 ? text : NULL;
 }
