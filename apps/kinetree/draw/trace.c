@@ -29,7 +29,8 @@ struct kt_traces {
 
 static void use_trace_pen(const kt_sheet *sheet, int path) {
     const int body = sheet->drawing->paths[path].body;
-    kt_paper_use(sheet->c, kt_colour_mix(kt_sheet_colour(sheet, body), sheet->palette->ink, 0.25));
+    const double ink = sheet->drawing->is_diagram ? 0.25 : 0.5; /* a path is seen on its own body */
+    kt_paper_use(sheet->c, kt_colour_mix(kt_sheet_colour(sheet, body), sheet->palette->ink, ink));
     cairo_set_line_width(sheet->c, 1.2);
 }
 
