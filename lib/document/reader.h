@@ -113,7 +113,8 @@ typedef struct kt_choice {
     const char *where; /* "simulate.reduction" */
     const char *const *names;
     int count;
-    int first; /* the smallest value that has a name in scene files */
+    int first;        /* the smallest value that has a name in scene files */
+    const char *more; /* another word that is right, which another reader takes; NULL: none */
 } kt_choice;
 
 /* A mapping. With types, its keys are those of the table and those of its type's descriptor, in this order. */

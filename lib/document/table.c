@@ -15,11 +15,12 @@ kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_n
 
 /* "a, b or c" */
 static void add_choices(kt_phrase *phrase, const kt_choice *choice) {
-    for (int i = choice->first; i < choice->count; i++)
-        kt_phrase_add(phrase, "%s%s", choice->names[i],
-                      i + 2 < choice->count   ? ", "
-                      : i + 1 < choice->count ? " or "
-                                              : "");
+    const int count = choice->count + (choice->more != NULL);
+    for (int i = choice->first; i < count; i++)
+        kt_phrase_add(phrase, "%s%s", i < choice->count ? choice->names[i] : choice->more,
+                      i + 2 < count   ? ", "
+                      : i + 1 < count ? " or "
+                                      : "");
 }
 
 static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
@@ -29,6 +30,8 @@ static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, co
     for (int i = choice->first; i < choice->count; i++)
         if (!kt_nearest_try(&nearest, choice->names[i]))
             break;
+    if (choice->more != NULL)
+        (void)kt_nearest_try(&nearest, choice->more);
     kt_phrase_add(&phrase, "%s is unknown; ", kt_name_quote(word).text);
     if (nearest.best != NULL)
         kt_phrase_add(&phrase, "did you mean '%s'? Choose ", nearest.best);
@@ -291,7 +294,8 @@ static void report_stray(kt_reading *reading, kt_node *key, bool all) {
 
 static bool read_field(const kt_reading *reading, int i) {
     const kt_field *field = &reading->fields.field[i];
-    const kt_scope scope = {.outer = reading->scope, .key = field->key};
+    const bool is_other = field->also != NULL && strcmp(reading->keys[i]->of.text, field->also) == 0;
+    const kt_scope scope = {.outer = reading->scope, .key = is_other ? field->also : field->key};
     kt_node *value = reading->values[i];
     return !value->faulty && field->kind->read(reading->r, &scope, value, field, reading->object);
 }

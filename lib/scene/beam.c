@@ -125,7 +125,7 @@ static const kt_kind kind_bending = {.read = read_bending};
 
 static bool read_ends(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     static const char *const names[] = {"clamped", "hinged", "free"};
-    static const kt_choice choice = {"beams.ends", names, 3, 0};
+    static const kt_choice choice = {"beams.ends", names, 3, 0, NULL};
     kt_beam_end *out = kt_field_in(object, field);
     if (node->kind != KT_NODE_LIST || node->count != 2)
         return kt_fault_expected(r, scope, node, "two of clamped, hinged and free");

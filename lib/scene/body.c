@@ -259,7 +259,7 @@ static const kt_kind kind_markers = {read_body_markers, write_body_markers, same
 
 #define SHAPE_NAME(id, name) #name,
 static const char *const shape_names[] = {KT_SHAPE_LIST(SHAPE_NAME)};
-static const kt_choice shape_types = {"shape.type", shape_names, KT_SHAPE_TYPE_COUNT, KT_SHAPE_NONE + 1};
+static const kt_choice shape_types = {"shape.type", shape_names, KT_SHAPE_TYPE_COUNT, KT_SHAPE_NONE + 1, NULL};
 
 static const kt_descriptor *describe_shape(int type) { return kt_shape_descriptor((kt_shape_type)type); }
 

@@ -225,7 +225,14 @@ static void take_description_fault(void *user, const kt_place *place, const kt_e
         kt_phrase_add(&where, "initial.hold[%d]: ", place->index);
     else if (place->item != KT_ITEM_SCENE)
         kt_phrase_add(&where, "%s: ", error->where);
-    (void)kt_fault_put(r, error->code, node->line, node->column, "%s%s", where.text, error->message);
+    const char *message = error->message;
+    const size_t length = key != NULL ? strlen(key->name) : 0;
+    if (key != NULL && key->also != NULL && strncmp(message, key->name, length) == 0 &&
+        kt_node_find(item, key->name) == NULL && kt_node_find(item, key->also) != NULL) {
+        kt_phrase_add(&where, "%s", key->also); /* the file has the other spelling */
+        message += length;
+    }
+    (void)kt_fault_put(r, error->code, node->line, node->column, "%s%s", where.text, message);
 }
 
 /* Whether the file defines the tree and its loops completely: a misspelt key may have defined more of them. */

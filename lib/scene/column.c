@@ -83,10 +83,11 @@ static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_sc
     }
     const kt_scope here = {.outer = outer, .key = key->of.text};
     kt_node *formula = key->next->kind == KT_NODE_MAP ? read_column_unit(r, &here, key->next, column) : key->next;
-    if (!kt_name_is_valid(key->of.text) || strcmp(key->of.text, "time") == 0)
+    if (strcmp(key->of.text, "time") == 0)
+        (void)kt_fault_at(r, KT_ERROR_SCENE, outer, key, "there is a column 'time' already; take another name");
+    else if (!kt_name_is_valid(key->of.text))
         (void)kt_fault_at(r, KT_ERROR_SCENE, outer, key,
-                          "%s is no name of a column; begin with a letter or _, go on with letters, digits, _ and -; "
-                          "'time' is there already",
+                          "%s is no name of a column; begin with a letter or _, go on with letters, digits, _ and -",
                           kt_name_quote(key->of.text).text);
     else if (formula != NULL && (formula->kind != KT_NODE_TEXT || formula->count == 0))
         (void)kt_fault_expected(r, &here, formula, "a formula (\"2*velocity.arm\")");
@@ -177,13 +178,17 @@ static void check_unused_expressions(kt_reader *r) {
 
 /* Expressions that nothing uses are read for their faults. They are no uses of parameters. */
 void kt_expressions_check(kt_reader *r) {
-    const int count = r->scene->parameter_count;
-    bool *used = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *used);
-    for (int k = 0; used != NULL && k < count; k++)
-        used[k] = r->scene->parameters[k].is_used;
-    check_unused_expressions(r);
-    for (int k = 0; used != NULL && k < count; k++)
-        r->scene->parameters[k].is_used = used[k];
-    if (used == NULL)
+    const size_t count = (size_t)r->scene->parameter_count;
+    kt_named_number *before = kt_pool_take(&r->scratch, count + 1, sizeof *before);
+    if (before == NULL) {
         (void)kt_reader_out_of_memory(r);
+        return;
+    }
+    if (count > 0)
+        memcpy(before, r->scene->parameters, count * sizeof *before);
+    check_unused_expressions(r);
+    for (size_t k = 0; k < count; k++) {
+        r->scene->parameters[k].is_used = before[k].is_used;
+        r->scene->parameters[k].hidden_line = before[k].hidden_line;
+    }
 }

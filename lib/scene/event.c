@@ -373,7 +373,7 @@ static const kt_kind kind_then = {.read = read_then, .write = write_then};
 /* ---- one event --------------------------------------------------------------------------------------------------- */
 
 static const char *const direction_names[] = {"either", "rising", "falling"};
-static const kt_choice directions = {"events.direction", direction_names, KT_COUNT_OF(direction_names), 0};
+static const kt_choice directions = {"events.direction", direction_names, KT_COUNT_OF(direction_names), 0, NULL};
 
 static bool read_event_limit(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     double value;

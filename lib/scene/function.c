@@ -117,7 +117,7 @@ static const kt_kind kind_polynomial = {.read = read_polynomial_function}, kind_
 /* ---- the forms --------------------------------------------------------------------------------------------------- */
 
 static const char *const interpolation_names[] = {"linear", "cubic", "monotone"};
-static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0};
+static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0, NULL};
 
 static const kt_descriptor *describe_function(int type) { return kt_function_descriptor((kt_function_type)type); }
 static const kt_table sine_table = {

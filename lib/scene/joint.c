@@ -7,7 +7,7 @@
 
 #define JOINT_NAME(id, name, nq, nv) #name,
 static const char *const type_names[] = {KT_JOINT_LIST(JOINT_NAME)};
-static const kt_choice types = {"joint.type", type_names, KT_JOINT_TYPE_COUNT, 0};
+static const kt_choice types = {"joint.type", type_names, KT_JOINT_TYPE_COUNT, 0, NULL};
 
 #define JOINT_NQ(id, name, nq, nv) nq,
 #define JOINT_NV(id, name, nq, nv) nv,

@@ -25,7 +25,7 @@ static bool same_distance(const kt_field *field, const void *object, const void 
 }
 
 static const char *const frame_names[] = {"world", "body"};
-static const kt_choice frames = {"effects.frame", frame_names, 2, 0};
+static const kt_choice frames = {"effects.frame", frame_names, 2, 0, NULL};
 
 static bool read_frame(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const int value = kt_choice_read(r, scope, node, &frames);

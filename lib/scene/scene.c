@@ -53,7 +53,7 @@ static const kt_kind kind_parameters = {.read = read_version, .write = write_ver
 
 #define LIMIT_NAME(id, name) #name,
 static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(LIMIT_NAME)};
-static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_COUNT, 0};
+static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_COUNT, 0, NULL};
 
 #define AT(member) .offset = offsetof(kt_scene, member)
 static const kt_field fields[] = {

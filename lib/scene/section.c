@@ -5,13 +5,13 @@
 
 /* Whether it acts throughout (kt_switching). */
 static const char *const switching_names[] = {"always", "on", "off"};
-static const kt_choice switchings = {"switched", switching_names, KT_SWITCHING_COUNT, 0};
+static const kt_choice switchings = {"switched", switching_names, KT_SWITCHING_COUNT, 0, NULL};
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
 #define LOOP_NAME(id, name) #name,
 static const char *const loop_names[] = {KT_LOOP_LIST(LOOP_NAME)};
-static const kt_choice loop_types = {"loops.type", loop_names, KT_LOOP_TYPE_COUNT, 0};
+static const kt_choice loop_types = {"loops.type", loop_names, KT_LOOP_TYPE_COUNT, 0, NULL};
 
 static const kt_descriptor *describe_loop(int type) { return kt_loop_descriptor((kt_loop_type)type); }
 
@@ -88,7 +88,7 @@ const kt_table kt_initial_table = {.fields = initial_fields, .count = KT_COUNT_O
 
 #define EFFECT_NAME(id, name) #name,
 static const char *const effect_names[] = {KT_EFFECT_LIST(EFFECT_NAME)};
-static const kt_choice effect_types = {"effects.type", effect_names, KT_EFFECT_TYPE_COUNT, 0};
+static const kt_choice effect_types = {"effects.type", effect_names, KT_EFFECT_TYPE_COUNT, 0, "fmu"};
 
 static const kt_descriptor *describe_effect(int type) { return kt_effect_descriptor((kt_effect_type)type); }
 

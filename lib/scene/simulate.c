@@ -13,17 +13,18 @@ static const char *const reduction_names[] = {KT_REDUCTION_LIST(RUN_NAME)};
 static const char *const metric_names[] = {KT_METRIC_LIST(RUN_NAME)};
 static const char *const plan_names[] = {KT_PLAN_LIST(RUN_NAME)};
 static const char *const scheme_names[] = {KT_CONTACT_SCHEME_LIST(RUN_NAME)};
-static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0};
-static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0};
-static const kt_choice metrics = {"simulate.metric", metric_names, KT_COUNT_OF(metric_names), 0};
-static const kt_choice plans = {"simulate.plan", plan_names, KT_COUNT_OF(plan_names), 0};
-static const kt_choice schemes = {"simulate.contact", scheme_names, KT_COUNT_OF(scheme_names), 0};
+static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0,
+                                       NULL};
+static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0, NULL};
+static const kt_choice metrics = {"simulate.metric", metric_names, KT_COUNT_OF(metric_names), 0, NULL};
+static const kt_choice plans = {"simulate.plan", plan_names, KT_COUNT_OF(plan_names), 0, NULL};
+static const kt_choice schemes = {"simulate.contact", scheme_names, KT_COUNT_OF(scheme_names), 0, NULL};
 
 #define RECORD_NAME(id, bit, name) #name,
 #define RECORD_BIT(id, bit, name) bit,
 static const char *const record_names[] = {KT_RECORD_LIST(RECORD_NAME)};
 static const unsigned record_bits[] = {KT_RECORD_LIST(RECORD_BIT)};
-static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(record_names), 0};
+static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(record_names), 0, NULL};
 
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 

@@ -119,7 +119,10 @@ KT_TEST(names_that_are_no_columns_are_told) {
     kt_expect(2, "output.columns.x: there is no name 'reaction.blok.fx'; did you mean 'reaction.block.fx'?",
               "$K run wrong.yaml --out /dev/null");
     kt_write_file("wrong.yaml", BLOCK "output: {columns: {time: \"1\"}}\n");
-    kt_expect(2, "'time' is there already", "$K check wrong.yaml");
+    kt_expect(2, "there is a column 'time' already; take another name", "$K check wrong.yaml");
+    kt_write_file("wrong.yaml", BLOCK "output: {columns: {x y: \"1\"}}\n");
+    kt_expect(2, "'x y' is no name of a column; begin with a letter or _, go on with letters, digits, _ and -\n",
+              "$K check wrong.yaml");
 }
 
 KT_TEST(written_scenes_have_their_columns_and_states) {

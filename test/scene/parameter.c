@@ -138,6 +138,19 @@ KT_TEST(a_parameter_that_a_variable_of_a_formula_hides_is_noted) {
     }
 }
 
+/* An expression that nothing uses is in no formula, so that nothing is hidden there. */
+KT_TEST(an_expression_that_nothing_uses_hides_no_parameter) {
+    kt_scene scene;
+    kt_check_true("read", kt_parse_right("kinetree: 1\nparameters: {length: 4}\nexpressions: {twice: \"2*length\"}\n"
+                                         "bodies:\n  - {name: a, joint: {type: prismatic}, mass: =length, "
+                                         "inertia: [1, 1, 1]}\n",
+                                         &scene));
+    kt_check_equal_int("notes", scene.note_count, 1);
+    if (scene.note_count == 1)
+        kt_check_contains("what", scene.notes[0].what, "nothing uses the expression 'twice'");
+    kt_scene_free(&scene);
+}
+
 /* An event sets an auxiliary state of the parameter's name, which the formula reads: nothing is hidden. */
 KT_TEST(a_parameter_that_an_event_sets_is_not_hidden) {
     kt_scene scene;
