@@ -227,6 +227,8 @@ KT_TEST(views_are_read_and_rejected) {
     kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,0.5");
     kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at 1,x");
     kt_expect(1, "--at takes times in rising order", "$K draw pair.yaml --at ''");
+    kt_expect(1, "--at takes times from 0 on, and -1 s is negative", "$K draw pair.yaml --at=-1");
+    kt_expect(1, "--at takes times from 0 on, and -1 s is negative", "$K draw pair.yaml --at=-1,0.5");
     kt_expect(1, "--strobe takes a number of states from 1 up to 60, not 0", "$K draw pair.yaml --strobe 0");
     kt_expect(1, "--until is the end of --strobe or --trace", "$K draw pair.yaml --until 0.5");
     kt_expect(1, "--until is the end of --strobe or --trace", "$K draw pair.yaml --at 0,1 --trace lower.tip --until 1");

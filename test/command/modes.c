@@ -312,7 +312,7 @@ KT_TEST(modes_over_a_period_are_multipliers) {
     kt_check_contains("another period", kt_shell("$K modes " KT_SCENES "/ground-resonance.yaml --period 0.3").err,
                       "the period is another one");
     kt_check_contains("with --at", kt_shell("$K modes " KT_SCENES "/pendulum.yaml --period 1 --at initial").err,
-                      "no --at, --nearest, --plot or --formulation with it");
+                      "--period starts at the initial state and prints a table; leave --at, --nearest,");
 }
 
 /* The names of planar joints follow the joint's own directions: the first two axes of the triad about the normal. */

@@ -130,9 +130,14 @@ static int read_times(const char *list, motion *m) {
         kt_say("draw: --at takes up to %d times", STATES_MOST);
         return KT_EXIT_USAGE;
     }
-    for (int i = 0; i < m->state_count; i++)
-        if (m->times[i] < 0.0 || (i > 0 && m->times[i] <= m->times[i - 1]))
+    for (int i = 0; i < m->state_count; i++) {
+        if (m->times[i] < 0.0) {
+            kt_say("draw: --at takes times from 0 on, and %g s is negative", m->times[i]);
+            return KT_EXIT_USAGE;
+        }
+        if (i > 0 && m->times[i] <= m->times[i - 1])
             return reject_times(list);
+    }
     return m->state_count > 0 ? -1 : reject_times(list);
 }
 

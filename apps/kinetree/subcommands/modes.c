@@ -317,8 +317,8 @@ static json_t *describe_modes(const kt_small_motion *motion, const char *state) 
 static int check_together(const kt_modes_arguments *a) {
     const bool period = !isnan(a->period), formulation = a->formulation >= 0;
     if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL)) {
-        kt_say("modes: --period is about the motion from the initial state, in a table: no --at, --nearest, --plot or "
-               "--formulation with it, and no --view");
+        kt_say("modes: --period starts at the initial state and prints a table; leave --at, --nearest, --formulation, "
+               "--plot and --view out");
         return KT_EXIT_USAGE;
     }
     if (formulation && (a->plot != NULL || a->view != NULL)) {
