@@ -34,13 +34,13 @@ VARIABLES = [("angle", 0, "input", "rad"), ("rate", 1, "input", "rad/s"), ("stif
              ("fails", 12, "parameter", None), ("off", 20, "input", None)]
 
 
-def describe(version, simulates=True, saves=True, rate="rad/s"):
+def describe(version, simulates=True, saves=True, rate="rad/s", torque="N.m"):
     words = []
     for name, reference, causality, unit in VARIABLES:
         kind = "Float64" if reference < 10 else "Int32" if reference < 20 else "Boolean"
         varies = {"parameter": "fixed"}.get(causality, "continuous" if kind == "Float64" else "discrete")
         start = "" if causality == "output" else f' start="{"false" if kind == "Boolean" else 1 if name == "stiffness" else 0}"'
-        unit = f' unit="{rate if name == "rate" else unit}"' if unit else ""
+        unit = f' unit="{dict(rate=rate, torque=torque).get(name, unit)}"' if unit else ""
         head = f'name="{name}" valueReference="{reference}" causality="{causality}" variability="{varies}"'
         kind = {"Float64": "Real", "Int32": "Integer"}.get(kind, kind) if version == 2 else kind
         words.append(f"<ScalarVariable {head}><{kind}{unit}{start}/></ScalarVariable>" if version == 2 else f"<{kind} {head}{unit}{start}/>")
@@ -50,7 +50,8 @@ def describe(version, simulates=True, saves=True, rate="rad/s"):
             f'<{"CoSimulation" if simulates else "ModelExchange"} modelIdentifier="guest"{can}/>'
             '<UnitDefinitions><Unit name="rad"><BaseUnit rad="1"/></Unit><Unit name="rad/s"><BaseUnit rad="1" s="-1"/></Unit>'
             '<Unit name="deg/s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>'
-            '<Unit name="N.m"><BaseUnit kg="1" m="2" s="-2"/></Unit></UnitDefinitions>'
+            '<Unit name="N.m"><BaseUnit kg="1" m="2" s="-2"/></Unit>'
+            '<Unit name="kN.m"><BaseUnit kg="1" m="2" s="-2" factor="1000"/></Unit></UnitDefinitions>'
             f'<ModelVariables>{"".join(words)}</ModelVariables><ModelStructure/></fmiModelDescription>')
 
 
@@ -276,11 +277,13 @@ def failures(b):
 
 def doubts(b):
     """Units that differ and inputs without a value are warnings."""
-    pack(b.folder / "degrees.fmu", 3, b.binary[3], rate="deg/s")
+    pack(b.folder / "degrees.fmu", 3, b.binary[3], rate="deg/s", torque="kN.m")
     scene = b.scene("degrees", (", off: 0", ""), fmu=b.folder / "degrees.fmu")
     code, _, errors = b.run("check", scene)
     note(errors.strip().replace("\n", " | ")[:300])
-    words = ["degrees.yaml:13:35: warning: units differ: 'rate' is in deg/s, and the scene has rad/s", "1 input, 'off', keeps the start value"]
+    words = ["degrees.yaml:13:35: warning: units differ: 'rate' is in deg/s, and the scene has rad/s here; convert it in a formula",
+             "degrees.yaml:14:15: warning: units differ: 'torque' is in kN.m, and the scene has N m here; make the output a parameter, and convert that in the formulas that use it",
+             "1 input, 'off', keeps the start value"]
     return [f"exit {code}, without '{word}': {errors}" for word in words if word not in errors or code != 0]
 
 

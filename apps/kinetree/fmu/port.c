@@ -170,7 +170,9 @@ bool kt_fmu_units_differ(const kt_description *scene, const kt_fmi_description *
     const int exponent[8] = {own->kg, own->m, own->s, 0, 0, 0, 0, own->rad};
     if (memcmp(exponent, unit.exponent, sizeof exponent) == 0 && unit.factor == 1.0 && unit.offset == 0.0)
         return false;
-    (void)snprintf(text, size, "'%.60s' is in %.20s, and the scene has %s here; convert it in a formula",
-                   variable->name, variable->unit, own->name);
+    (void)snprintf(text, size, "'%.60s' is in %.20s, and the scene has %s here; %s", variable->name, variable->unit,
+                   own->name,
+                   role == KT_FMU_INPUT ? "convert it in a formula"
+                                        : "make the output a parameter, and convert that in the formulas that use it");
     return true;
 }
