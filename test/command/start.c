@@ -349,6 +349,21 @@ KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
               "$K run i.yaml --formulation absolute");
 }
 
+/* The block comes to rest by friction and sticks, which takes the velocity that the search for this instant has left. */
+KT_TEST(a_loss_below_the_rounding_of_energies_is_no_loss) {
+    kt_write_file(
+        "s.yaml",
+        "kinetree: 1\ngravity: [-9.81, 0, 0]\n"
+        "bodies: [{name: block, joint: {type: prismatic, velocity: 3}, mass: 2}]\n"
+        "effects: [{type: joint_friction, joint: block, coulomb: 5.1, static: 25, stribeck: 0, stick: true}]\n"
+        "simulate: {duration: 3}\n");
+    kt_expect(0, "contacts: 0 impacts (0 J dissipated), 0 closings, 0 openings; friction: 1 stick, 0 slips\n",
+              "$K run s.yaml --summary s.json");
+    json_t *root = kt_json(kt_read_file("s.json"));
+    kt_check_true("the summary has the number itself", kt_json_at(root, "contacts.dissipated") > 0.0);
+    json_decref(root);
+}
+
 /* A position 0.1 m beyond a stop of 1e5 N/m gives 1e4 N, and the energy
  *     1e5 * 0.1^2 / 2 J. */
 KT_TEST(check_warns_of_a_joint_limit_that_starts_violated) {

@@ -4,6 +4,7 @@
 #include "subcommands/run.h"
 #include "text/json.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -390,13 +391,21 @@ static void say_result_file(const char *what, const char *path) {
         fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
 }
 
+/* The energy that impacts and closings have dissipated; 0 if it is below the rounding of the energies of the motion. */
+static double dissipated_beyond_rounding(const kt_outcome *outcome, double dissipated) {
+    const kt_energy_watch *e = &outcome->energy;
+    const double size = fmax(fmax(e->kinetic, e->start_size), fmax(fabs(e->potential[0]), fabs(e->potential[1])));
+    return fabs(dissipated) > DBL_EPSILON * size ? dissipated : 0.0;
+}
+
 static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const double dissipated = dissipated_beyond_rounding(outcome, seen.dissipated);
     if (seen.count > 0)
         fprintf(stderr,
                 "  contacts: %llu impact%s (%g J dissipated), %llu closing%s, %llu opening%s; friction: %llu stick%s, "
                 "%llu slip%s\n",
-                (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), seen.dissipated,
+                (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), dissipated,
                 (unsigned long long)seen.closings, kt_plural((long long)seen.closings),
                 (unsigned long long)seen.openings, kt_plural((long long)seen.openings), (unsigned long long)seen.sticks,
                 kt_plural((long long)seen.sticks), (unsigned long long)seen.slips, kt_plural((long long)seen.slips));
