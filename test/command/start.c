@@ -349,7 +349,7 @@ KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {
               "$K run i.yaml --formulation absolute");
 }
 
-/* The block comes to rest by friction and sticks, which takes the velocity that the search for this instant has left. */
+/* The block comes to rest by friction and sticks. This takes the velocity that the search for the instant has left. */
 KT_TEST(a_loss_below_the_rounding_of_energies_is_no_loss) {
     kt_write_file(
         "s.yaml",

@@ -355,7 +355,7 @@ static int write_results(kt_sweep *sweep, kt_ranks *ranks, const char *out, int6
     return end_keep(&keep, sweep, code);
 }
 
-/* Writes the results, and with --shard a file beside them that names the sweep. */
+/* Writes the results, and with --shard a file next to them that names the sweep. */
 static int write_part(kt_sweep *sweep, kt_ranks *ranks, const char *out, int64_t first, int64_t end) {
     const kt_sweep_shard shard = {
         .sweep = kt_sweep_sum(sweep), .runs = kt_sweep_plan_runs(&sweep->plan), .first = first, .end = end};

@@ -1,6 +1,6 @@
 /* Parts of a sweep (--shard), and how they are put together (--merge).
  *
- * Lines of a part have the number of a run and its values, but not the plan of the sweep. FILE.shard beside FILE has a
+ * Lines of a part have the number of a run and its values, but not the plan of the sweep. FILE.shard next to FILE has a
  * checksum of the plan and the scene, the number of all runs, and the runs of the part. Parts of one sweep have equal
  * checksums.
  */

@@ -4,7 +4,7 @@
 
 #include "sweep/sweep.h"
 
-/* The runs of a part, and which sweep they belong to: FILE.shard beside the lines. */
+/* The runs of a part, and which sweep they belong to: FILE.shard next to the lines. */
 typedef struct kt_sweep_shard {
     uint64_t sweep;           /* kt_sweep_sum */
     int64_t runs, first, end; /* the number of all runs; the part has first, first + 1, ... before end */
