@@ -214,7 +214,7 @@ typedef struct kt_scene {
     const char *const *settings;    /* settings of kt_scene_options, as given; NULL: none */
     int setting_count;              /* length of settings */
     const kt_scene_note *notes;     /* omissions and changes of an import (import.h), each kind once, and parameters
-                                     * that nothing uses; NULL: none */
+                                     * that nothing uses or that a variable of a formula hides; NULL: none */
     int note_count;                 /* length of notes */
     void *memory;                   /* memory of the arrays and strings, for kt_scene_free */
     const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
