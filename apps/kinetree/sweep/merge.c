@@ -206,12 +206,13 @@ static int say_missing(const char *out, long long missing, long long first, long
     char of[40] = "";
     if (runs >= 0)
         snprintf(of, sizeof of, " of %lld", (long long)runs);
-    kt_say("sweep: %lld%s run%s in none of the parts, from run %lld on; %s has the others", missing, of,
-           missing == 1 && runs < 0 ? " is" : "s are", first, strcmp(out, "-") == 0 ? "standard output" : out);
+    kt_say("sweep: %lld%s run%s %s in none of the parts, from run %lld on; %s has the others", missing, of,
+           missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first,
+           strcmp(out, "-") == 0 ? "standard output" : out);
     return KT_EXIT_INTEGRATION;
 }
 
-/* Writes the lines of all parts in the order of their runs. *is_whole: the file has all that the parts have. */
+/* Writes the lines of all parts in the order of their runs. *is_written: the file has all lines of the parts. */
 static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const char *out, bool *is_written) {
     long long expected = 0, missing = 0, repeated = 0, first = -1;
     int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
