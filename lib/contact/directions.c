@@ -152,11 +152,11 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     static const double instant = 64.0 * DBL_EPSILON;
     const double t = kt_integrator_time(simulation->integrator);
     kt_contact_memory *memory = &simulation->contact_state[k];
-    if (!kt_contact_rubs(simulation->contacts, k))
-        return due;
     const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
+    if (!kt_contact_rubs(simulation->contacts, k))
+        return due;
     simulation->memory.contacts.rested += due && count_stick_end(memory, t, simulation->step);
     return due || memory->left > 1;
 }

@@ -7,6 +7,9 @@
 
 #include <math.h>
 
+/* How often contacts change places within an instant before they stay closed. */
+enum { TURNS = 3 };
+
 /* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
  * gets row n of their Cholesky factor, except its last number. */
 static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
@@ -70,12 +73,25 @@ static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
     return most > kt_contact_resting;
 }
 
+/* The weight of a box on three of its corners may lie on a diagonal. Two reactions then carry it, and the third is
+ * rounding, also that of the fourth corner if it replaces the third. After some turns within one instant, such a
+ * contact stays closed, as one that grazes does. */
+static double opening_reaction_of(const kt_simulation *simulation, const double *W, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int k = c->list[i];
+    double size;
+    if (c->item[k].next != KT_CONTACT_ON || simulation->contact_state[k].left < TURNS)
+        return 0.0;
+    (void)kt_contact_acceleration(c, W, i, &size);
+    return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
+}
+
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w) {
     struct kt_contacts *c = simulation->contacts;
     bool any = false;
     int n = 0;
     for (int i = 0; i < c->meeting; i++) {
-        simulation->contact_state[c->list[i]].opens_at = 0.0;
+        simulation->contact_state[c->list[i]].opens_at = opening_reaction_of(simulation, W, i);
         any = any || (c->item[c->list[i]].grazes && c->item[c->list[i]].next == KT_CONTACT_OFF);
     }
     for (int i = 0; any && i < c->touching; i++)

@@ -82,8 +82,9 @@ typedef struct kt_simulation_memory {
 
 /* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
 typedef struct kt_contact_memory {
-    double slip[2];        /* of a contact: the direction in which it slips */
-    double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit */
+    double slip[2]; /* of a contact: the direction in which it slips */
+    double speed,
+        left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit, or a contact's reaction ended */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
@@ -91,10 +92,11 @@ typedef struct kt_contact_memory {
     double ended_at, held; /* s, when its stick ended last; until when it sticks whatever its reserve */
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
-    uint64_t turns, left;  /* how often its slow slip has turned or shrunk; friction reached its limit in the instant */
-    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential */
-    int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
-    int64_t counted;       /* likewise, as the counts of contacts have it */
+    uint64_t turns,
+        left; /* how often its slow slip has turned or shrunk; friction reached its limit, or its reaction ended, in the instant */
+    double force[3]; /* time stepping: impulses of the last step over its length, normal and tangential */
+    int64_t closed;  /* it is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted; /* likewise, as the counts of contacts have it */
 } kt_contact_memory;
 
 /* The memory of an event. */
