@@ -82,9 +82,8 @@ typedef struct kt_simulation_memory {
 
 /* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
 typedef struct kt_contact_memory {
-    double slip[2]; /* of a contact: the direction in which it slips */
-    double speed,
-        left_at; /* of its slip at the beginning of the last step, m/s; s, when friction reached its limit, or a contact's reaction ended */
+    double slip[2];        /* of a contact: the direction in which it slips */
+    double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when it left last */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
@@ -92,11 +91,10 @@ typedef struct kt_contact_memory {
     double ended_at, held; /* s, when its stick ended last; until when it sticks whatever its reserve */
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
-    uint64_t turns,
-        left; /* how often its slow slip has turned or shrunk; friction reached its limit, or its reaction ended, in the instant */
-    double force[3]; /* time stepping: impulses of the last step over its length, normal and tangential */
-    int64_t closed;  /* it is closed, or sticks, in the model that the simulation runs on */
-    int64_t counted; /* likewise, as the counts of contacts have it */
+    uint64_t turns, left;  /* how often its slow slip has turned or shrunk; how often it left in the instant */
+    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential */
+    int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted;       /* likewise, as the counts of contacts have it */
 } kt_contact_memory;
 
 /* The memory of an event. */
@@ -328,8 +326,8 @@ typedef struct kt_contact_calls {
     bool (*rest)(kt_simulation *simulation, size_t k);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
-    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL: no
-     * contact has one. */
+    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL:
+     * no contact has one. */
     double (*bend)(const kt_simulation *simulation, size_t k);
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
