@@ -339,7 +339,7 @@ KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_ins
 
 /* For two spheres whose contact is open, the distance of the centres at which they touch, twice: the gap g has a kink,
  * and g (g + this) has none. Else 0 (values.c). */
-double kt_contact_bend(const kt_simulation *simulation, size_t k);
+double kt_contact_kink(const kt_simulation *simulation, size_t k);
 
 /* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
 KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);

@@ -539,7 +539,10 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
     kt_slip_begin(model, data);
     const bool is_slow = find_directions(model, data, at, a);
     const kt_status status = reject_unknown_direction(model, data, at->t, error);
-    return status != KT_OK ? status : accelerate(model, data, at, is_slow, a, error);
+    if (status == KT_OK)
+        return accelerate(model, data, at, is_slow, a, error);
+    data->posed = false; /* the next evaluation is that of another state */
+    return status;
 }
 
 void kt_slip_add(kt_model *model) {

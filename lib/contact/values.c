@@ -71,7 +71,7 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
     return status;
 }
 
-double kt_contact_bend(const kt_simulation *simulation, size_t k) {
+double kt_contact_kink(const kt_simulation *simulation, size_t k) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_contact *contact = &c->item[k];
     const kt_loop_record *loop = &c->all->loop[contact->loop];

@@ -328,7 +328,7 @@ typedef struct kt_contact_calls {
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
     /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL:
      * no contact has one. */
-    double (*bend)(const kt_simulation *simulation, size_t k);
+    double (*kink)(const kt_simulation *simulation, size_t k);
     /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
     void (*keep)(kt_simulation *simulation);
     void (*undo)(kt_simulation *simulation);

@@ -353,7 +353,7 @@ static bool rest(kt_simulation *simulation, size_t k) {
 
 static const kt_contact_calls calls = {.rest = rest,
                                        .ends = kt_contact_slip_ends,
-                                       .bend = kt_contact_bend,
+                                       .kink = kt_contact_kink,
                                        .open = open_all,
                                        .model = kt_contacts_open_model,
                                        .resolve = resolve_contacts,

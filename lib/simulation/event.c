@@ -88,7 +88,7 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
 
 /* The dense output of a step in which friction reverses may show a root before the end of a shorter try, which had
  * none. States at ends of tries have the order of the method: the root is on the line between both ends, or there is
- * none. Otherwise such roots of an end of slip alternate until no repetition is left, and hide the landing of a foot. */
+ * none. Otherwise such roots of an end of slip alternate until no repetition is left, and hide that a foot lands. */
 static double root_between_tries(const kt_simulation *simulation, size_t k, const double *times, double root) {
     const kt_event_search *search = &simulation->event_search[k];
     const double t0 = kt_integrator_previous_time(simulation->integrator),
@@ -108,8 +108,9 @@ static void note_clear_end(kt_simulation *simulation, size_t k, const double *ti
                  t1 = kt_integrator_time(simulation->integrator), end = times[KT_EVENT_SAMPLES - 1],
                  last = simulation->event_value[(KT_EVENT_SAMPLES - 1) * simulation->size.event + k];
     kt_event_search *search = &simulation->event_search[k];
-    if (times[0] != t0 || end != t1 || root < HUGE_VAL || !(end > search->clear) ||
-        kt_sign_of(last) != simulation->event_memory[k].side)
+    const int64_t side = simulation->event_memory[k].side;
+    const bool parts = side < 0 && k < kt_simulation_contact_events(simulation); /* it may penetrate without a root */
+    if (times[0] != t0 || end != t1 || root < HUGE_VAL || !(end > search->clear) || parts || kt_sign_of(last) != side)
         return;
     search->clear = end;
     search->clear_value = last;

@@ -91,23 +91,23 @@ static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, s
 
 /* The gap of two spheres has a kink where they pass each other. With b = 2 (R + r), g (g + b) = |d|^2 - (R + r)^2 has
  * none, and the sign of g. It is a parabola if the spheres move uniformly. */
-static double bend_of(const kt_simulation *simulation, size_t k) {
+static double kink_of(const kt_simulation *simulation, size_t k) {
 #if KT_HAS_EVENTS
-    if (k < simulation->contact_count && simulation->contact_calls->bend != NULL)
-        return simulation->contact_calls->bend(simulation, k);
+    if (k < simulation->contact_count && simulation->contact_calls->kink != NULL)
+        return simulation->contact_calls->kink(simulation, k);
 #else
     (void)simulation, (void)k;
 #endif
     return 0.0;
 }
 
-static double smooth_value(const sample *s, double bend) { return bend > 0.0 ? s->g * (s->g + bend) : s->g; }
+static double smooth_value(const sample *s, double kink) { return kink > 0.0 ? s->g * (s->g + kink) : s->g; }
 
 /* The time at which the parabola through three samples of one sign comes nearest to zero. Returns false unless that
  * time is between them. */
-static bool vertex_of(const sample *a, const sample *m, const sample *b, double bend, double *t) {
-    const double middle = smooth_value(m, bend), left = (middle - smooth_value(a, bend)) / (m->t - a->t),
-                 right = (smooth_value(b, bend) - middle) / (b->t - m->t);
+static bool vertex_of(const sample *a, const sample *m, const sample *b, double kink, double *t) {
+    const double middle = smooth_value(m, kink), left = (middle - smooth_value(a, kink)) / (m->t - a->t),
+                 right = (smooth_value(b, kink) - middle) / (b->t - m->t);
     const double curvature = (right - left) / (b->t - a->t);
     if (!(curvature * kt_sign_of(m->g) > 0.0))
         return false;
@@ -119,10 +119,10 @@ static bool vertex_of(const sample *a, const sample *m, const sample *b, double 
 static kt_status find_hidden(kt_simulation *simulation, size_t k, sample a, sample m, sample b, sample *hidden,
                              bool *found, kt_error *error) {
     const int side = kt_sign_of(m.g);
-    const double bend = bend_of(simulation, k);
+    const double kink = kink_of(simulation, k);
     double t;
     *found = false;
-    for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, bend, &t); i++) {
+    for (int i = 0; i < VERTICES && vertex_of(&a, &m, &b, kink, &t); i++) {
         sample v;
         const kt_status status = event_value_at(simulation, k, t, &v, error);
         if (status != KT_OK)

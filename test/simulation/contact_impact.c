@@ -231,7 +231,7 @@ static double error_of_collision(kt_random *random, int *impacts) {
     return worst;
 }
 
-/* A step of free flight is long. Where balls pass each other, their distance has a kink, which five values do not show. */
+/* A step of free flight is long. Where balls pass each other, their distance has a kink, which five values miss. */
 KT_TEST(balls_that_pass_each_other_within_a_step_collide) {
     enum { COLLISIONS = 200 };
     kt_random random = kt_random_of_test();
