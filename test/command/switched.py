@@ -80,7 +80,7 @@ bodies:
     inertia: [0.01, 0.1666667, 0.1666667]
     markers: {head: [0.5, 0, 0], foot: [-0.5, 0, 0]}
 effects:
-""" + "".join(f"  - {{name: {name}, type: contact, point: rod.{name}, plane: world, radius: 0.01, restitution: 0.22, friction: 2.96}}\n" for name in ("head", "foot")) + """simulate: {duration: 0.5, step: 0.005, integrator: rk4}
+""" + "".join(f"  - {{name: {name}, type: contact, point: rod.{name}, plane: world, radius: 0.01, restitution: 0.22, friction: 2.96}}\n" for name in ("head", "foot")) + """simulate: {duration: 0.5, step: 0.004, integrator: rk4}
 """
 
 with tempfile.TemporaryDirectory() as folder:

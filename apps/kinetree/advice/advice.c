@@ -18,80 +18,6 @@ enum {
 
 static const double degree = 3.14159265358979323846 / 180.0;
 
-/* ---- trials ------------------------------------------------------------------------------------------------------ */
-
-/* Returns whether a description, compiled with the options of the scene's run, can be assembled. */
-static bool description_closes(const kt_scene *scene, const kt_description *description) {
-    const kt_model_options options = kt_compile_options(scene);
-    kt_model *model = NULL;
-    kt_data *data = NULL;
-    if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
-        return false;
-    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
-    bool closed = state != NULL && kt_data_create(model, &data, NULL) == KT_OK;
-    if (closed) {
-        double *v = state + kt_model_nq(model);
-        kt_model_initial(model, state, v);
-        closed = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_OK;
-    }
-    kt_data_free(data);
-    free(state);
-    kt_model_free(model);
-    return closed;
-}
-
-bool kt_closes_holding(const kt_scene *scene, int out, const char *in) {
-    kt_description d = scene->description;
-    const char **hold = malloc(((size_t)d.hold_count + 1) * sizeof *hold);
-    int count = 0;
-    if (hold == NULL)
-        return false;
-    for (int i = 0; i < d.hold_count; i++)
-        if (i != out)
-            hold[count++] = d.hold[i];
-    if (in != NULL)
-        hold[count++] = in;
-    d.hold = hold;
-    d.hold_count = count;
-    const bool closed = description_closes(scene, &d);
-    free(hold);
-    return closed;
-}
-
-/* Tests the assembly with one loop changed, or (changed NULL) without that loop. */
-static bool closes_with_loop(const kt_scene *scene, int loop, const kt_loop *changed) {
-    kt_description d = scene->description;
-    kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
-    if (loops == NULL)
-        return false;
-    memcpy(loops, d.loops, (size_t)d.loop_count * sizeof *loops);
-    if (changed != NULL)
-        loops[loop] = *changed;
-    else
-        memmove(loops + loop, loops + loop + 1, (size_t)(d.loop_count - loop - 1) * sizeof *loops);
-    d.loops = loops;
-    d.loop_count -= changed == NULL;
-    const bool closed = description_closes(scene, &d);
-    free(loops);
-    return closed;
-}
-
-bool kt_closes_without(const kt_scene *scene, int loop) { return closes_with_loop(scene, loop, NULL); }
-
-/* Tests the assembly with the joint of a body changed. */
-static bool closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed) {
-    kt_description d = scene->description;
-    kt_body *bodies = malloc((size_t)d.body_count * sizeof *bodies);
-    if (bodies == NULL)
-        return false;
-    memcpy(bodies, d.bodies, (size_t)d.body_count * sizeof *bodies);
-    bodies[body].joint = *changed;
-    d.bodies = bodies;
-    const bool closed = description_closes(scene, &d);
-    free(bodies);
-    return closed;
-}
-
 /* ---- equations that repeat each other ---------------------------------------------------------------------------- */
 
 /* Types with fewer equations, in the order in which they are tried as replacements. */
@@ -107,7 +33,7 @@ typedef struct mobility {
 static mobility mobility_of(const kt_scene *scene, const kt_description *description) {
     const kt_model_options options = kt_compile_options(scene);
     kt_model *model = NULL;
-    mobility found = {.closes = description_closes(scene, description)};
+    mobility found = {.closes = kt_closes_described(scene, description)};
     if (!found.closes || kt_model_compile(description, &options, &model, NULL) != KT_OK)
         return (mobility){.closes = false};
     found.left = kt_model_mobility(model).minimal;
@@ -246,7 +172,7 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
 static bool closes_with_joint_at(const kt_scene *scene, int child, kt_vec3 to) {
     kt_joint joint = scene->description.bodies[child].joint;
     joint.at = to;
-    return closes_with_joint(scene, child, &joint);
+    return kt_closes_with_joint(scene, child, &joint);
 }
 
 /* Tests the assembly with an end of a loop at `to`. The end gets its own position, because other loops may use its
@@ -255,7 +181,7 @@ static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3
     kt_loop changed = scene->description.loops[loop];
     changed.between[end].marker = NULL;
     changed.between[end].at = to;
-    return closes_with_loop(scene, loop, &changed);
+    return kt_closes_with_loop(scene, loop, &changed);
 }
 
 /* Tests the assembly with a length that is longer by `change` m. */
@@ -425,7 +351,7 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
         const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
         kt_loop changed = *given;
         changed.axis = axes[k].axis;
-        if (kt_vec3_norm(across) > 1e-6 && closes_with_loop(scene, loop, &changed)) {
+        if (kt_vec3_norm(across) > 1e-6 && kt_closes_with_loop(scene, loop, &changed)) {
             fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
             found++;
         }
@@ -452,7 +378,7 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
                 const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(body->joint.axis), axes[k].axis);
                 kt_joint changed = body->joint;
                 changed.axis = axes[k].axis;
-                if (kt_vec3_norm(across) <= 1e-6 || !closes_with_joint(scene, path[i], &changed))
+                if (kt_vec3_norm(across) <= 1e-6 || !kt_closes_with_joint(scene, path[i], &changed))
                     continue;
                 fprintf(stderr, "  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
                 found++;

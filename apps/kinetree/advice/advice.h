@@ -13,6 +13,12 @@ bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 /* Returns whether the scene's loops close without one of them. */
 bool kt_closes_without(const kt_scene *scene, int loop);
 
+/* Returns whether a description, compiled with the options of the scene's run, can be assembled: another description;
+ * the scene's with one loop changed (NULL: without that loop); the scene's with the joint of a body changed. */
+bool kt_closes_described(const kt_scene *scene, const kt_description *description);
+bool kt_closes_with_loop(const kt_scene *scene, int loop, const kt_loop *changed);
+bool kt_closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed);
+
 /* Prints the pairs of loops that prescribe the motion of one joint, each line after `before`. Returns the number of
  * pairs. */
 int kt_say_double_motions(const char *before, const kt_scene *scene);
