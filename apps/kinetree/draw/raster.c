@@ -159,7 +159,7 @@ bool kt_raster_depth(const kt_raster *r, kt_spot at, double *depth) {
     if (!(x >= 0.0 && x < r->width && y >= 0.0 && y < r->height))
         return false;
     const sample *s = &r->samples[(size_t)y * (size_t)r->width + (size_t)x];
-    *depth = s->depth;
+    *depth = (double)s->depth;
     return s->thing >= 0;
 }
 
