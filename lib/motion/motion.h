@@ -120,8 +120,6 @@ typedef struct kt_event_search {
     int spent;         /* the number of its values that the step has taken */
     double size;       /* the largest |value| so far */
     double breakpoint; /* the next breakpoint; NaN: not available */
-    double clear;      /* the latest end of a try of this step that has no root before it, and its value there */
-    double clear_value;
 } kt_event_search;
 
 /* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */

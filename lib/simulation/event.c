@@ -86,36 +86,6 @@ static double arrival_of(const kt_simulation *simulation, size_t k, const double
     return slope * last < 0.0 ? *end - last / slope : HUGE_VAL;
 }
 
-/* The dense output of a step in which friction reverses may show a root before the end of a shorter try, which had
- * none. States at ends of tries have the order of the method: the root is on the line between both ends, or there is
- * none. Otherwise such roots of an end of slip alternate until no repetition is left, and hide that a foot lands. */
-static double root_between_tries(const kt_simulation *simulation, size_t k, const double *times, double root) {
-    const kt_event_search *search = &simulation->event_search[k];
-    const double t0 = kt_integrator_previous_time(simulation->integrator),
-                 t1 = kt_integrator_time(simulation->integrator), from = search->clear_value,
-                 last = simulation->event_value[(KT_EVENT_SAMPLES - 1) * simulation->size.event + k];
-    const bool is_whole = times[0] == t0 && times[KT_EVENT_SAMPLES - 1] == t1;
-    if (!is_whole || !(search->clear - root > reached * (t1 - t0)))
-        return root;
-    return kt_sign_of(last) == -kt_sign_of(from) && t1 > search->clear
-               ? search->clear + (t1 - search->clear) * from / (from - last)
-               : HUGE_VAL;
-}
-
-/* Notes the end of a try that has no root of event k, and whose value is on the side of the beginning. */
-static void note_clear_end(kt_simulation *simulation, size_t k, const double *times, double root) {
-    const double t0 = kt_integrator_previous_time(simulation->integrator),
-                 t1 = kt_integrator_time(simulation->integrator), end = times[KT_EVENT_SAMPLES - 1],
-                 last = simulation->event_value[(KT_EVENT_SAMPLES - 1) * simulation->size.event + k];
-    kt_event_search *search = &simulation->event_search[k];
-    const int64_t side = simulation->event_memory[k].side;
-    const bool parts = side < 0 && k < kt_simulation_contact_events(simulation); /* it may penetrate without a root */
-    if (times[0] != t0 || end != t1 || root < HUGE_VAL || !(end > search->clear) || parts || kt_sign_of(last) != side)
-        return;
-    search->clear = end;
-    search->clear_value = last;
-}
-
 /* Finds the roots of all events in a panel, in `root` and `side`. The earliest one so far becomes *first. settles: an
  * awaited end of slip is at the end of the step if the slip is below its rest velocity there. */
 static kt_status find_roots_in(kt_simulation *simulation, const double *times, bool settles, double *first,
@@ -133,7 +103,6 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
             search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
         if (kt_event_is_armed(simulation, k))
             status = kt_event_find_root(simulation, k, times, &root, &side, error);
-        root = root_between_tries(simulation, k, times, root);
         const bool is_awaited = found->due && found->time == t1;
         const bool settled =
             is_awaited && settles && times[KT_EVENT_SAMPLES - 1] == t1 && kt_simulation_ends_slip(simulation, k);
@@ -148,7 +117,6 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
         }
         if (found->due)
             *first = fmin(*first, found->time);
-        note_clear_end(simulation, k, times, root);
     }
     return status;
 }
@@ -217,8 +185,6 @@ static void begin_search(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
                                                         .spent = simulation->event_search[k].spent,
-                                                        .clear = simulation->event_search[k].clear,
-                                                        .clear_value = simulation->event_search[k].clear_value,
                                                         .breakpoint = simulation->event_memory[k].breakpoint};
 }
 
@@ -373,10 +339,8 @@ static void begin_tries(kt_simulation *simulation, double t1) {
 #else
     (void)t1;
 #endif
-    for (size_t k = 0; k < simulation->event_count; k++) {
+    for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
-        simulation->event_search[k].clear = -HUGE_VAL;
-    }
 }
 
 /* Whether this is the first search of a step. */
