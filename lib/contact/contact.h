@@ -337,8 +337,8 @@ KT_CHECKED kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *er
  * the others. */
 KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* For two spheres whose contact is open, the distance of the centres at which they touch, twice: the gap g has a kink,
- * and g (g + this) has none. Else 0 (values.c). */
+/* Two spheres whose contact is open: twice the distance D of their centres at which they touch. The gap g has a kink,
+ * and g (g + 2 D) has none. All others: 0 (values.c). */
 double kt_contact_kink(const kt_simulation *simulation, size_t k);
 
 /* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */

@@ -134,7 +134,7 @@ KT_INLINE kt_v4 unfactor3(kt_v4 l, kt_v4 x) {
     return (kt_v4){x[0] + l[0] * x[1] + l[1] * x[2], x[1] + l[2] * x[2], x[2], 0.0};
 }
 
-/* y - K A0 of a free joint, whose acceleration without multipliers is what is known, and d. */
+/* Writes y - K A0 of a free joint, and d. Its acceleration without multipliers (alpha, linear) is known. */
 static void find_free_of_joint(const kt_half *h, int local, const kt_articulated *kept, kt_v4 alpha, kt_v4 linear) {
     const kt_v4 moved = linear + kt_v4_apply(kept->g, alpha);
     const kt_v4 y[2] = {unfactor3(kept->m[0], moved), unfactor3(kept->j[0], alpha)};
@@ -234,8 +234,8 @@ KT_INLINE void add_applied(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *b) {
         b[c] += kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
 }
 
-/* Those of a free joint. The wrench (n, f) accelerates the link, with the joint's own forces if these are `applied`.
- * The half columns are L^-1 f with the factor of M, and L^-1 (n - H M^-1 f) with that of J - H M^-1 G (aba.h). */
+/* The half columns of a free joint. The wrench (n, f) accelerates the link, with the joint's own forces if these are
+ * `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
 KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
                          const kt_articulated *kept, bool applied, kt_v4 *column, const wrenches *p) {
     kt_v4 base[3], b[6];

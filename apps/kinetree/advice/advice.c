@@ -293,6 +293,9 @@ static double gap_length(const kt_model *model, int loop, const double *residual
     return sqrt(sum);
 }
 
+/* Loops whose gaps are no larger are closed, m or rad. */
+static const double closed = 1e-9;
+
 /* The state in which an assembly ended, with loops open. */
 typedef struct reached {
     const kt_model *model;
@@ -319,13 +322,16 @@ static bool find_reached(const kt_model *model, reached *r) {
         return false;
     double *v = r->state + kt_model_nq(model);
     kt_model_initial(model, r->state, v);
-    kt_error error = {0};
-    if (kt_state_assemble(model, r->data, 0.0, r->state, v, &error) != KT_ERROR_CONSTRAINT)
+    if (kt_state_assemble(model, r->data, 0.0, r->state, v, NULL) != KT_ERROR_CONSTRAINT)
         return false;
-    r->is_closed = strstr(error.message, "velocities contradict the loops") != NULL;
     kt_assembly_reached(model, r->data, r->state);
-    return kt_loop_equations(model, r->data, 0.0, r->state, NULL, NULL, r->residual, NULL, NULL, NULL) == KT_OK &&
-           kt_kinematics_update(model, r->data, r->state, NULL, NULL, NULL) == KT_OK;
+    if (kt_loop_equations(model, r->data, 0.0, r->state, NULL, NULL, r->residual, NULL, NULL, NULL) != KT_OK ||
+        kt_kinematics_update(model, r->data, r->state, NULL, NULL, NULL) != KT_OK)
+        return false;
+    for (int i = 0; i < kt_loop_count(model); i++)
+        r->most = fmax(r->most, largest_gap(model, i, r->residual));
+    r->is_closed = r->most <= closed;
+    return true;
 }
 
 static int advise_on_hold(const kt_scene *scene) {
@@ -500,14 +506,12 @@ static void advise_changes(const kt_scene *scene, const reached *r, const int *o
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     reached r;
     int open[TRIED_MAX], count = 0;
-    double gap[TRIED_MAX], most = 0.0;
-    const int failed = find_reached(model, &r) ? kt_loop_count(model) : 0, loops = r.is_closed ? 0 : failed;
-    for (int i = 0; i < loops; i++)
-        r.most = most = fmax(most, largest_gap(model, i, r.residual));
+    double gap[TRIED_MAX];
+    const int loops = find_reached(model, &r) && !r.is_closed ? kt_loop_count(model) : 0;
     for (int i = 0, said = 0; i < loops && said < LISTED_MAX; i++) {
-        if (!(largest_gap(model, i, r.residual) > 1e-3 * most))
+        if (!(largest_gap(model, i, r.residual) > 1e-3 * r.most))
             continue;
-        say_gaps(model, i, r.residual, most);
+        say_gaps(model, i, r.residual, r.most);
         said++;
         if (count == TRIED_MAX)
             continue;

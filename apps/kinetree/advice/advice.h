@@ -13,8 +13,8 @@ bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
 /* Returns whether the scene's loops close without one of them. */
 bool kt_closes_without(const kt_scene *scene, int loop);
 
-/* Returns whether a description, compiled with the options of the scene's run, can be assembled: another description;
- * the scene's with one loop changed (NULL: without that loop); the scene's with the joint of a body changed. */
+/* Return whether a description closes, compiled with the options of the scene's run. It is a given one, or that of the
+ * scene with one change: of a loop (NULL: without it), or of the joint of a body. */
 bool kt_closes_described(const kt_scene *scene, const kt_description *description);
 bool kt_closes_with_loop(const kt_scene *scene, int loop, const kt_loop *changed);
 bool kt_closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed);

@@ -62,8 +62,8 @@ typedef struct kt_mount {
 
 kt_mount kt_mount_of(const kt_sheet *sheet, const kt_body_frame *frame);
 
-/* The states of a drawing that decide where symbols of the ground are, so that they are the same in all states: the
- * state of rest if there is one, or else some of all states, evenly. k counts from 0 to kt_mount_states() - 1. */
+/* Symbols of the ground have the same place in all states of a drawing. These states decide it: the state of rest if
+ * there is one, else an even selection of all. k counts from 0 to kt_mount_states() - 1. */
 int kt_mount_states(const kt_drawing *drawing);
 const kt_pose *kt_mount_state(const kt_drawing *drawing, int k);
 
@@ -100,16 +100,16 @@ void kt_paint_paths(const kt_sheet *sheet);
 kt_traces *kt_traces_create(const kt_sheet *sheet);
 void kt_traces_free(kt_traces *traces);
 
-/* Notes the parts of sheet->traces that painted solids hide. `depth` has the largest z of the solids at x and y of a
- * point in the camera's frame, and returns false if there is none. */
+/* Notes the parts of sheet->traces that painted solids hide. `depth` receives the largest z of the solids at x and y of
+ * a point, in the camera's frame. It returns false if no solid is there. */
 typedef bool kt_trace_depth(const void *user, kt_vec3 at, double *depth);
 void kt_traces_cover(const kt_sheet *sheet, kt_trace_depth *depth, const void *user);
 
 /* Paints the parts of sheet->traces that are in front of solids, after the solids. */
 void kt_paint_near_paths(const kt_sheet *sheet);
 
-/* The same parts of the first path, up to a share of its points, as dashes of a line of length 1: "0 0.2 0.3 1" is a
- * dash of 0.3 after a gap of 0.2. The caller frees it; NULL if memory is insufficient. */
+/* Writes the same parts of the first path, up to a share of its points, as dashes of a line of length 1. A dash of 0.3
+ * behind a gap of 0.2 is "0 0.2 0.3 1". The caller frees the text; NULL: memory is insufficient. */
 char *kt_traces_dashes(const kt_sheet *sheet, double share);
 
 /* ---- rails (rail.c) ---------------------------------------------------------------------------------------------- */
