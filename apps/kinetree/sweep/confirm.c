@@ -5,12 +5,13 @@
 
 #include "subcommands/run.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { MANY = 100000, BLOCKS = 8, LARGEST_BLOCK = 8192 };
-static const double timed = 0.25, patience = 1.0; /* s, of blocks that count; of all blocks, after which none begins */
+enum { MANY = 100000, BLOCKS = 8, ROUNDS = 3, LARGEST_BLOCK = 8192 };
+static const double timed = 0.25, patience = 1.0; /* s, of all blocks: enough after ROUNDS; after which none begins */
 
 static int drop(void *user, int64_t run, const kt_sweep_result *result) {
     (void)user;
@@ -19,23 +20,31 @@ static int drop(void *user, int64_t run, const kt_sweep_result *result) {
     return 0;
 }
 
-/* Returns the expected time of the runs first to end - 1, s; -1: memory is insufficient. */
+/* Returns the expected time of the runs first to end - 1, s; -1: memory is insufficient. Blocks of runs begin at BLOCKS
+ * places of the sweep, and each round has larger ones. The quickest block of a place counts: others waited for a processor,
+ * or for files that were read for the first time. */
 static double expect_time(const kt_sweep *sweep, int64_t first, int64_t end, int threads) {
+    double quickest[BLOCKS], all = 0.0; /* s for each run */
     const double begin = kt_clock();
-    for (int64_t size = threads;; size *= 2) {
-        const double start = kt_clock();
-        int64_t runs = 0;
-        for (int64_t i = 0; i < BLOCKS && (runs == 0 || kt_clock() - begin < patience); i++) {
-            kt_sweep_worker all = {.has_scene = false};
+    int64_t places = 0;
+    for (int64_t size = threads, round = 1;; size *= 2, round++) {
+        for (int64_t i = 0; i < BLOCKS && (i + places == 0 || kt_clock() - begin < patience); i++) {
+            kt_sweep_worker worker = {.has_scene = false};
             const int64_t from = first + (end - first) / BLOCKS * i;
-            if (kt_sweep_run_all(sweep, from, from + size, threads, drop, NULL, &all) != 0)
+            const double start = kt_clock();
+            if (kt_sweep_run_all(sweep, from, from + size, threads, drop, NULL, &worker) != 0)
                 return -1.0;
-            runs += size;
+            const double each = (kt_clock() - start) / (double)size;
+            quickest[i] = i < places ? fmin(quickest[i], each) : each;
+            places = i < places ? places : i + 1;
         }
-        const double now = kt_clock(), spent = now - start;
-        if (spent > timed || now - begin > patience || 2 * size > LARGEST_BLOCK)
-            return spent / (double)runs * (double)(end - first);
+        const double spent = kt_clock() - begin;
+        if ((spent > timed && round >= ROUNDS) || spent > patience || 2 * size > LARGEST_BLOCK)
+            break;
     }
+    for (int64_t i = 0; i < places; i++)
+        all += quickest[i];
+    return all / (double)places * (double)(end - first);
 }
 
 static void describe_time(double seconds, char *text, size_t size) {
