@@ -267,7 +267,7 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     tree->gravity = make_parameters(tree, 0, "gravity", "world axes, m/s^2", kt_model_gravity(model));
     for (size_t i = 0; i < links; i++) {
         kt_code_link *l = &tree->link[i];
-        l->mass = l->size = l->carried = l->pitch = kt_op_number(graph, 0.0);
+        l->mass = l->size = l->carried = l->pitch = l->shift = kt_op_number(graph, 0.0);
         l->moment = kt_op3_zero(graph);
         l->inertia = kt_op6_zero(graph);
     }
@@ -281,6 +281,7 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     }
     chain_coordinates(tree);
     size_code_links(tree);
+    kt_code_tree_place_origins(tree);
     return !graph->failed;
 }
 

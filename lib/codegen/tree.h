@@ -26,7 +26,8 @@ typedef struct kt_code_link {
     int parent;
     bool is_rotated; /* at rest */
     kt_op33 rest;    /* axes at rest in the parent's axes */
-    kt_op3 at;       /* origin of the joint frame in the parent */
+    kt_op3 at;       /* origin in the parent */
+    kt_op shift;     /* along the joint's axis, of the origin from where the model has it */
     kt_op pitch;
     kt_op mass, armature[KT_DOF_MAX];
     kt_op size;    /* of the inertia that it carries, as kt_link.size */
@@ -70,6 +71,9 @@ typedef struct kt_code_tree {
 /* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
 bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *graph, bool constant);
 void kt_code_tree_free(kt_code_tree *tree);
+
+/* Moves the origins of links along the axes of their joints. */
+void kt_code_tree_place_origins(kt_code_tree *tree);
 
 /* Moves to the parent what a joint cannot distinguish from the parent's own inertia. */
 void kt_code_tree_regroup(kt_code_tree *tree);

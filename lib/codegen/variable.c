@@ -19,6 +19,10 @@ static kt_op marker_variable(const code_effect *e, const kt_variable_record *x) 
     kt_graph *g = tree->graph;
     const kt_op33 *turn = &e->place->turn[x->link];
     kt_op3 arm = kt_op3_of(g, (const double[3]){x->arm.x, x->arm.y, x->arm.z});
+    if (x->link > 0) {
+        const kt_code_link *l = &tree->link[x->link];
+        arm.x[l->link->axis] = kt_op_subtract(g, arm.x[l->link->axis], l->shift);
+    }
     for (int b = 0; b < (int)tree->model->n.body; b++) {
         const kt_pose *in = &tree->model->body[b].in_link;
         const kt_vec3 at = kt_mat3_apply_transposed(in->rotation, kt_vec3_sub(x->arm, in->position));

@@ -178,10 +178,10 @@ static void describe_racer(serial_robot *r) {
 
 KT_TEST(generated_functions_need_no_more_operations_than_before) {
     static serial_robot r;
-    static const code_size arm = {{{588, 467, 6}, {273, 230, 0}, {266, 214, 0}, {196, 148, 0}}, 70525};
-    static const code_size humanoid = {{{4676, 3899, 50}, {1849, 1515, 6}, {1816, 1429, 6}, {4285, 2823, 6}}, 507013};
+    static const code_size arm = {{{523, 414, 6}, {249, 207, 0}, {241, 192, 0}, {156, 117, 0}}, 65936};
+    static const code_size humanoid = {{{4610, 3829, 50}, {1843, 1509, 6}, {1810, 1423, 6}, {4253, 2795, 6}}, 502324};
     static const code_size four_bar = {{{79, 51, 3}, {20, 11, 0}, {14, 5, 0}, {3, 3, 0}}, 18511};
-    static const code_size chain = {{{4426, 4153, 31}, {1749, 1660, 0}, {1741, 1614, 0}, {5003, 3317, 0}}, 259157};
+    static const code_size chain = {{{4105, 3772, 31}, {1697, 1608, 0}, {1689, 1562, 0}, {4573, 2917, 0}}, 289092};
     check_scene("arm7", &arm);
     check_scene("humanoid", &humanoid);
     check_scene("four-bar", &four_bar);

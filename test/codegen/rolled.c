@@ -35,12 +35,12 @@ static const struct {
     const char *name;
     int bodies, loops[4];
 } repeated_kinds[REPEATED_KINDS] = {
-    [CHAIN] = {"a chain about x, y and z", 27, {3, 2, 20, 2}},
+    [CHAIN] = {"a chain about x, y and z", 31, {3, 2, 20, 2}},
     [MIXED_CHAIN] = {"a chain of several joints", 45, {3, 1, 15, 1}},
     [TURNED_CHAIN] = {"a chain whose frames are in quarter turns", 40, {3, 2, 38, 2}},
     [PLANAR_CHAIN] = {"a chain in a plane", 45, {3, 0, 38, 0}},
     [FOLDED_CHAIN] = {"a chain of fixed numbers", 30, {1, 1, 25, 1}},
-    [LIMBS] = {"a free body with five limbs", 26, {2, 2, 2, 2}},
+    [LIMBS] = {"a free body with six limbs", 31, {2, 2, 2, 2}},
     [LIMBS_OF_GROUND] = {"six limbs on the ground", 30, {6, 0, 0, 0}},
 };
 

@@ -1,6 +1,5 @@
-/* Confirmation of large sweeps. The expected time is measured on short blocks of runs, evenly spaced over the
- * sweep. The first runs of a grid may cost less or more than others. Blocks grow until they take long enough to be
- * timed. */
+/* Confirmation of large sweeps. The expected time is measured on short blocks of runs, evenly spaced over the sweep. The
+ * first runs of a grid may cost less or more than others. Blocks grow until they take long enough to be timed. */
 #include "sweep/sweep.h"
 
 #include "subcommands/run.h"
@@ -21,8 +20,8 @@ static int drop(void *user, int64_t run, const kt_sweep_result *result) {
 }
 
 /* Returns the expected time of the runs first to end - 1, s; -1: memory is insufficient. Blocks of runs begin at BLOCKS
- * places of the sweep, and each round has larger ones. The quickest block of a place counts: others waited for a processor,
- * or for files that were read for the first time. */
+ * places of the sweep, and each round has larger ones. The quickest block of a place counts: others waited for a
+ * processor, or for files that were read for the first time. */
 static double expect_time(const kt_sweep *sweep, int64_t first, int64_t end, int threads) {
     double quickest[BLOCKS], all = 0.0; /* s for each run */
     const double begin = kt_clock();

@@ -1,0 +1,107 @@
+/* Origins of links.
+ *
+ * The origin of a link may lie anywhere on the axis e of its joint. At the distance d from where the model has it,
+ *
+ *   r' = r + d R e    r_c' = r_c - d e    c' = c - d e
+ *
+ * for its position r in the parent with the axes at rest R, the positions r_c of joints that it carries, and all its
+ * points c. Each component of a position that vanishes saves products in all recursions. d is chosen so that the
+ * most of them vanish: the component of r along the axis, or that of one r_c. A joint of the ground has no use for the
+ * first one, since the ground does not rotate. In an arm with axes z, y, z, y, ... every second position vanishes.
+ *
+ * Source: Denavit & Hartenberg 1955, where one more component vanishes by a rotation about the axis.
+ */
+#include "codegen/tree.h"
+
+/* The coordinate of the parent's axes along which the axis of a joint points, and its sign; -1: there is none. */
+static int axis_in_parent(const kt_code_tree *tree, int i, double *sign) {
+    const kt_code_link *l = &tree->link[i];
+    for (int row = 0; row < 3; row++)
+        for (*sign = -1.0; *sign <= 1.0; *sign += 2.0)
+            if (kt_op_is(tree->graph, l->rest.row[row].x[l->link->axis], *sign))
+                return row;
+    return -1;
+}
+
+static bool has_axis(const kt_code_link *l) {
+    const kt_motion_facts facts = kt_motion_facts_of(kt_code_motion(l));
+    return facts.quaternions == 0 && kt_code_motion(l) != KT_MOTION_NONE;
+}
+
+/* Components that do not vanish, apart from one. */
+static int count_components(const kt_graph *g, kt_op3 r, int apart) {
+    int count = 0;
+    for (int k = 0; k < 3; k++)
+        count += k != apart && !kt_op_is(g, r.x[k], 0.0);
+    return count;
+}
+
+/* Components of the positions of a link and of those that it carries, if the origin moves. Each of these moves its own
+ * origin along its axis, and a slider has that component in any case. */
+static int count_with(const kt_code_tree *tree, int i, int row, double sign, kt_op d) {
+    kt_graph *g = tree->graph;
+    const kt_code_link *l = &tree->link[i];
+    const int axis = l->link->axis;
+    const bool slides = kt_link_lengths(l->link) > 0;
+    kt_op3 at = l->at;
+    double unused;
+    at.x[row] = kt_op_add(g, at.x[row], kt_op_scale(g, sign, d));
+    int count = l->parent > 0 ? count_components(g, at, slides ? row : -1) : 0;
+    for (int c = i + 1; c < tree->link_count; c++)
+        if (tree->link[c].parent == i) {
+            kt_op3 there = tree->link[c].at;
+            there.x[axis] = kt_op_subtract(g, there.x[axis], d);
+            count += count_components(g, there, has_axis(&tree->link[c]) ? axis_in_parent(tree, c, &unused) : -1);
+        }
+    return count;
+}
+
+/* Moves the origin, and what has its place from there. */
+static void move_origin(kt_code_tree *tree, int i, int row, double sign, kt_op d) {
+    kt_graph *g = tree->graph;
+    kt_code_link *l = &tree->link[i];
+    const int axis = l->link->axis;
+    const kt_op mass = l->mass;
+    const kt_op3 moment = l->moment;
+    const kt_op6 inertia = l->inertia;
+    kt_op3 back = kt_op3_zero(g);
+    kt_graph_section(g, "%s: the origin of its link moves along the axis", l->name);
+    l->shift = d;
+    l->at.x[row] = kt_op_add(g, l->at.x[row], kt_op_scale(g, sign, d));
+    for (int c = i + 1; c < tree->link_count; c++)
+        if (tree->link[c].parent == i)
+            tree->link[c].at.x[axis] = kt_op_subtract(g, tree->link[c].at.x[axis], d);
+    for (int b = 1; b < (int)tree->model->n.body; b++)
+        if (tree->model->body[b].link == i)
+            tree->body_position[b].x[axis] = kt_op_subtract(g, tree->body_position[b].x[axis], d);
+    back.x[axis] = kt_op_negate(g, d);
+    l->mass = kt_op_number(g, 0.0);
+    l->moment = kt_op3_zero(g);
+    l->inertia = kt_op6_zero(g);
+    kt_code_add_rigid(g, l, mass, moment, &inertia, back);
+}
+
+void kt_code_tree_place_origins(kt_code_tree *tree) {
+    kt_graph *g = tree->graph;
+    for (int i = 1; i < tree->link_count; i++) {
+        const kt_code_link *l = &tree->link[i];
+        double sign;
+        const int row = has_axis(l) ? axis_in_parent(tree, i, &sign) : -1;
+        if (row < 0)
+            continue;
+        kt_op best = kt_op_number(g, 0.0);
+        int least = count_with(tree, i, row, sign, best);
+        for (int c = i; c < tree->link_count; c++) {
+            if (c != i && tree->link[c].parent != i)
+                continue;
+            const kt_op d = c == i ? kt_op_scale(g, -sign, l->at.x[row]) : tree->link[c].at.x[l->link->axis];
+            const int count = count_with(tree, i, row, sign, d);
+            if (count < least) {
+                least = count;
+                best = d;
+            }
+        }
+        if (!kt_op_is(g, best, 0.0))
+            move_origin(tree, i, row, sign, best);
+    }
+}
