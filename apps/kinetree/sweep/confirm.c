@@ -1,5 +1,5 @@
-/* Confirmation of large sweeps. The expected time is measured on short blocks of runs, evenly spaced over the sweep. The
- * first runs of a grid may cost less or more than others. Blocks grow until they take long enough to be timed. */
+/* Confirmation of large sweeps. The expected time is measured on blocks of runs, evenly spaced over the sweep. The
+ * first runs of a grid may cost less or more than others. Blocks grow until they take long enough for a clock. */
 #include "sweep/sweep.h"
 
 #include "subcommands/run.h"
