@@ -60,8 +60,8 @@ size_t kt_coulomb_solution_size(size_t items, size_t rows) { return lay_out_solu
 kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory) {
     kt_coulomb_solution *solution = memory;
     (void)lay_out_solution(memory, items, rows);
-    solution->shares = false;
-    solution->count = 0;
+    solution->shares = solution->redundant = false;
+    solution->count = solution->differs = 0;
     return solution;
 }
 
