@@ -272,18 +272,25 @@ static bool acts_in_cross(const kt_model *tree, const kt_description *d, const k
     return false;
 }
 
+static void name_absolute_effect(const kt_description *d, int i, char *where, size_t size) {
+    if (d->effects[i].name != NULL)
+        (void)snprintf(where, size, "effect '%.100s'", d->effects[i].name);
+    else
+        (void)snprintf(where, size, "effects[%d] (%s)", i, kt_effect_type_name(d->effects[i].type));
+}
+
 /* Variables of formulas are those of the tree's joints and markers. */
 static kt_status reject_effects(const kt_model *tree, const kt_description *d, kt_error *error) {
     char where[KT_WHERE_SIZE];
     for (int i = 0; i < d->effect_count; i++)
         if (acts_in_cross(tree, d, &d->effects[i])) {
-            (void)snprintf(where, sizeof where, "effects[%d]", i);
+            name_absolute_effect(d, i, where, sizeof where);
             return kt_error_set(
                 error, KT_ERROR_UNSUPPORTED, where,
                 "it acts in one angle of a universal joint whose axes are not normal to each other, and "
                 "which has no such angle here; run it with formulation: tree");
         } else if (d->effects[i].type == KT_EFFECT_EXPRESSION) {
-            (void)snprintf(where, sizeof where, "effects[%d] (expression)", i);
+            name_absolute_effect(d, i, where, sizeof where);
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                                 "its variables are those of the tree; run it with formulation: tree");
         }
@@ -304,14 +311,16 @@ static kt_status reject_formulas(const kt_description *d, kt_error *error) {
 
 /* Rejects descriptions with elements that switch: the transformed model has no sets of switched elements. */
 static kt_status reject_switches(const kt_description *d, kt_error *error) {
-    const char *name = NULL;
+    char where[KT_WHERE_SIZE] = "";
     for (int i = 0; i < d->loop_count; i++)
-        name = d->loops[i].switching != KT_ALWAYS_ON ? d->loops[i].name : name;
+        if (d->loops[i].switching != KT_ALWAYS_ON)
+            (void)snprintf(where, sizeof where, "loop '%.100s'", d->loops[i].name);
     for (int i = 0; i < d->effect_count; i++)
-        name = d->effects[i].switching != KT_ALWAYS_ON ? "of an effect" : name;
-    if (name == NULL)
+        if (d->effects[i].switching != KT_ALWAYS_ON)
+            name_absolute_effect(d, i, where, sizeof where);
+    if (where[0] == '\0')
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, name,
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                         "it is switched on and off while the mechanism moves; run it with formulation: tree");
 }
 

@@ -124,6 +124,24 @@ claim("before_that_no_jump_is_told", [w for w in summary["warnings"] if w["code"
 done, summary = run(CORD.replace("DURATION", "2").replace("0.1]", "0.3]"), "cord_over")
 claim("a_cord_that_leaves_the_surface_does_not_jump", [w for w in summary["warnings"] if w["code"] == "path_jump"])
 
+# A rope begins at a point of the rim, up to rounding: 0.2 is 0.3 - 0.1. It leads around half of the pulley. Where its point is within the
+# pulley it is straight, and that is told.
+RIM = """kinetree: 1
+bodies:
+  - {name: load, joint: {type: prismatic, axis: z, at: [0.4, 0, -0.5]}, mass: 6}
+effects:
+  - {name: rope, type: expression, path: [{body: world, at: [X, 0, 0]}, {body: world, at: [0.3, 0, 0], radius: 0.1, axis: y, side: [0, 0, 1]}, load], force: "0*length"}
+simulate: {duration: 0.01}
+output: {record: [effect]}
+"""
+for place, expected, inside in ((0.2, 0.1 * math.pi + 0.5, []), (0.25, math.hypot(0.15, 0.5), [0.05])):
+    done, summary = run(RIM.replace("X", str(place)), "rim")
+    found = [w["value"] for w in summary["warnings"] if w["code"] == "path_inside"]
+    length = float((folder / "rim.csv").read_text().splitlines()[1].split(",")[3])
+    errors = [abs(length - expected), *(abs(a - b) for a, b in zip(found, inside, strict=False))]
+    note(f"from {place} m the rope has {length:.12g} m; errors {max(errors):.2e}, bound 1e-12; {len(found)} warnings of {len(inside)}")
+    claim(f"a_rope_from_{place}_has_its_length", [] if max(errors) <= 1e-12 and len(found) == len(inside) else [length, found, done.stderr])
+
 # A load rises below a pulley, over which its rope leads. The rope loses its way where the line from its other end to the load is a
 # tangent of the pulley, below which the load is about to enter it.
 PULLEY = """kinetree: 1

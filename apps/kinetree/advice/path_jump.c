@@ -25,6 +25,9 @@ enum { HALVINGS = 40, PARTS_MOST = 64 };
 /* The smallest |e| of a jump, over the radius. */
 static const double least_jump = 1e-3;
 
+/* A point that is within a surface by less, over the radius, is on it. */
+static const double touching = 1e-12;
+
 /* A state within a step: the part of the step, from 0 to 1, and the length and the rate of a path. */
 typedef struct kt_path_instant {
     double part, length, rate;
@@ -124,14 +127,14 @@ static kt_pose pose_of_path_end(const kt_path_watch *watch, const kt_end *end) {
     return pose;
 }
 
-/* Returns whether a point is within a surface in the state of the data. */
-static bool point_is_within(const kt_path_watch *watch, const kt_path_point *surface, const kt_path_point *point) {
+/* Returns how far a point is within a surface in the state of the data, m; negative: it is outside. */
+static double depth_in_surface(const kt_path_watch *watch, const kt_path_point *surface, const kt_path_point *point) {
     const kt_pose on = pose_of_path_end(watch, &surface->end), at = pose_of_path_end(watch, &point->end);
     kt_vec3 place = kt_mat3_apply_transposed(on.rotation, kt_vec3_sub(at.position, on.position));
     const double square = kt_vec3_dot(surface->axis, surface->axis);
     if (square > 0.0)
         place = kt_vec3_sub(place, kt_vec3_scale(kt_vec3_dot(place, surface->axis) / square, surface->axis));
-    return kt_vec3_norm(place) < surface->radius;
+    return surface->radius - kt_vec3_norm(place);
 }
 
 /* Writes which points of the path are within surfaces in the state of the data: two bits for each surface. */
@@ -140,7 +143,7 @@ static void find_points_within(const kt_path_watch *watch, const kt_effect *effe
         const kt_path_point *surface = &effect->path[k];
         within[k] = 0;
         for (int side = 0; side < 2 && surface->radius > 0.0; side++)
-            if (point_is_within(watch, surface, &effect->path[k - 1 + 2 * side]))
+            if (depth_in_surface(watch, surface, &effect->path[k - 1 + 2 * side]) > 0.0)
                 within[k] |= (unsigned char)(1U << side);
     }
 }
@@ -205,6 +208,35 @@ static void warn_of_jump(kt_path_watch *watch, const kt_path_state *path, const 
     kt_warn(watch->warnings, &warning,
             "the path of effect '%s' jumps from %.6g to %.6g m at t = %.9g s, and the force with it: %s", name,
             low->length, high->length, warning.time, cause);
+}
+
+/* Warns of the point that is deepest within a surface at the start: there the path is straight, through the surface. */
+static bool examine_start(kt_path_watch *watch, const kt_path_state *path) {
+    const kt_effect *effect = &watch->scene->description.effects[path->effect];
+    int on = 0, point = 0;
+    double most = 0.0;
+    for (int k = 1; k + 1 < effect->path_count; k++)
+        for (int side = -1; side <= 1 && effect->path[k].radius > 0.0 && !effect->path[k].inside; side += 2) {
+            const double depth = depth_in_surface(watch, &effect->path[k], &effect->path[k + side]);
+            if (effect->path[k + side].radius > 0.0 || !(depth > fmax(most, touching * effect->path[k].radius)))
+                continue;
+            most = depth;
+            on = k;
+            point = k + side;
+        }
+    const kt_warning warning = {.code = "path_inside",
+                                .time = watch->time,
+                                .value = most,
+                                .unit = "m",
+                                .remedy = "Move the point out of the surface"};
+    if (on > 0)
+        kt_warn(
+            watch->warnings, &warning,
+            "entry %d of the path of effect '%s', on '%s', begins %.3g m within the surface of entry %d, on '%s': the "
+            "path leads straight through this surface",
+            point + 1, kt_effect_name(watch->model, path->effect), path_body(effect, point), most, on + 1,
+            path_body(effect, on));
+    return on > 0;
 }
 
 /* ---- the watch --------------------------------------------------------------------------------------------------- */
@@ -285,6 +317,7 @@ static bool examine_path(kt_path_watch *watch, kt_path_state *path, const kt_pat
 
 bool kt_path_watch_add(kt_path_watch *watch, double time, const double *q, const double *v) {
     const kt_path_step step = {time - watch->time, v};
+    const bool begins = isnan(watch->time);
     bool warned = false;
     if (watch->count == 0)
         return false;
@@ -293,6 +326,8 @@ bool kt_path_watch_add(kt_path_watch *watch, double time, const double *q, const
         kt_path_state *path = &watch->paths[i];
         const double length = watch->quantities[path->quantity[0]], rate = watch->quantities[path->quantity[1]];
         const kt_path_instant now = {1.0, length, rate};
+        watch->time = begins ? time : watch->time;
+        warned = (begins && examine_start(watch, path)) || warned;
         warned = examine_path(watch, path, &step, &now) || warned;
     }
     memcpy(watch->q, q, (size_t)kt_model_nq(watch->model) * sizeof *q);

@@ -38,8 +38,8 @@ typedef struct kt_path_watch {
 void kt_path_watch_begin(kt_path_watch *watch, const kt_scene *scene, const kt_model *model, kt_warnings *warnings);
 void kt_path_watch_free(kt_path_watch *watch);
 
-/* Takes the state after a step. Warns, once for each effect, if the length of its path has jumped since the last state.
- * Returns whether there was a warning. */
+/* Takes the state at the start, or after a step. Warns, once for each effect, of a point that begins within a surface,
+ * and if the length of its path has jumped since the last state. Returns whether there was a warning. */
 bool kt_path_watch_add(kt_path_watch *watch, double time, const double *q, const double *v);
 
 #endif
