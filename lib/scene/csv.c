@@ -319,6 +319,8 @@ bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_cs
     size_t size = 0;
     kt_error error = {0};
     reading f = {.r = r, .scope = scope, .node = file, .path = kt_path_near(r, file->of.text)};
+    if (r->scene->is_alone)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, file, "%s is another file; write its rows here", file->of.text);
     if (kt_file_read(f.path, &text, &size, &error) != KT_OK)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, file, "%s: %s", f.path, error.message);
     char *ended = kt_pool_take(&r->scratch, size + 1, 1); /* with a zero behind it */

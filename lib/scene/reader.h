@@ -27,7 +27,7 @@ typedef struct kt_scene_reading {
     kt_names parameter_names;   /* to indices */
     kt_named_formula *named;    /* of `expressions`; see named.c */
     int named_count;
-    bool gives_step;             /* kt_scene_options.gives_step */
+    bool gives_step, is_alone;   /* as in kt_scene_options */
     const char *const *settings; /* texts that have replaced values of the file */
     kt_scene_variables *varying; /* NULL: none */
 

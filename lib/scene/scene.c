@@ -227,6 +227,7 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     kt_commas_check(r);
     kt_settings_apply(r, options, &table);
     r->scene->gives_step = options != NULL && ((const kt_scene_options *)options)->gives_step;
+    r->scene->is_alone = options != NULL && ((const kt_scene_options *)options)->is_alone;
     kt_fmus_take(r);
     kt_varying_start(r, options);
     if (!check_version(r, r->root))
@@ -351,7 +352,7 @@ static kt_status check_scene_options(const kt_scene_options *options, kt_error *
 kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, const kt_scene_options *options,
                               kt_scene *scene, kt_scene_report *report, void *user, kt_error *error) {
     kt_scene_options own = kt_scene_options_default();
-    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, gives_step, &own, options, error);
+    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, is_alone, &own, options, error);
     const kt_status status = check_scene_options(o, error);
     return status != KT_OK
                ? status
@@ -361,7 +362,7 @@ kt_status kt_scene_parse_with(const char *path, const char *text, size_t size, c
 kt_status kt_scene_read_with(const char *path, const kt_scene_options *options, kt_scene *scene,
                              kt_scene_report *report, void *user, kt_error *error) {
     kt_scene_options own = kt_scene_options_default();
-    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, gives_step, &own, options, error);
+    const kt_scene_options *o = KT_OPTIONS(kt_scene_options, is_alone, &own, options, error);
     const kt_status status = check_scene_options(o, error);
     return status != KT_OK ? status
                            : kt_format_read((kt_format_choice){read_scene_text, o}, path, scene, report, user, error);

@@ -298,11 +298,14 @@ def check_rejections(folder):
     (folder / "b.stl").write_text("solid b\n" + "".join(
         "facet normal 0 0 0\nouter loop\n" + "".join("vertex %g %g %g\n" % corners[i] for i in face) +
         "endloop\nendfacet\n" for face in faces) + "endsolid b\n")
+    (folder / "t.csv").write_text("time,f\n0,1\n1,2\n")
     cases = {
         "from": (", mass: 1", "initial: {from: other.json}\n", "initial.from"),
         "formulation": (", mass: 1", "simulate: {formulation: absolute}\n", "simulate.formulation"),
         "steps": (", mass: 1", "effects: [{type: joint_limit, joint: b, lower: 0, restitution: 0}]\nsimulate: {contact: steps, step: 1e-2}\n", "which an FMU does not have"),
         "mesh": ("", "meshes: [{body: b, file: b.stl, density: 1}]\n", "it reads other files"),
+        "whole_name": ("", f"meshes: [{{body: b, file: {folder}/b.stl, density: 1}}]\n", "leave out density"),
+        "table": (", mass: 1", f"effects: [{{type: motor, joint: b, force: {{table: {folder}/t.csv, value: f}}}}]\n", "write its rows here"),
     }
     problems = []
     for name, (mass, line, words) in cases.items():

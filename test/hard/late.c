@@ -5,7 +5,7 @@
  * Each scene has one degree of freedom. This file writes down its equation of motion, x'' = a(t, x, x'), with its own
  * functions of time. The oracle is Kutta's method with small fixed steps that end at the corners.
  *
- * The tests run some of the scenes. KT_LATE_SCENES=300 runs 300 scenes.
+ * The tests run some of the scenes. KT_SAMPLE=300 runs 300 scenes.
  */
 #include "check.h"
 
@@ -434,7 +434,7 @@ static void check_scene(int index, kt_random *random, kt_worst worst[KINDS]) {
 }
 
 KT_TEST(nothing_that_begins_after_a_rest_is_stepped_over) {
-    const char *wanted = getenv("KT_LATE_SCENES");
+    const char *wanted = getenv("KT_SAMPLE");
     const int count = wanted != NULL ? atoi(wanted) : 3 * KINDS;
     kt_random random = kt_random_of_test();
     kt_worst worst[KINDS];

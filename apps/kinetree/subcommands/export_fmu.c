@@ -157,6 +157,7 @@ static kt_status parse_alone(const kt_content *text, const char *setting, kt_sce
     kt_scene_options options = kt_scene_options_default();
     options.settings = &setting;
     options.setting_count = setting != NULL;
+    options.is_alone = true;
     return kt_scene_parse_with(KT_FMU_SCENE, text->text, text->size, &options, scene, NULL, NULL, error);
 }
 
