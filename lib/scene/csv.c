@@ -48,15 +48,16 @@ typedef struct unit {
 /* Exact factors stay exact: `20 ms` are `20/1000 s`. */
 static const unit *find_csv_unit(const char *name, size_t length) {
     static const unit units[] = {
-        {"1", 1, 1, false},       {"s", 1, 1, false},      {"ms", 1e3, 1, false},  {"us", 1e6, 1, false},
-        {"min", 1, 60, false},    {"h", 1, 3600, false},   {"m", 1, 1, false},     {"mm", 1e3, 1, false},
-        {"cm", 1e2, 1, false},    {"um", 1e6, 1, false},   {"km", 1, 1e3, false},  {"m/s", 1, 1, false},
-        {"mm/s", 1e3, 1, false},  {"km/h", 3.6, 1, false}, {"N", 1, 1, false},     {"mN", 1e3, 1, false},
-        {"kN", 1, 1e3, false},    {"N m", 1, 1, false},    {"Nm", 1, 1, false},    {"mN m", 1e3, 1, false},
-        {"kN m", 1, 1e3, false},  {"kg", 1, 1, false},     {"g", 1e3, 1, false},   {"W", 1, 1, false},
-        {"kW", 1, 1e3, false},    {"V", 1, 1, false},      {"A", 1, 1, false},     {"Pa", 1, 1, false},
-        {"bar", 1, 1e5, false},   {"rad", 1, 1, true},     {"deg", 180, pi, true}, {"rad/s", 1, 1, true},
-        {"deg/s", 180, pi, true}, {"rpm", 30, pi, true},   {"m/s^2", 1, 1, false},
+        {"1", 1, 1, false},      {"s", 1, 1, false},      {"ms", 1e3, 1, false},     {"us", 1e6, 1, false},
+        {"min", 1, 60, false},   {"h", 1, 3600, false},   {"m", 1, 1, false},        {"mm", 1e3, 1, false},
+        {"cm", 1e2, 1, false},   {"um", 1e6, 1, false},   {"km", 1, 1e3, false},     {"m/s", 1, 1, false},
+        {"mm/s", 1e3, 1, false}, {"km/h", 3.6, 1, false}, {"N", 1, 1, false},        {"mN", 1e3, 1, false},
+        {"kN", 1, 1e3, false},   {"N m", 1, 1, false},    {"Nm", 1, 1, false},       {"mN m", 1e3, 1, false},
+        {"N mm", 1e3, 1, false}, {"N cm", 1e2, 1, false}, {"mm/s^2", 1e3, 1, false}, {"kN m", 1, 1e3, false},
+        {"kg", 1, 1, false},     {"g", 1e3, 1, false},    {"W", 1, 1, false},        {"kW", 1, 1e3, false},
+        {"V", 1, 1, false},      {"A", 1, 1, false},      {"Pa", 1, 1, false},       {"bar", 1, 1e5, false},
+        {"rad", 1, 1, true},     {"deg", 180, pi, true},  {"rad/s", 1, 1, true},     {"deg/s", 180, pi, true},
+        {"rpm", 30, pi, true},   {"m/s^2", 1, 1, false},
     };
     for (int i = 0; i < KT_COUNT_OF(units); i++)
         if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0)

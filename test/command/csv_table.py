@@ -132,9 +132,21 @@ def faults(folder):
     return problems
 
 
+def torques(folder):
+    problems = []
+    for unit, factor in (("N m", 1), ("N mm", 1e-3), ("N cm", 1e-2), ("mN m", 1e-3), ("kN m", 1e3)):
+        (folder / "scenes/u.csv").write_text(f"t,y [{unit}]\n0,0\n1,3\n")
+        ran = run(folder, SCENE.format(torque="{table: u.csv}", duration=1, interval=0.25))
+        error = worst(column(folder, "effect.drive.torque [N m]"), lambda t: 3 * t * factor) / factor if ran.returncode == 0 else math.nan
+        note(f"torques in {unit} are off by {error:.2g}, relative to 3 N m (bound 3e-15)")
+        problems += [] if error <= 1e-15 * 3 else [f"{unit}: {ran.stderr}"]
+    return problems
+
+
 with tempfile.TemporaryDirectory() as name:
     place = pathlib.Path(name)
     claim("clamped_splines_of_files_are_the_polynomials_of_their_rows", polynomials(place))
     claim("columns_have_the_units_of_their_headers_or_of_the_scene", angles(place))
+    claim("torques_of_files_have_the_units_of_mechanics", torques(place))
     claim("faults_of_files_are_told_with_line_and_column", faults(place))
 finish()

@@ -28,7 +28,7 @@ static const kt_option options[] = {
     {"nearest", KT_OPTION_FLAG, offsetof(kt_modes_arguments, nearest), NULL,
      "linearise about the equilibrium nearest to the initial position, stable or not", NULL},
     {"count", KT_OPTION_COUNT, offsetof(kt_modes_arguments, count), "N",
-     "show the N slowest modes that are not neutral; default: 40", NULL},
+     "list the N slowest modes that are not neutral in the table; default: 40", NULL},
     {"period", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, period), "S",
      "compute Floquet multipliers of the motion from the initial state over this period, s, instead", NULL},
     {"steps", KT_OPTION_COUNT, offsetof(kt_modes_arguments, steps), "N",
