@@ -76,6 +76,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
 /* Lays out the groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
 static void place_groups(kt_model *m) {
     int32_t loop = 0, link = 0, v = 0, row = 0;
+    m->n.entry = 0;
     for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         group->loop = loop;
@@ -85,6 +86,8 @@ static void place_groups(kt_model *m) {
         loop += group->loop_count;
         link += group->link_count;
         v += group->v_count;
+        group->entry = m->n.entry;
+        m->n.entry += (size_t)group->row_count * (size_t)group->v_count;
         for (int32_t k = 0; k < group->row_count; k++)
             m->slot[row++] = k;
         for (int k = 0; k < KT_ROWS_COUNT; k++) { /* upper bounds, until ranks are determined */
@@ -147,9 +150,9 @@ static size_t most_sides_of_islands(kt_attach *a, const kt_model *m) {
     return largest_of_islands(a, m);
 }
 
-/* An island is a set of groups whose forces change the accelerations of each other: their links are on the same base,
- * or on bases that groups connect. Overwrites the sets of links and their numbers. */
-static void set_islands(kt_attach *a, kt_model *m) {
+/* Finds the islands: joins groups with links on the same base. Numbers them, in the order of their first groups.
+ * a->number becomes a group on each base, or -1. Overwrites the sets of links. */
+static void number_islands(kt_attach *a, kt_model *m) {
     for (size_t g = 0; g < m->n.group; g++)
         a->above[g] = (int32_t)g;
     for (size_t i = 0; i < m->n.link; i++)
@@ -164,6 +167,46 @@ static void set_islands(kt_attach *a, kt_model *m) {
         }
     for (int32_t g = 0; g < (int32_t)m->n.group; g++)
         m->group[g].island = set_of(a, g);
+    for (size_t g = 0; g < m->n.group; g++)
+        a->above[g] = -1;
+    for (size_t g = 0; g < m->n.group; g++) {
+        int32_t *number = &a->above[m->group[g].island];
+        if (*number < 0)
+            *number = (int32_t)m->n.island++;
+        m->group[g].island = *number;
+    }
+}
+
+/* The island of a link; -1: none is on its base. */
+static int32_t island_of(const kt_attach *a, const kt_model *m, size_t link) {
+    const int32_t group = link > 0 ? a->number[a->base[link]] : -1;
+    return group >= 0 ? m->group[group].island : -1;
+}
+
+/* Lists the coordinates of all islands. */
+static void list_island_coordinates(const kt_attach *a, kt_model *m) {
+    int32_t v = 0;
+    for (size_t i = 0; i < m->n.island; i++)
+        m->island[i] = (kt_island){.v = 0};
+    for (size_t i = 1; i < m->n.link; i++)
+        if (island_of(a, m, i) >= 0)
+            m->island[island_of(a, m, i)].v_count += kt_link_dofs(&m->link[i]);
+    for (size_t i = 0; i < m->n.island; i++) {
+        m->island[i].v = v;
+        v += m->island[i].v_count;
+        m->island[i].v_count = 0;
+    }
+    for (size_t i = 1; i < m->n.link; i++) {
+        kt_island *island = island_of(a, m, i) >= 0 ? &m->island[island_of(a, m, i)] : NULL;
+        for (int k = 0; island != NULL && k < kt_link_dofs(&m->link[i]); k++)
+            m->island_coordinate[island->v + island->v_count++] = m->link[i].v + k;
+    }
+}
+
+static void set_islands(kt_attach *a, kt_model *m) {
+    m->n.island = 0;
+    number_islands(a, m);
+    list_island_coordinates(a, m);
     m->n.island_v = most_of_islands(a, m, ISLAND_COORDINATES);
     m->n.island_row = most_of_islands(a, m, ISLAND_EQUATIONS);
     m->n.island_side = most_sides_of_islands(a, m);

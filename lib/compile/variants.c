@@ -251,6 +251,19 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
         }
 }
 
+/* Counts the contacts and friction of each island. */
+static void count_items_of_islands(kt_model *model) {
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        kt_island *island = loop->group >= 0 ? &model->island[model->group[loop->group].island] : NULL;
+        if (island == NULL)
+            continue;
+        island->side += loop->side != KT_SIDE_NONE;
+        island->rubs += loop->rubs > 0;
+        island->dry += loop->friction > 0 && loop->type == KT_LOOP_RATES;
+    }
+}
+
 /* The sets between are taken from the model in which all contacts are closed: its groups have the form of any set. */
 static kt_model_options options_of(const compilation *c, const kt_model_options *options, uint64_t set) {
     kt_model_options own = *options;
@@ -279,6 +292,8 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     const kt_status status = compile(&c->description, &own, &c->model[index], &from);
     for (int k = 0; status == KT_OK && k < c->switches.count; k++)
         set_stick(c, k, set, c->model[index]);
+    if (status == KT_OK)
+        count_items_of_islands(c->model[index]);
     return status == KT_OK ? KT_OK : reject_variant(c, set, &from, error);
 }
 

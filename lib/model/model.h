@@ -28,6 +28,8 @@ typedef struct kt_counts {
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
+    size_t island;
+    size_t entry; /* of the equations of all groups, each over the coordinates of its group (kt_loop_entries) */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
     size_t path_point, path_link; /* of effects along paths: points, and links */
     size_t gravity;               /* variables of formulas that are gravity forces */
@@ -124,6 +126,8 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
     X(double, unit, n->group_v, "group by group: a large step in a coordinate, a radian or the mechanism's length")    \
+    X(kt_island, island, n->group, "sets of groups that act on each other; there are n.island")                        \
+    X(int32_t, island_coordinate, kt_where(n->group, n->v), "velocity coordinates, island by island")                  \
     X(int32_t, slot, n->row, "index of an equation among those of its group that are not void, or -1")                 \
     X(double, weight, KT_ROWS_COUNT * n->row, "of an equation, by slot, where it is chosen among dependent ones")      \
     X(kt_front_step, front, n->front, "steps of the groups that are reduced by fronts")                                \

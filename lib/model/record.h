@@ -196,11 +196,12 @@ typedef enum kt_form_reason {
  * with a residual come first. */
 typedef struct kt_group {
     int32_t parent;                  /* link */
-    int32_t island;                  /* one group of those that act on each other (compile/gather.c) */
+    int32_t island;                  /* in model->island */
     int32_t loop, loop_count;        /* in model->group_loop */
     int32_t link, link_count;        /* in model->group_link, ascending */
     int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */
     int32_t row, row_count;          /* in model->slot: its loops' equations */
+    size_t entry;                    /* the first number of its equations among those of all groups */
     int32_t count[KT_ROWS_COUNT];    /* of them that are not void */
     int32_t rank[KT_ROWS_COUNT];     /* of them that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];     /* size of the last independent direction there, the largest seen */
@@ -215,6 +216,14 @@ typedef struct kt_group {
     size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */
     kt_front_plan front;
 } kt_group;
+
+/* An island: constraint groups whose forces change the accelerations of each other. Their links are on the same base,
+ * or on bases that groups connect. A force in one island changes no acceleration in another. */
+typedef struct kt_island {
+    int32_t v, v_count; /* in model->island_coordinate: the coordinates of all links on its bases */
+    int32_t side, dry;  /* its loops that bound a side, and its friction of joints that sticks */
+    int32_t rubs;       /* its contacts with friction, among those that bound a side */
+} kt_island;
 
 /* Numbers that are copied from a kt_effect to its record, under the same names. */
 #define KT_EFFECT_NUMBERS(X)                                                                                           \
