@@ -2,7 +2,7 @@
 #include "base/copy.h"
 #include "closure/rejected_loops.h"
 #include "dynamics/dynamics.h"
-#include "kinetree/mechanism.h"
+#include "mechanism/evaluate.h"
 #include "reduction/kernel.h"
 
 #include <stdio.h>
@@ -10,47 +10,74 @@
 
 /* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
 typedef struct kt_outputs {
-    double *jacobian, *residual, *rate, *drift;
+    double *jacobian; /* equations x nv, column by column, or by groups (kt_loop_entries) */
+    bool by_groups;
+    double *residual, *rate, *drift;
 } kt_outputs;
 
-static void write_equation_row(const kt_model *model, const kt_group *group, const kt_group_work *w, int r, size_t row,
-                               const kt_outputs *out) {
-    for (int i = 0; i < w->m && out->jacobian && !kt_group_has_fronts(group); i++)
-        out->jacobian[(size_t)model->group_v[group->v + i] * model->n.row + row] =
-            w->a[(size_t)r * (size_t)w->m + (size_t)i];
-    if (out->residual)
-        out->residual[row] = w->residual[r];
-    if (out->rate)
-        out->rate[row] = -w->rate[r];
-    if (out->drift)
-        out->drift[row] = w->right[r];
+/* The place in the jacobian of row r of a loop and coordinate i of its group. */
+static size_t place_of_entry(const kt_model *model, const kt_outputs *out, const kt_loop_record *loop, int r, int i) {
+    const kt_group *group = &model->group[loop->group];
+    return out->by_groups ? kt_loop_entry(group, loop, r) + (size_t)i
+                          : (size_t)model->group_v[group->v + i] * model->n.row + (size_t)loop->equation + (size_t)r;
 }
 
-/* Writes the columns of A, one by one, of a group that is reduced by fronts; data->delta is zero. */
-static void write_front_columns(const kt_model *model, kt_data *data, size_t g, double *jacobian) {
+/* Writes the row of a group that dense matrices reduce. */
+static void write_dense_row(const kt_model *model, const kt_loop_record *loop, int r, const double *a,
+                            const kt_outputs *out) {
+    const kt_group *group = &model->group[loop->group];
+    if (out->by_groups)
+        memcpy(out->jacobian + kt_loop_entry(group, loop, r), a, (size_t)group->v_count * sizeof *a);
+    for (int i = 0; i < group->v_count && !out->by_groups; i++)
+        out->jacobian[place_of_entry(model, out, loop, r, i)] = a[i];
+}
+
+/* Writes equation r of a loop, in a slot of its group. */
+static void write_equation_row(const kt_model *model, const kt_loop_record *loop, int r, int slot,
+                               const kt_group_work *w, const kt_outputs *out) {
+    const size_t row = (size_t)loop->equation + (size_t)r;
+    if (out->jacobian && !kt_group_has_fronts(&model->group[loop->group]))
+        write_dense_row(model, loop, r, w->a + (size_t)slot * (size_t)w->m, out);
+    if (out->residual)
+        out->residual[row] = w->residual[slot];
+    if (out->rate)
+        out->rate[row] = -w->rate[slot];
+    if (out->drift)
+        out->drift[row] = w->right[slot];
+}
+
+/* Writes the columns of A, one by one, of a group that is reduced by fronts. */
+static void write_front_columns(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    const double *column = kt_group_products(&w);
+    memset(data->delta, 0, model->n.v * sizeof *data->delta);
     for (int c = 0; c < group->v_count; c++) {
         const int32_t v = model->group_v[group->v + c];
         data->delta[v] = 1.0;
         model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->delta, kt_group_products(&w), NULL);
         data->delta[v] = 0.0;
-        kt_rows_scatter(model, group, w.k, kt_group_products(&w), jacobian + (size_t)v * model->n.row);
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            const int32_t *slot = kt_rows_slots(model, group, loop);
+            for (int r = 0; r < loop->row_count; r++)
+                if (slot[r] >= 0)
+                    out->jacobian[place_of_entry(model, out, loop, r, c)] = column[slot[r]];
+        }
     }
 }
 
 static void write_group_equations(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    memset(data->delta, 0, model->n.v * sizeof *data->delta);
     if (kt_group_has_fronts(group) && out->jacobian)
-        write_front_columns(model, data, g, out->jacobian);
+        write_front_columns(model, data, g, out);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const int32_t *slot = kt_rows_slots(model, group, loop);
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0)
-                write_equation_row(model, group, &w, slot[r], (size_t)loop->equation + (size_t)r, out);
+                write_equation_row(model, loop, r, slot[r], &w, out);
     }
 }
 
@@ -82,12 +109,9 @@ static kt_status reject_group(const kt_model *model, size_t g, double t, kt_erro
                         "velocity that is huge");
 }
 
-kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                            double *jacobian, double *residual, double *rate, double *drift, kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
-        return KT_ERROR_ARGUMENT;
-    const kt_outputs out = {jacobian, residual, rate, drift};
-    double *vectors[3] = {residual, rate, drift};
+static kt_status find_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                const kt_outputs *out, kt_error *error) {
+    double *vectors[3] = {out->residual, out->rate, out->drift};
     const kt_input input = {.q = q, .v = v};
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
@@ -97,16 +121,30 @@ kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, cons
     if (KT_HAS_LOOPS)
         model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
-        if (!group_is_finite(model, data, g, jacobian != NULL))
+        if (!group_is_finite(model, data, g, out->jacobian != NULL))
             return kt_loops_explain(model, data, t, q, v, reject_group(model, g, t, error), error);
-    if (jacobian)
-        memset(jacobian, 0, model->n.row * model->n.v * sizeof *jacobian);
+    if (out->jacobian)
+        memset(out->jacobian, 0, (out->by_groups ? model->n.entry : model->n.row * model->n.v) * sizeof *out->jacobian);
     for (int k = 0; k < 3; k++)
         if (vectors[k])
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);
     for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
-        write_group_equations(model, data, g, &out);
+        write_group_equations(model, data, g, out);
     return KT_OK;
+}
+
+kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                            double *jacobian, double *residual, double *rate, double *drift, kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
+    const kt_outputs out = {jacobian, false, residual, rate, drift};
+    return find_equations(model, data, t, q, v, &out, error);
+}
+
+kt_status kt_loop_entries(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *entries,
+                          double *residual, double *rate, double *drift, kt_error *error) {
+    const kt_outputs out = {entries, true, residual, rate, drift};
+    return find_equations(model, data, at->t, at->q, at->v, &out, error);
 }
 
 /* ---- the null space ---------------------------------------------------------------------------------------------- */

@@ -11,6 +11,16 @@
 KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                              double *a, kt_error *error);
 
+/* kt_loop_equations without these checks, with the Jacobian by groups, no two of which share coordinates. Each equation
+ * of a group has a row over its coordinates (model->group_v), and `entries` has model->n.entry numbers.
+ *
+ * kt_loop_entry returns the first number of a row of a loop. */
+KT_CHECKED kt_status kt_loop_entries(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *entries,
+                                     double *residual, double *rate, double *drift, kt_error *error);
+static inline size_t kt_loop_entry(const kt_group *group, const kt_loop_record *loop, int row) {
+    return group->entry + (size_t)(loop->row + row) * (size_t)group->v_count;
+}
+
 /* kt_state_project without these checks; `changed` may be NULL. */
 KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               bool *changed, kt_error *error);
