@@ -7,9 +7,6 @@
 
 #include <stdio.h>
 
-/* So many contacts always have room in matrices, and so many if no contact has friction. */
-enum { CONTACT_ROOM = 32, SMOOTH_ROOM = 3 * CONTACT_ROOM };
-
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
 static bool is_watched(const kt_loop_record *loop) { return loop->side != KT_SIDE_NONE || loop->friction > 0; }
@@ -31,46 +28,48 @@ static bool has_no_closed_contact(const kt_model *model) {
 
 static size_t least_of(size_t a, size_t b) { return a < b ? a : b; }
 
-/* How many items have room in matrices, so that memory grows with the number of contacts and not with its square. As
- * many normal rows as degrees of freedom can be independent; dry friction takes part always, and one more contact may
- * be about to close (linear/cone_members.c). */
-static size_t room_for(const kt_contact_sizes *s, size_t dry) {
-    const bool is_smooth = s->list == s->n && s->items <= SMOOTH_ROOM;
-    const size_t needed = s->nv + dry + 1;
-    return is_smooth ? s->items : least_of(s->items, needed > CONTACT_ROOM ? needed : CONTACT_ROOM);
+/* Sizes of the models in which contacts may be closed, and of the solvers. */
+static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
+    bool rubs = false;
+    for (size_t i = 0; i < model->n.loop; i++)
+        rubs = rubs || model->loop[i].rubs > 0;
+    s->whole = least_of(s->most_rows, 3 * s->most);
+    s->lemke = s->most + least_of(s->most_dry, s->most);
+    s->matrices = (s->lemke * s->lemke + kt_lemke_count(s->lemke)) * sizeof(double);
+    if (rubs || s->most_items > s->most) {
+        const size_t matrices = kt_coulomb_matrices_size(s->most_rows, s->most);
+        s->matrices = matrices > s->matrices ? matrices : s->matrices;
+        s->problem = kt_coulomb_size(s->most_items, s->most_rows);
+        s->solution = kt_coulomb_solution_size(s->most_items, s->most_rows);
+        s->solver = kt_coulomb_solver_size(s->most_items, s->most_rows, s->most);
+    }
 }
 
 static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
-    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model)};
-    size_t sides = 0, rubs = 0;
-    for (size_t i = 0; i < model->n.loop; i++) {
-        sides += model->loop[i].side != KT_SIDE_NONE;
-        rubs += model->loop[i].rubs > 0;
-    }
-    const size_t dry = n - sides - rubs;
-    s.list = n + rubs;
-    s.items = n - rubs;
-    s.most = room_for(&s, dry);
-    s.whole = least_of(s.list, 3 * s.most);
-    s.lemke = s.most + least_of(dry, s.most);
-    s.matrices = (s.lemke * s.lemke + kt_lemke_count(s.lemke)) * sizeof(double);
-    if (rubs > 0 || s.items > s.most) {
-        const size_t matrices = kt_coulomb_matrices_size(s.list, s.most);
-        s.matrices = matrices > s.matrices ? matrices : s.matrices;
-        s.problem = kt_coulomb_size(s.items, s.list);
-        s.solution = kt_coulomb_solution_size(s.items, s.list);
-        s.solver = kt_coulomb_solver_size(s.items, s.list, s.most);
-    }
+    kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model), .list = n};
+    for (size_t i = 0; i < model->n.loop; i++)
+        s.list += model->loop[i].rubs > 0;
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
         const kt_model *one = kt_variants_model(model->variants, k);
         const size_t inverse = has_no_closed_contact(one) ? kt_mass_inverse_size(one, 0) : 0;
         s.inverse = inverse > s.inverse ? inverse : s.inverse;
         s.rows = one->n.row > s.rows ? one->n.row : s.rows;
+        s.entry = one->n.entry > s.entry ? one->n.entry : s.entry;
+        kt_contacts_measure_islands(one, &s);
+    }
+    measure_solvers(model, &s);
+    for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
+        const size_t W = kt_contacts_count_of_W(kt_variants_model(model->variants, k), s.whole);
+        s.W = W > s.W ? W : s.W;
     }
     return s;
 }
 
-size_t kt_contacts_room(const kt_model *model) { return contact_sizes_of(model, kt_contacts_of(model)).most; }
+size_t kt_contacts_most_items(const kt_model *model, bool *has_cone) {
+    const kt_contact_sizes s = contact_sizes_of(model, kt_contacts_of(model));
+    *has_cone = s.solver > 0;
+    return s.most_items;
+}
 
 size_t kt_contacts_size(const kt_model *model, size_t n) {
     const kt_contact_sizes s = n > 0 ? contact_sizes_of(model, n) : (kt_contact_sizes){.n = 0};
@@ -124,18 +123,18 @@ static kt_status reject_massless(const kt_simulation *simulation, const struct k
 }
 
 static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
-    const size_t phase = kt_impact_phase_size(s->n, s->list);
-    c->compression = kt_impact_phase_init(s->n, s->list, c->phase_memory);
-    c->phase = kt_impact_phase_init(s->n, s->list, c->phase_memory + phase);
+    const size_t phase = kt_impact_phase_size(s->most_items, s->most_rows);
+    c->compression = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory);
+    c->phase = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory + phase);
     c->M = (double *)(void *)c->matrices;
     c->lemke = c->M + s->lemke * s->lemke;
     c->most = (int)s->most;
     c->whole = (int)s->whole;
     if (s->problem == 0)
         return;
-    c->problem = kt_coulomb_init(s->items, s->list, s->most, c->problem_memory, c->matrices);
-    c->solution = kt_coulomb_solution_init(s->items, s->list, c->solution_memory);
-    c->solver = kt_coulomb_solver_init(s->items, s->list, s->most, c->solver_memory, c->matrices);
+    c->problem = kt_coulomb_init(s->most_items, s->most_rows, s->most, c->problem_memory, c->matrices);
+    c->solution = kt_coulomb_solution_init(s->most_items, s->most_rows, c->solution_memory);
+    c->solver = kt_coulomb_solver_init(s->most_items, s->most_rows, s->most, c->solver_memory, c->matrices);
 }
 
 kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
@@ -169,6 +168,10 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
             c->rubs = true;
         else
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
-    const kt_status status = reject_massless(simulation, c, error);
-    return status == KT_OK ? kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error) : status;
+    kt_status status = reject_massless(simulation, c, error);
+    if (status == KT_OK)
+        status = kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error);
+    if (status == KT_OK)
+        kt_contacts_place_islands(c);
+    return status;
 }

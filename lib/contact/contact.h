@@ -6,6 +6,7 @@
 #include "contact/mask.h"
 #include "linear/coulomb.h"
 #include "linear/lemke.h"
+#include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "motion/motion.h"
 
@@ -28,6 +29,7 @@ typedef struct kt_contact {
     uint64_t back;        /* friction of a joint: it slips backwards; with `bit`: it is released */
     int v;                /* friction of a joint: the index of its rate */
     int of; /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
+    int island;
 } kt_contact;
 
 /* Every array: type, name, count, meaning. n contacts, of which m touch. */
@@ -38,49 +40,63 @@ typedef struct kt_contact {
     X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
     X(double, rate, s->rows, "b' of all equations")                                                                    \
     X(double, drift, s->rows, "b'' of all equations")                                                                  \
-    X(double, jacobian, s->rows * s->nv, "of all equations")                                                           \
+    X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
+    X(double, direction, s->rows, "scratch: a unit vector of equations")                                               \
+    X(double, along, s->nv, "scratch: products of columns with it")                                                    \
     X(double, reaction, s->rows, "the least multipliers")                                                              \
+    X(double, least, s->rows, "scratch: these, group by group")                                                        \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
-    X(int, list, s->list, "rows: the items that touch, those of a contact's friction twice")                           \
-    X(int, component, s->list, "of these, which of its rows")                                                          \
-    X(double, response, s->list * s->nv, "M^-1 J', a column each")                                                     \
+    X(kt_contact_island, island, s->islands, "of the model in which all contacts are closed")                          \
+    X(int, rows, s->list, "the items that touch, those of a contact's friction twice, island by island")               \
+    X(int, components, s->list, "of these, which of its rows")                                                         \
+    X(double, rates, s->list, "of these")                                                                              \
+    X(double, matrix_of_rows, s->W, "W of each island: J M^-1 J' of the rows that touch")                              \
+    X(double, response, s->most_rows * s->nv, "M^-1 J': column k is the sum of rows k of all islands")                 \
     X(double, gap, s->n, "of all contacts")                                                                            \
-    X(double, J, s->list > s->whole ? s->list * s->nv : 0, "the rows of J, if W is not stored")                        \
-    X(double, W, kt_contacts_count_of_W(s), "J M^-1 J' of the rows that touch")                                        \
-    X(double, u, s->list, "their rates")                                                                               \
-    X(double, w, s->list, "their accelerations under the reactions; of contacts alone")                                \
-    X(double, L, s->list *(s->nv + 1), "scratch: Cholesky factor of independent rows, at most nv, and of a row")       \
-    X(int, independent, s->list, "scratch: these rows")                                                                \
-    X(double, e, s->n, "restitutions of an impact")                                                                    \
-    X(int, active, s->n, "rows that can have a reaction")                                                              \
-    X(double, limit, s->n, "of friction among these; 0 for contacts")                                                  \
-    X(double, slip, s->n, "force at which slip of these begins; 0 for contacts")                                       \
-    X(double, free, s->n, "accelerations of these without all their reactions")                                        \
+    X(double, w, s->most_rows, "accelerations of rows under the reactions; of contacts alone")                         \
+    X(double, L, s->factor, "scratch: Cholesky factor of independent rows, and of a row")                              \
+    X(int, independent, s->most_rows, "scratch: these rows")                                                           \
+    X(double, e, s->most_items, "restitutions of an impact")                                                           \
+    X(int, active, s->most_items, "rows that can have a reaction")                                                     \
+    X(double, limit, s->most_items, "of friction among these; 0 for contacts")                                         \
+    X(double, slip, s->most_items, "force at which slip of these begins; 0 for contacts")                              \
+    X(double, free, s->most_items, "accelerations of these without all their reactions")                               \
     X(double, q, s->lemke, "of a linear complementarity problem")                                                      \
     X(double, z, s->lemke, "likewise, its solution")                                                                   \
     X(char, matrices, s->matrices, "of solvers, which never run at once")                                              \
-    X(char, phase_memory, 2 * kt_impact_phase_size(s->n, s->list), "phases of an impact")                              \
+    X(char, phase_memory, 2 * kt_impact_phase_size(s->most_items, s->most_rows), "phases of an impact")                \
     X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
     X(char, solution_memory, s->solution, "its solution")                                                              \
     X(char, solver_memory, s->solver, "its solver")                                                                    \
-    X(int, posed, s->n, "the first row of each of its items in the list")                                              \
+    X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
-typedef struct kt_contact_sizes {
-    size_t n, nq, nv, rows, data, inverse;
-    size_t list, lemke;               /* rows that may touch; unknowns of a linear complementarity problem */
-    size_t items, most;               /* contacts and dry friction; of these, how many have room in matrices */
-    size_t whole;                     /* W is stored if at most so many rows touch */
-    size_t problem, solution, solver; /* bytes; 0: no contact has friction, and all have room */
-    size_t matrices;                  /* bytes */
-} kt_contact_sizes;
+/* An island (islands.c). The rows that touch are in this order: those that bound a side, friction of joints, friction
+ * of contacts. */
+typedef struct kt_contact_island {
+    const kt_island *of;
+    int row;                        /* its first row in the arrays of all rows */
+    size_t W;                       /* its first number in matrix_of_rows */
+    int stored;                     /* W is stored if at most so many rows touch */
+    int touching, meeting, resting; /* rows; the first `meeting` rows bound a side, */
+    int known;                      /* of time stepping: rows with a response */
+    double approach;                /* the largest speed at which a gap closes */
+    bool jams;                      /* an impulse without a collision has stopped slip */
+} kt_contact_island;
 
-/* If too many rows touch, only the diagonal of W is stored. */
-static inline size_t kt_contacts_count_of_W(const kt_contact_sizes *s) {
-    return s->whole * s->whole > s->list ? s->whole * s->whole : s->list;
-}
+typedef struct kt_contact_sizes {
+    size_t n, nq, nv, rows, entry, data, inverse, islands;
+    size_t list, W;                         /* rows that may touch, and numbers of W, of all islands */
+    size_t most_items, most_rows, most_dry; /* of an island: contacts and dry friction, rows, dry friction */
+    size_t factor;                          /* of an island: numbers of L */
+    size_t most;                            /* items that have room in matrices */
+    size_t whole;                           /* W of an island is stored if at most so many rows touch */
+    size_t lemke;                           /* unknowns of a linear complementarity problem */
+    size_t problem, solution, solver;       /* bytes; 0: no contact has friction, and all have room */
+    size_t matrices;                        /* bytes */
+} kt_contact_sizes;
 
 /* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
  * rows. */
@@ -100,9 +116,15 @@ size_t kt_impact_phase_size(size_t n, size_t list);
 kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
 
 struct kt_contacts {
-    int n, sides;          /* the number of items; the first `sides` items bound a side, the others are friction */
-    int touching, meeting; /* rows of the list; the first `meeting` rows bound a side, */
-    int resting;           /* rows up to `resting` are friction of joints, the others friction of contacts */
+    int n, sides; /* the number of items; the first `sides` items bound a side, the others are friction */
+    int islands;  /* of `all` */
+    /* Of the selected island (kt_contacts_select): its rows in the arrays of all rows. Rows up to `resting` are
+     * friction of joints, the others friction of contacts. */
+    kt_contact_island *selected;
+    int touching, meeting, resting;
+    int *list, *component; /* the item of each row, and which of its rows */
+    double *u;             /* rates */
+    double *W;             /* of the rows, or their diagonal */
     uint64_t mask;         /* the switches of all items: contact_mask */
     uint64_t back;         /* the bits `back` among them */
     double speed, change;  /* at an event: roots of v'M v and a'M a */
@@ -166,18 +188,63 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
 /* Whether item k is friction of a contact. */
 static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
 
+/* ---- islands (islands.c) ----------------------------------------------------------------------------------------- */
+
+/* Enlarges sizes to those of the islands of a model. */
+void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s);
+/* Numbers of W of all islands. If too many rows of one touch, only their diagonal is stored. */
+size_t kt_contacts_count_of_W(const kt_model *model, size_t whole);
+/* Places the islands of c->all, of which no row touches. */
+void kt_contacts_place_islands(struct kt_contacts *c);
+/* Empties the lists of rows that touch. */
+void kt_contacts_clear_rows(struct kt_contacts *c);
+/* The index in the arrays of all rows of the next row of item k; adds it. */
+static inline int kt_contacts_next_row(const struct kt_contacts *c, int k) {
+    return c->island[c->item[k].island].row + c->island[c->item[k].island].touching;
+}
+int kt_contacts_add_row(struct kt_contacts *c, int k, int component);
+/* Selects an island. Returns whether rows of it touch. */
+bool kt_contacts_select(struct kt_contacts *c, int island);
+/* How many rows touch in all islands. */
+int kt_contacts_total(const struct kt_contacts *c);
+/* Adds a multiple of the response to row k of the selected island to velocities (nv). */
+void kt_contacts_add_response(const struct kt_contacts *c, int k, double p, double *v);
+
+/* ---- rows of the selected island --------------------------------------------------------------------------------- */
+
 /* The loop of row k of the contacts that touch. */
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
-/* The j-th number of the Jacobian of row k. */
-double kt_contact_entry(const struct kt_contacts *c, int k, size_t j);
+/* A row of J over the coordinates of its group; the others are zero. */
+typedef struct kt_contact_line {
+    const kt_group *group;
+    int count;         /* of coordinates */
+    const int32_t *v;  /* these */
+    const double *row; /* the row of the loop's equation: J is `sign` times that */
+    double sign;
+} kt_contact_line;
+
+/* The row of an equation of a contact, and row k of those that touch. */
+static inline kt_contact_line kt_contact_line_of(const struct kt_contacts *c, const kt_contact *contact,
+                                                 int component) {
+    const kt_loop_record *loop = &c->all->loop[contact->loop];
+    const kt_group *group = &c->all->group[loop->group];
+    return (kt_contact_line){.group = group,
+                             .count = group->v_count,
+                             .v = c->all->group_v + group->v,
+                             .row = c->jacobian + kt_loop_entry(group, loop, component),
+                             .sign = contact->sign};
+}
+static inline kt_contact_line kt_contacts_line(const struct kt_contacts *c, int k) {
+    return kt_contact_line_of(c, &c->item[c->list[k]], c->component[k]);
+}
+/* Writes row k of J over the coordinates of its group (of nv). */
+void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
 /* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */
 void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
 /* J_k x. */
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
 /* W_ik from the rows of J and M^-1 J'. It has the bits of a stored one. */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k);
-/* Copies the rows of J for this. */
-void kt_contacts_keep_rows(const struct kt_contacts *c);
 
 /* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */
 static inline bool kt_contacts_are_stored(const struct kt_contacts *c) { return c->touching <= c->whole; }
@@ -233,6 +300,9 @@ void kt_contacts_let_slip(struct kt_contacts *c);
 /* The set that follows, as bits of the switches. */
 uint64_t kt_contacts_set(const kt_simulation *simulation);
 
+/* Takes the model in which all contacts are closed, with the loops and effects that are on in a model, and adapts its
+ * data. If it is another one than before, no row touches any more. */
+void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model);
 /* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
@@ -245,7 +315,7 @@ KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_
  * closes by less than kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or its
  * motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
-                                              const double *W, double *u, kt_error *error);
+                                              kt_error *error);
 /* Writes x'M x to *square, in which every joint moves by its unit: 1 rad, or the mechanism's length. Data of the
  * simulation belong to `open`. The scale of W is this number: W x'M x >= (J x)^2, and in x a gap moves at most by the
  * mechanism's length or a radian. */
@@ -253,11 +323,10 @@ KT_CHECKED kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_m
                                            double *square, kt_error *error);
 /* Whether contact k has a lever on a joint. own: the number of its row in the diagonal of W. */
 bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square);
-/* Leaves contacts that touch out of the list, if other loops hold their gaps, as a foothold at the same point does
- * (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W and u, and
- * renews both if a contact is left out. Contacts that close faster than kt_contact_resting stay in the list. */
-KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, double *W,
-                                            kt_error *error);
+/* Leaves contacts that touch out of the lists of rows, if other loops hold their gaps, as a foothold at the same point
+ * does (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W, and
+ * renews it if a contact is left out. Contacts that close faster than kt_contact_resting stay in the lists. */
+KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error);
 /* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
  * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
  * since their motion is prescribed. */
@@ -275,12 +344,12 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
 
 /* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities c->v. */
 KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
-/* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses.
- * Then u becomes u+, and c->v the velocities after the impact. *lost: the dissipated kinetic energy. */
-KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, const double *W, double *u,
-                                              double *lost, kt_error *error);
-/* Solves contact forces, from the accelerations without contacts in c->a. Sets the closed and the sticking contacts of
- * the set that follows, and directions of slip. */
+/* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses of islands
+ * in which contacts close. Then u becomes u+, and c->v the velocities after the impact. *lost grows by the dissipated
+ * kinetic energy. */
+KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error);
+/* Solves contact forces of the selected island, from the accelerations without contacts in c->a. Sets its closed and
+ * sticking contacts of the set that follows, and directions of slip. The others have been let slip. */
 KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
                                               kt_error *error);
 
@@ -295,9 +364,9 @@ bool kt_contacts_follow_slip(kt_simulation *simulation);
 /* Begins a step: follows slip, and lets slip that turns round its rest come to rest. */
 KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error);
 
-/* Computes impulses without a collision, if no accelerations obey Coulomb's law (Painleve's paradox). They stop or
- * reverse the slip. Returns false if there are none. Otherwise u and c->v become the values after these impulses, and
- * *lost grows by the dissipated energy. */
+/* Computes impulses without a collision in the selected island, if no accelerations obey Coulomb's law (Painleve's
+ * paradox). They stop or reverse the slip. Returns false if there are none. Otherwise u and c->v become the values
+ * after these impulses, and *lost grows by the dissipated energy. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
 /* Whether such an impulse is to stop a contact that friction wedges, which still slips: an impact at this instant may
  * have stopped it. */
@@ -324,8 +393,8 @@ void kt_contacts_renew_model(const kt_simulation *simulation);
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);
 
-/* How many contacts and dry friction of joints have room in matrices. */
-size_t kt_contacts_room(const kt_model *model);
+/* The most contacts and dry friction of joints in an island. *has_cone: whether contacts have a cone solver. */
+size_t kt_contacts_most_items(const kt_model *model, bool *has_cone);
 
 /* Bytes of the memory for n contacts of a model, for all its sets. */
 size_t kt_contacts_size(const kt_model *model, size_t n);
@@ -347,14 +416,13 @@ KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double
 void kt_contacts_list_rows(kt_simulation *simulation);
 /* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
 KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t,
-                                               const double *q, double *W, kt_error *error);
+                                               const double *q, kt_error *error);
 /* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
 KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_model *model, const double *q,
                                            const double *x, double *norm, kt_error *error);
 /* Finds the contacts of the set that follows, from the reactions in the present state (forces.c). *lost grows if an
  * impulse without a collision is needed (kt_contacts_jam). */
-KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u,
-                                                 double *lost, kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error);
 /* Finds contacts that may graze, at the rates u before impulses. */
 void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
 /* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations
@@ -368,6 +436,6 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */
-uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W);
+uint64_t kt_contacts_find_held(const kt_simulation *simulation);
 
 #endif

@@ -121,15 +121,12 @@ static kt_contact_side side_of_friction(const struct kt_contacts *c, const react
     return z2 > 0.0 || z1 >= most - edge ? KT_CONTACT_BACK : z1 > edge ? KT_CONTACT_ON : KT_CONTACT_OFF;
 }
 
-/* Solves contact forces: the touching contacts with compressive reactions, and the friction, of the set that
- * follows. */
-static kt_status solve_forces(kt_simulation *simulation, double t, const double *y, const double *W, const double *u,
-                              kt_error *error) {
+/* Solves contact forces: the touching contacts of the selected island with compressive reactions, and its friction, of
+ * the set that follows. */
+static kt_status solve_smooth_forces(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
+    const double *W = c->W, *u = c->u;
     reactions r;
-    const kt_status status = kt_contacts_find_free(simulation, t, y, error);
-    if (status != KT_OK)
-        return status;
     bool found;
     do {
         list_reactions(simulation, W, u, &r);
@@ -137,7 +134,6 @@ static kt_status solve_forces(kt_simulation *simulation, double t, const double 
     } while (found && find_penetrating(simulation, W, &r));
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
-    kt_contacts_let_slip(c);
     for (int i = 0; i < r.n; i++) {
         kt_contact *contact = &c->item[c->list[c->active[i]]];
         contact->next = i >= r.sides    ? side_of_friction(c, &r, i, contact)
@@ -152,28 +148,45 @@ static kt_status solve_forces(kt_simulation *simulation, double t, const double 
     return KT_OK;
 }
 
-/* solve_forces if contacts with friction are among those that touch (friction.c). */
-static kt_status solve_forces_with_friction(kt_simulation *simulation, double t, const double *W, double *u,
-                                            double *lost, kt_error *error) {
-    const double *y = kt_integrator_state(simulation->integrator);
-    const bool jams = kt_contacts_must_jam(simulation->contacts, u);
-    kt_status status = kt_contacts_find_free(simulation, t, y, error);
-    if (status == KT_OK && !jams)
-        status = kt_contacts_solve_forces(simulation, t, W, u, error);
-    if (status != (jams ? KT_OK : KT_ERROR_CONSTRAINT))
+/* Solves contact forces if contacts with friction are among those that touch (friction.c). If there are none, an
+ * impulse without a collision may stop slip, unless one has already: c->selected->jams. */
+static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const bool jams = !again && kt_contacts_must_jam(c, c->u);
+    const kt_status status = jams ? KT_ERROR_CONSTRAINT : kt_contacts_solve_forces(simulation, t, c->W, c->u, error);
+    if (status != KT_ERROR_CONSTRAINT || again)
         return status;
-    if (!kt_contacts_jam(simulation, W, u, lost))
+    if (!kt_contacts_jam(simulation, c->W, c->u, lost))
         return jams ? kt_contacts_reject(simulation, t, "reactions", error) : status;
-    for (int k = 0; k < simulation->contacts->n; k++)
-        simulation->contacts->item[k].leaves = false;
-    status = kt_contacts_find_free(simulation, t, y, error);
-    return status == KT_OK ? kt_contacts_solve_forces(simulation, t, W, u, error) : status;
+    c->selected->jams = true;
+    return KT_OK;
 }
 
-kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                                      kt_error *error) {
+/* Solves contact forces of all islands, from the accelerations without contacts. *jams: whether impulses have stopped
+ * slip in any. */
+static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
+                                  kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++) {
+        if (!kt_contacts_select(c, i))
+            continue;
+        c->selected->jams = false;
+        status = kt_contacts_have_cones(c) ? solve_rough_forces(simulation, t, again, lost, error)
+                                           : solve_smooth_forces(simulation, t, error);
+        *jams = *jams || c->selected->jams;
+    }
+    return status;
+}
+
+kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
-    const double *y = kt_integrator_state(simulation->integrator);
-    return kt_contacts_have_cones(c) ? solve_forces_with_friction(simulation, t, W, u, lost, error)
-                                     : solve_forces(simulation, t, y, W, u, error);
+    bool jams = false;
+    const kt_status status = solve_all_forces(simulation, t, false, &jams, lost, error);
+    if (status != KT_OK || !jams)
+        return status;
+    for (int k = 0; k < c->n; k++)
+        if (c->island[c->item[k].island].jams)
+            c->item[k].leaves = false;
+    return solve_all_forces(simulation, t, true, &jams, lost, error);
 }

@@ -181,8 +181,7 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
     if (p == NULL)
         return false;
     for (int j = 0; j < p->rows; j++)
-        for (size_t i = 0; i < simulation->size.nv; i++)
-            c->v[i] += c->solution->p[j] * c->response[(size_t)p->line[j] * simulation->size.nv + i];
+        kt_contacts_add_response(c, p->line[j], c->solution->p[j], c->v);
     for (int i = 0; i < c->touching; i++)
         for (int j = 0; j < p->rows; j++)
             u[i] += kt_contacts_between(c, W, i, p->line[j]) * c->solution->p[j];
@@ -258,7 +257,6 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
 static void apply(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
-    kt_contacts_let_slip(c);
     for (int i = 0; i < p->n; i++) {
         kt_contact *contact = &c->item[c->list[c->posed[i]]];
         const kt_coulomb_mode mode = c->solution->mode[i];
@@ -334,8 +332,8 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     bool found = false, leaving = false;
-    for (int k = 0; k < c->n; k++)
-        leaving = leaving || c->item[k].leaves;
+    for (int i = 0; i < c->touching; i++)
+        leaving = leaving || c->item[c->list[i]].leaves;
     /* The second attempt lets leaving contacts stay, since forces have been redistributed. Third attempt: corners of a
      * body may part at different speeds below the rest velocity. They cannot always rest together, since their rates
      * are not those of rest. Then they part. */

@@ -87,12 +87,16 @@ static bool solve_impact(kt_simulation *simulation, const double *W, kt_impact_p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
-/* Whether a contact closes that may bounce. */
-static bool any_bounces(const kt_simulation *simulation, const double *u) {
+/* Whether a contact closes that may bounce, in any island. */
+static bool any_bounces(const kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
     bool any = false;
-    for (int i = 0; i < simulation->contacts->meeting; i++) {
-        const kt_loop_record *loop = kt_contact_loop(simulation, i);
-        any = any || (loop->restitution > 0.0 && u[i] < -loop->rest_velocity);
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; i < c->meeting; i++) {
+            const kt_loop_record *loop = kt_contact_loop(simulation, i);
+            any = any || (loop->restitution > 0.0 && c->u[i] < -loop->rest_velocity);
+        }
     }
     return any;
 }
@@ -151,42 +155,58 @@ static double loss_of(const double *u, const kt_impact_phase *compression, kt_im
     return lost;
 }
 
-kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, const double *W, double *u, double *lost,
-                                   kt_error *error) {
+/* Finds the impulses of the selected island, with Newton's restitutions halved until they do not raise the energy.
+ * Returns whether there are any. *lost: the energy that they dissipate. */
+static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) {
     struct kt_contacts *c = simulation->contacts;
-    kt_contact_counts *counts = &simulation->memory.contacts;
-    const size_t nv = simulation->size.nv;
-    kt_impact_phase *compression = c->compression, *phase = c->phase;
+    const double *W = c->W, *u = c->u;
     double *e = c->e, size;
-    const bool limits = may_be_unresolved(simulation) && any_bounces(simulation, u);
+    bool found = begin_impact(simulation, W, u, limits, c->compression, e);
+    c->phase->rows = 0;
+    for (int halving = 0; found; halving++) {
+        begin_expansion(simulation, u, e, c->compression, c->phase);
+        found = solve_impact(simulation, W, c->phase);
+        *lost = found ? loss_of(u, c->compression, c->phase, &size) : 0.0;
+        if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
+            break;
+        simulation->memory.contacts.reduced += halving == 0;
+        for (int i = 0; i < c->meeting; i++)
+            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
+    }
+    return found;
+}
+
+/* Applies these impulses. */
+static void apply_impulses(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_impact_phase *phase = c->phase;
+    for (int i = 0; i < c->meeting; i++)
+        simulation->memory.contacts.impacts +=
+            phase->p[i] > 0.0 && c->u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
+    for (int j = 0; j < phase->rows; j++) {
+        const int line = phase->line[j];
+        c->u[line] = phase->u[line];
+        kt_contacts_add_response(c, line, phase->p[line], c->v);
+    }
+}
+
+kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const bool limits = may_be_unresolved(simulation) && any_bounces(simulation);
     if (limits) {
         const kt_status status =
             kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
         if (status != KT_OK)
             return status;
     }
-    bool found = begin_impact(simulation, W, u, limits, compression, e);
-    phase->rows = 0;
-    for (int halving = 0; found; halving++) {
-        begin_expansion(simulation, u, e, compression, phase);
-        found = solve_impact(simulation, W, phase);
-        *lost = found ? loss_of(u, compression, phase, &size) : 0.0;
-        if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
-            break;
-        counts->reduced += halving == 0;
-        for (int i = 0; i < c->meeting; i++)
-            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
-    }
-    if (!found)
-        return kt_contacts_reject(simulation, t, "impulses", error);
-    *lost = fmax(*lost, 0.0);
-    for (int i = 0; i < c->meeting; i++)
-        counts->impacts += phase->p[i] > 0.0 && u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
-    for (int j = 0; j < phase->rows; j++) {
-        const int line = phase->line[j];
-        u[line] = phase->u[line];
-        for (size_t i = 0; i < nv; i++)
-            c->v[i] += phase->p[line] * c->response[(size_t)line * nv + i];
+    for (int i = 0; i < c->islands; i++) {
+        double one = 0.0;
+        if (!kt_contacts_select(c, i) || !(c->selected->approach > 0.0))
+            continue;
+        if (!find_impulses(simulation, limits, &one))
+            return kt_contacts_reject(simulation, t, "impulses", error);
+        *lost += fmax(one, 0.0);
+        apply_impulses(simulation);
     }
     return KT_OK;
 }

@@ -26,7 +26,7 @@ static bool is_independent(const struct kt_contacts *c, const double *W, int i, 
 /* Adds row i to the n independent rows, unless it depends on them. Returns their number. */
 static int add_independent(struct kt_contacts *c, const double *W, int n, int i) {
     const double left = orthogonalise_row(c, W, n, i);
-    if (!is_independent(c, W, i, left) || n >= (int)c->all->n.v)
+    if (!is_independent(c, W, i, left) || n >= (int)c->selected->of->v_count)
         return n;
     c->L[(ptrdiff_t)n * c->touching + n] = sqrt(left);
     c->independent[n] = i;
@@ -36,8 +36,9 @@ static int add_independent(struct kt_contacts *c, const double *W, int n, int i)
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
  * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
-uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W) {
+static uint64_t find_held_in_island(const kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
+    const double *W = c->W;
     int n = 0;
     uint64_t held = 0;
     for (int i = 0; i < c->touching; i++)
@@ -48,6 +49,16 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation, const double *W)
         if (!kt_contact_is_closed(simulation->model, item) && fabs(c->v[item->v]) <= kt_contact_resting &&
             !is_independent(c, W, i, orthogonalise_row(c, W, n, i)))
             held |= item->bit;
+    }
+    return held;
+}
+
+uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    uint64_t held = 0;
+    for (int i = 0; i < c->islands; i++) {
+        (void)kt_contacts_select(c, i);
+        held |= find_held_in_island(simulation);
     }
     return held;
 }

@@ -35,27 +35,31 @@ static const double left = 1e-3;
 /* Returns the rate of row i of the touching contacts, at the velocities v. */
 static double rate_of(const struct kt_contacts *c, int i, const double *v) {
     const kt_contact *contact = &c->item[c->list[i]];
-    double sum = -contact->sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
-    for (size_t j = 0; j < c->all->n.v; j++)
-        sum += kt_contact_entry(c, i, j) * v[j];
+    const kt_contact_line line = kt_contacts_line(c, i);
+    double sum = -line.sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
+    for (int j = 0; j < line.count; j++)
+        sum += line.sign * line.row[j] * v[line.v[j]];
     return sum;
 }
 
-/* Returns the row that closes fastest; *speed: its speed, at least 0. */
-static int find_fastest(const struct kt_contacts *c, const double *v, double *speed) {
+/* Returns the contact of all islands that closes fastest; *speed: its speed, at least 0. */
+static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
     int fastest = 0;
     *speed = 0.0;
-    for (int i = 0; i < c->meeting; i++) {
-        const double rate = rate_of(c, i, v);
-        fastest = -rate > *speed ? i : fastest;
-        *speed = fmax(*speed, -rate);
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; i < c->meeting; i++) {
+            const double rate = rate_of(c, i, v);
+            fastest = -rate > *speed ? c->list[i] : fastest;
+            *speed = fmax(*speed, -rate);
+        }
     }
     return fastest;
 }
 
-static void name_contact(const kt_simulation *simulation, int i, double t, char *where) {
+static void name_contact(const kt_simulation *simulation, int contact, double t, char *where) {
     (void)snprintf(where, KT_WHERE_SIZE, "contact '%.60s' at t = %.9g s",
-                   simulation->model->text + kt_contact_loop(simulation, i)->name, t);
+                   kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
 }
 
 /* Returns the largest violation of the velocity equations after a projection. */
@@ -83,9 +87,12 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     const int fastest = find_fastest(c, from, &speed);
     for (int k = 0; k < c->n; k++)
         c->item[k].next = KT_CONTACT_OFF;
-    for (int i = 0; i < c->meeting; i++)
-        if (rate_of(c, i, from) <= rounding * speed)
-            c->item[c->list[i]].next = KT_CONTACT_ON;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; i < c->meeting; i++)
+            if (rate_of(c, i, from) <= rounding * speed)
+                c->item[c->list[i]].next = KT_CONTACT_ON;
+    }
     const kt_model *closed = kt_contacts_model(simulation, true);
     kt_data_rebind(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
@@ -127,52 +134,73 @@ bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double
     return own * square > lever * lever * unit * unit;
 }
 
-kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, double *W,
-                                 kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    double square, size;
+/* Spares contacts of the selected island. Returns whether there are any. */
+static bool spare_held_of_island(struct kt_contacts *c, double square) {
     bool any = false;
-    if (open->n.group == 0 || c->meeting == 0)
-        return KT_OK;
-    const kt_status status =
-        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
-    if (status != KT_OK)
-        return status;
+    double size;
     for (int i = 0; i < c->meeting; i++) {
-        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, W, i), square) ||
-            kt_contact_rate(c, W, i, &size) < -kt_contact_resting)
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) ||
+            kt_contact_rate(c, c->W, i, &size) < -kt_contact_resting)
             continue;
         c->item[c->list[i]].spared = true;
         any = true;
     }
+    return any;
+}
+
+kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *q = kt_integrator_state(simulation->integrator);
+    double square;
+    bool any = false;
+    for (int k = 0; k < c->islands; k++)
+        any = any || c->island[k].meeting > 0;
+    if (open->n.group == 0 || !any)
+        return KT_OK;
+    const kt_status status = kt_contacts_find_unit(simulation, open, q, &square, error);
+    if (status != KT_OK)
+        return status;
+    any = false;
+    for (int k = 0; k < c->islands; k++)
+        if (kt_contacts_select(c, k))
+            any = spare_held_of_island(c, square) || any;
     if (!any)
         return KT_OK;
     kt_contacts_list_rows(simulation);
-    return kt_contacts_find_response(simulation, open, t, kt_integrator_state(simulation->integrator), W, error);
+    return kt_contacts_find_response(simulation, open, t, q, error);
 }
 
-kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, const double *W,
-                                   double *u, kt_error *error) {
+/* Checks row i of the selected island, with the scale x'M x of W. */
+static kt_status check_lever(kt_simulation *simulation, int i, double t, double square, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
+    const int contact = c->list[i];
+    const double rate = c->u[i];
     char where[KT_WHERE_SIZE];
+    if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, c->W, i), square))
+        return KT_OK;
+    if (rate >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
+        c->u[i] = 0.0;
+        return KT_OK;
+    }
+    if (is_prescribed(simulation, t, error))
+        return KT_ERROR_CONSTRAINT;
+    name_contact(simulation, contact, t, where);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+                        "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
+                        "no bound; avoid this position (such as a rod that stands upright on its lift), or use an "
+                        "elastic stop or contact (stiffness)",
+                        -rate);
+}
+
+kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
     double square;
-    const kt_status status =
+    kt_status status =
         kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
-    for (int i = 0; status == KT_OK && i < c->meeting; i++) {
-        if (!(u[i] < 0.0) || kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, W, i), square))
-            continue;
-        if (u[i] >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
-            u[i] = 0.0;
-            continue;
-        }
-        if (is_prescribed(simulation, t, error))
-            return KT_ERROR_CONSTRAINT;
-        name_contact(simulation, i, t, where);
-        return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
-                            "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
-                            "no bound; avoid this position (such as a rod that stands upright on its lift), or use an "
-                            "elastic stop or contact (stiffness)",
-                            -u[i]);
+    for (int k = 0; status == KT_OK && k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; status == KT_OK && i < c->meeting; i++)
+            status = check_lever(simulation, i, t, square, error);
     }
     return status;
 }
@@ -220,13 +248,15 @@ kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt
 
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
+    const int first = c->list[0], others = c->meeting - 1;
+    const bool is_rough = c->touching > c->resting;
     char where[KT_WHERE_SIZE];
     if (is_prescribed(simulation, t, error))
         return KT_ERROR_CONSTRAINT;
-    name_contact(simulation, 0, t, where);
+    name_contact(simulation, first, t, where);
     return kt_error_set(
         error, KT_ERROR_CONSTRAINT, where,
         "no %s separate it and the %d other touching contacts: they wedge each other%s; leave a gap, or "
         "use an elastic stop or contact (stiffness)",
-        what, c->meeting - 1, c->touching > c->resting ? ", or friction has no solution (Painleve's paradox)" : "");
+        what, others, is_rough ? ", or friction has no solution (Painleve's paradox)" : "");
 }

@@ -11,12 +11,13 @@
 #include <float.h>
 #include <math.h>
 
-/* Selects the model in which all contacts are closed, with the loops and effects that are on, and adapts its data. */
-static void take_all(struct kt_contacts *c, const kt_model *model) {
+void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model) {
     const kt_model *all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
-    if (all != c->all)
-        kt_data_rebind(all, c->data);
+    if (all == c->all)
+        return;
     c->all = all;
+    kt_data_rebind(all, c->data);
+    kt_contacts_place_islands(c);
 }
 
 bool kt_contact_is_released(const kt_contact *contact) {
@@ -48,9 +49,10 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) 
 
 kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                      const double *v, bool all, kt_error *error) {
-    take_all(c, model);
-    const kt_status status = kt_loop_equations(c->all, c->data, t, q, v, all ? c->jacobian : NULL, c->row,
-                                               all ? c->rate : NULL, all ? c->drift : NULL, error);
+    kt_contacts_take_all(c, model);
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
+    const kt_status status = kt_loop_entries(c->all, c->data, &at, all ? c->jacobian : NULL, c->row,
+                                             all ? c->rate : NULL, all ? c->drift : NULL, error);
     for (int k = 0; status == KT_OK && k < c->n; k++)
         c->gap[k] = c->item[k].sign * c->row[kt_contact_row(c->all, &c->item[k])];
     return status;
@@ -61,54 +63,51 @@ const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k) {
     return &simulation->model->loop[c->item[c->list[k]].loop];
 }
 
-double kt_contact_entry(const struct kt_contacts *c, int k, size_t j) {
-    const kt_contact *contact = &c->item[c->list[k]];
-    return contact->sign * c->jacobian[j * c->all->n.row + (size_t)(kt_contact_row(c->all, contact) + c->component[k])];
+void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row) {
+    const kt_contact_line line = kt_contacts_line(c, k);
+    for (int j = 0; j < line.count; j++)
+        row[line.v[j]] = line.sign * line.row[j];
 }
 
 void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row) {
+    const kt_contact_line line = kt_contacts_line(c, k);
     const size_t nv = c->all->n.v;
     for (int i = from; i < c->touching; i++)
         row[i] = 0.0;
-    for (size_t j = 0; j < nv; j++) {
-        const double x = kt_contact_entry(c, k, j);
-        for (int i = from; x != 0.0 && i < c->touching; i++)
-            row[i] += x * c->response[(size_t)i * nv + j];
+    for (int j = 0; j < line.count; j++) {
+        const double x = line.sign * line.row[j], *response = c->response + (size_t)from * nv + (size_t)line.v[j];
+        for (int i = from; x != 0.0 && i < c->touching; i++, response += nv)
+            row[i] += x * *response;
     }
 }
 
-void kt_contacts_keep_rows(const struct kt_contacts *c) {
-    const size_t nv = c->all->n.v;
-    for (int i = 0; i < c->touching; i++)
-        for (size_t j = 0; j < nv; j++)
-            c->J[(size_t)i * nv + j] = kt_contact_entry(c, i, j);
-}
-
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
+    const kt_contact_line line = kt_contacts_line(c, k);
     double sum = 0.0;
-    for (size_t j = 0; j < c->all->n.v; j++)
-        sum += kt_contact_entry(c, k, j) * x[j];
+    for (int j = 0; j < line.count; j++)
+        sum += line.sign * line.row[j] * x[line.v[j]];
     return sum;
 }
 
 double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
-    const size_t nv = c->all->n.v;
-    const double *row = c->J + (size_t)i * nv, *response = c->response + (size_t)k * nv;
+    const kt_contact_line line = kt_contacts_line(c, i);
+    const double *response = c->response + (size_t)k * c->all->n.v;
     double sum = 0.0;
-    for (size_t j = 0; j < nv; j++)
-        sum += row[j] != 0.0 ? row[j] * response[j] : 0.0;
+    for (int j = 0; j < line.count; j++)
+        sum += line.row[j] != 0.0 ? line.sign * line.row[j] * response[line.v[j]] : 0.0;
     return sum;
 }
 
 /* sign (J x - right), *size: the sum of the terms' magnitudes. */
 static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
-    const kt_contact *contact = &c->item[c->list[k]];
-    const double r = contact->sign * right[kt_contact_row(c->all, contact) + c->component[k]];
+    const kt_contact_line line = kt_contacts_line(c, k);
+    const double r = line.sign * right[kt_contact_row(c->all, &c->item[c->list[k]]) + c->component[k]];
     double sum = -r;
     *size = fabs(r);
-    for (size_t j = 0; j < c->all->n.v; j++) {
-        sum += kt_contact_entry(c, k, j) * x[j];
-        *size += fabs(kt_contact_entry(c, k, j) * x[j]);
+    for (int j = 0; j < line.count; j++) {
+        const double term = line.sign * line.row[j] * x[line.v[j]];
+        sum += term;
+        *size += fabs(term);
     }
     return sum;
 }
@@ -132,15 +131,15 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
 static double extent_of(const struct kt_contacts *c, int k, const double *q) {
     const kt_model *all = c->all;
     const bool turns = all->loop[c->item[c->list[k]].loop].type != KT_LOOP_COUPLING;
+    const kt_contact_line line = kt_contacts_line(c, k);
     double sum = 0.0;
-    for (size_t i = 1; i < all->n.link; i++) {
-        const kt_link *link = &all->link[i];
+    for (int i = 0; i < line.group->link_count; i++) {
+        const kt_link *link = &all->link[all->group_link[line.group->link + i]];
         const bool has_angles = kt_motion_facts_of(link->motion).quaternions == 0;
         for (int j = 0; j < kt_link_dofs(link); j++) {
             const bool is_length = j < kt_link_lengths(link);
             const double x = is_length || has_angles ? fabs(q[link->q + j]) : 1.0;
-            const size_t column = (size_t)link->v + (size_t)j;
-            sum += fabs(kt_contact_entry(c, k, column)) * (is_length || !turns ? x : fmax(x, 1.0));
+            sum += fabs(line.row[link->local + j]) * (is_length || !turns ? x : fmax(x, 1.0));
         }
     }
     return sum;
@@ -161,13 +160,16 @@ static double tolerance_of_gap(const kt_simulation *simulation, int k) {
     const kt_integrator *integrator = simulation->integrator;
     const kt_model *all = simulation->contacts->all;
     const double *y = kt_integrator_state(integrator);
+    const kt_contact_line line = kt_contacts_line(simulation->contacts, k);
     double most = 0.0;
-    for (size_t i = 1; i < all->n.link; i++)
-        for (int j = 0; j < kt_link_dofs(&all->link[i]); j++) {
-            const size_t q = (size_t)all->link[i].q + (size_t)j, v = (size_t)all->link[i].v + (size_t)j;
-            const double entry = fabs(kt_contact_entry(simulation->contacts, k, v));
+    for (int i = 0; i < line.group->link_count; i++) {
+        const kt_link *link = &all->link[all->group_link[line.group->link + i]];
+        for (int j = 0; j < kt_link_dofs(link); j++) {
+            const size_t q = (size_t)link->q + (size_t)j;
+            const double entry = fabs(line.row[link->local + j]);
             most = entry > 0.0 ? fmax(most, entry * kt_error_scale(integrator, q, y[q], y[q])) : most;
         }
+    }
     return most;
 }
 
@@ -245,55 +247,78 @@ static void set_units(const struct kt_contacts *c, const kt_model *model, double
     }
 }
 
-/* Pivots the longest column of J (rows x nv) from column k on into column k, and scales it to length 1. Removes its
- * direction from the remaining columns. Returns the square of its length. */
-static double take_longest(double *J, size_t rows, size_t nv, size_t k, double least) {
-    double *u = J + k * rows, most = 0.0;
+/* Takes the longest column of J (rows x columns, by rows) from column k on out of J, and column k replaces it. Scaled
+ * to length 1 it is c->direction, which is removed from the remaining columns. Returns the square of its length. */
+static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t columns, size_t k, double least) {
+    double *u = c->direction, *sum = c->along, most = 0.0;
     size_t pivot = k;
-    for (size_t j = k; j < nv; j++) {
-        const double square = kt_contacts_dot(rows, J + j * rows, J + j * rows);
-        pivot = square > most ? j : pivot;
-        most = fmax(most, square);
+    kt_clear(sum, columns * sizeof *sum);
+    for (size_t i = 0; i < rows; i++)
+        for (size_t j = k; j < columns; j++)
+            sum[j] += J[i * columns + j] * J[i * columns + j];
+    for (size_t j = k; j < columns; j++) {
+        pivot = sum[j] > most ? j : pivot;
+        most = fmax(most, sum[j]);
     }
-    for (size_t i = 0; most > least && i < rows; i++) {
-        const double x = u[i];
-        u[i] = J[pivot * rows + i] / sqrt(most);
-        if (pivot != k)
-            J[pivot * rows + i] = x;
+    if (!(most > least))
+        return most;
+    kt_clear(sum, columns * sizeof *sum);
+    for (size_t i = 0; i < rows; i++) {
+        u[i] = J[i * columns + pivot] / sqrt(most);
+        J[i * columns + pivot] = J[i * columns + k];
+        for (size_t j = k + 1; j < columns; j++)
+            sum[j] += u[i] * J[i * columns + j];
     }
-    for (size_t j = k + 1; most > least && j < nv; j++) {
-        const double dot = kt_contacts_dot(rows, u, J + j * rows);
-        for (size_t i = 0; i < rows; i++)
-            J[j * rows + i] -= dot * u[i];
-    }
+    for (size_t i = 0; i < rows; i++)
+        for (size_t j = k + 1; j < columns; j++)
+            J[i * columns + j] -= sum[j] * u[i];
     return most;
 }
 
+/* Writes the part of the multipliers c->drift of a group that is in the range of its J to c->least. The equations are
+ * those from group->row on. */
+static void find_least_of_group(struct kt_contacts *c, const kt_group *group) {
+    const size_t rows = (size_t)group->row_count, columns = (size_t)group->v_count;
+    double *J = c->jacobian + group->entry, *least = c->least + group->row, longest = 0.0;
+    kt_clear(least, rows * sizeof *least);
+    for (size_t k = 0; k < columns && k < rows; k++) {
+        const double square = take_longest(c, J, rows, columns, k, 1e-18 * longest);
+        longest = k == 0 ? square : longest;
+        if (!(square > 1e-18 * longest))
+            break;
+        const double dot = kt_contacts_dot(rows, c->direction, c->drift + group->row);
+        for (size_t i = 0; i < rows; i++)
+            least[i] += dot * c->direction[i];
+    }
+}
+
 /* Writes the least multipliers, measured in `unit`, among those with equal forces. They are the part of the multipliers
- * in the range of J, whose columns become an orthonormal basis of that range. */
+ * in the range of J, whose columns become an orthonormal basis of that range. Groups have no coordinate in common. */
 static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
-    const size_t rows = at->model->n.row, nv = at->model->n.v;
-    double *J = c->jacobian, first = 0.0;
-    const kt_status status = kt_loop_equations(at->model, at->data, at->t, at->q, at->v, J, NULL, NULL, NULL, error);
+    const kt_model *model = at->model;
+    const kt_dynamic_state state = {.t = at->t, .q = at->q, .v = at->v};
+    const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
     if (status != KT_OK)
         return status;
-    for (size_t i = 0; i < rows; i++) {
-        c->reaction[i] = 0.0;
-        c->drift[i] = c->row[i] / unit[i];
-        for (size_t j = 0; j < nv; j++)
-            J[j * rows + i] *= unit[i];
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        for (int r = 0; r < loop->row_count; r++) {
+            const kt_group *group = &model->group[loop->group];
+            const int equation = loop->equation + r;
+            double *row = c->jacobian + kt_loop_entry(group, loop, r);
+            c->drift[group->row + loop->row + r] = c->row[equation] / unit[equation];
+            for (int j = 0; j < group->v_count; j++)
+                row[j] *= unit[equation];
+        }
     }
-    for (size_t k = 0; k < nv && k < rows; k++) {
-        const double square = take_longest(J, rows, nv, k, 1e-18 * first);
-        first = k == 0 ? square : first;
-        if (!(square > 1e-18 * first))
-            break;
-        const double dot = kt_contacts_dot(rows, J + k * rows, c->drift);
-        for (size_t i = 0; i < rows; i++)
-            c->reaction[i] += dot * J[k * rows + i];
-    }
-    for (size_t i = 0; i < rows; i++)
-        c->reaction[i] *= unit[i];
+    for (size_t g = 0; g < model->n.group; g++)
+        find_least_of_group(c, &model->group[g]);
+    for (size_t i = 0; i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++) {
+            const kt_loop_record *loop = &model->loop[i];
+            const int equation = loop->equation + r;
+            c->reaction[equation] = unit[equation] * c->least[model->group[loop->group].row + loop->row + r];
+        }
     return KT_OK;
 }
 

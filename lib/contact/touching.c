@@ -1,6 +1,7 @@
 /* The rows of contacts that touch, and their response J M^-1 J' to forces in these rows. */
 #include "contact/contact.h"
 
+#include "base/copy.h"
 #include "control/mass_inverse.h"
 #include "dynamics/dynamics.h"
 
@@ -10,29 +11,28 @@
 /* No gap may be deeper than this part of the mechanism's length, or of 1 m or rad. */
 static const double deep = 1e-6;
 
-static void add_row(struct kt_contacts *c, int k, int component) {
-    c->list[c->touching] = k;
-    c->component[c->touching++] = component;
-}
-
 void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const double most = kt_contact_touching * fmax(1.0, c->all->length);
-    c->touching = 0;
+    kt_contacts_clear_rows(c);
     for (int k = 0; k < c->sides; k++) {
         const kt_contact *item = &c->item[k];
         const bool touches = c->gap[k] <= most || item->meets || kt_contact_is_closed(simulation->model, item);
         if (touches && !item->spared && !kt_contact_is_released(item))
-            add_row(c, k, 0);
+            (void)kt_contacts_add_row(c, k, 0);
     }
-    c->meeting = c->touching;
+    for (int i = 0; i < c->islands; i++)
+        c->island[i].meeting = c->island[i].touching;
     for (int k = c->sides; k < c->n; k++)
         if (!kt_contact_rubs(c, k) && !kt_contact_is_released(&c->item[k]))
-            add_row(c, k, 0);
-    c->resting = c->touching;
-    for (int i = 0; i < c->meeting; i++)
-        for (int component = 0; component < 2 && c->item[c->list[i]].of >= 0; component++)
-            add_row(c, c->item[c->list[i]].of, component);
+            (void)kt_contacts_add_row(c, k, 0);
+    for (int i = 0; i < c->islands; i++) {
+        kt_contact_island *at = &c->island[i];
+        at->resting = at->touching;
+        for (int r = at->row; r < at->row + at->meeting; r++)
+            for (int component = 0; component < 2 && c->item[c->rows[r]].of >= 0; component++)
+                (void)kt_contacts_add_row(c, c->item[c->rows[r]].of, component);
+    }
 }
 
 /* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
@@ -57,29 +57,40 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
     return KT_OK;
 }
 
+/* Writes column k of J' of all islands, for all k. Returns the number of columns. */
+static int write_columns(struct kt_contacts *c) {
+    const size_t nv = c->all->n.v;
+    int columns = 0;
+    for (int i = 0; i < c->islands; i++)
+        columns = c->island[i].touching > columns ? c->island[i].touching : columns;
+    kt_clear(c->response, (size_t)columns * nv * sizeof *c->response);
+    for (int i = 0; i < c->islands; i++) {
+        (void)kt_contacts_select(c, i);
+        for (int k = 0; k < c->touching; k++)
+            kt_contacts_write_row(c, k, c->response + (size_t)k * nv);
+    }
+    return columns;
+}
+
 /* Computes M^-1 J' and W, or its diagonal, of the mechanism with all contacts open, from data of the simulation. */
 kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t, const double *q,
-                                    double *W, kt_error *error) {
+                                    kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const size_t nv = open->n.v;
-    const int m = c->touching;
     kt_mass_inverse *inverse = NULL;
-    for (int i = 0; i < m; i++)
-        for (size_t j = 0; j < nv; j++)
-            c->response[(size_t)i * nv + j] = kt_contact_entry(c, i, j);
+    const int columns = write_columns(c);
     kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
     if (status == KT_OK)
         status = kt_mass_inverse_compute(inverse, simulation->data, t, q, error);
     if (status == KT_OK)
-        status = kt_mass_inverse_apply(inverse, m, c->response, error);
-    const bool is_stored = kt_contacts_are_stored(c);
-    if (!is_stored)
-        kt_contacts_keep_rows(c);
-    for (int i = 0; status == KT_OK && i < m; i++)
-        if (is_stored)
-            kt_contacts_multiply(c, i, 0, W + (ptrdiff_t)i * m);
-        else
-            W[i] = kt_contacts_product(c, i, i);
+        status = kt_mass_inverse_apply(inverse, columns, c->response, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++) {
+        (void)kt_contacts_select(c, i);
+        for (int k = 0; k < c->touching; k++)
+            if (kt_contacts_are_stored(c))
+                kt_contacts_multiply(c, k, 0, c->W + (ptrdiff_t)k * c->touching);
+            else
+                c->W[k] = kt_contacts_product(c, k, k);
+    }
     return status;
 }
 

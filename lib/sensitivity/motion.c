@@ -335,7 +335,7 @@ static outcome outcome_of(const kt_simulation *simulation) {
         end.loops = (end.loops ^ (kt_loop_is_off(&model->loop[i]) ? 1 : 2)) * prime;
 #if KT_HAS_EVENTS
     end.impacts = simulation->memory.contacts.impacts;
-    end.touching = simulation->contacts != NULL ? simulation->contacts->touching : 0;
+    end.touching = simulation->contacts != NULL ? kt_contacts_total(simulation->contacts) : 0;
 #endif
     return end;
 }

@@ -186,15 +186,9 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
     return KT_OK;
 }
 
-/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
- * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
- * touching. It then closes at its present gap, since a bounce may be lower than that. */
-static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    const double *y = kt_integrator_state(simulation->integrator);
-    const kt_status status =
-        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
-    for (int i = 0; status == KT_OK && i < c->resting; i++) {
+static void watch_open_of_island(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int i = 0; i < c->resting; i++) {
         const int k = c->list[i];
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
@@ -203,6 +197,19 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
             simulation->event_memory[k].side = -1;
     }
+}
+
+/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
+ * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
+ * touching. It then closes at its present gap, since a bounce may be lower than that. */
+static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++)
+        if (kt_contacts_select(c, i))
+            watch_open_of_island(simulation);
     for (int k = 0; status == KT_OK && k < c->sides; k++)
         if (c->item[k].spared) {
             simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
@@ -215,53 +222,76 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     return status;
 }
 
+/* Finds the rates of all rows that touch. Returns the largest speed at which a gap closes. */
+static double find_rates(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    double approach = 0.0, size;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        c->selected->approach = 0.0;
+        for (int i = 0; i < c->touching; i++) {
+            c->u[i] = kt_contact_rate(c, c->W, i, &size);
+            if (fabs(c->u[i]) <= kt_contact_rounding * size)
+                c->u[i] = 0.0;
+            c->selected->approach = i < c->meeting ? fmax(c->selected->approach, -c->u[i]) : c->selected->approach;
+        }
+        kt_contacts_find_grazing(simulation, c->u);
+        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
+             i++) /* after impulses, all reactions are possible */
+            c->item[c->list[i]].leaves = false;
+        approach = fmax(approach, c->selected->approach);
+    }
+    return approach;
+}
+
+/* Applies impulses, and finds the set that follows. *lost grows by the energy that impulses dissipate; *approach: the
+ * speed before them. */
+static kt_status solve_contacts(kt_simulation *simulation, double t, double *lost, double *approach, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_data_rebind(open, simulation->data);
+    kt_status status = kt_contacts_find_response(simulation, open, t, y, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
+    if (status == KT_OK)
+        status = kt_contacts_spare_held(simulation, open, t, error);
+    *approach = status == KT_OK ? find_rates(simulation) : 0.0;
+    if (status == KT_OK && *approach > 0.0)
+        status = kt_contacts_check_levers(simulation, open, t, error);
+    if (status == KT_OK && *approach > 0.0)
+        status = kt_contacts_apply_impact(simulation, t, lost, error);
+    if (status == KT_OK)
+        status = kt_contacts_solve_reactions(simulation, t, lost, error);
+    kt_data_rebind(model, simulation->data);
+    return status;
+}
+
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_breakpoints(simulation);
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     const double *y = kt_integrator_state(simulation->integrator);
-    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
-    double *W = c->W, *u = c->u, lost = 0.0, approach = 0.0, size;
+    double lost = 0.0, approach = 0.0;
     for (int k = 0; k < c->n; k++)
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_simulation_clear_jump(simulation);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
-    kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, error);
+    kt_status status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
     if (status == KT_OK)
         status = kt_contacts_find_touching(simulation, t, error);
-    if (status == KT_OK && c->touching == 0)
+    const bool any = status == KT_OK && kt_contacts_total(c) > 0;
+    if (status == KT_OK && !any)
         store_changes(simulation);
-    if (status != KT_OK || c->touching == 0)
+    if (!any)
         return status;
-    simulation->cached = KT_CACHED_NOTHING;
-    kt_data_rebind(open, simulation->data);
-    status = kt_contacts_find_response(simulation, open, t, y, W, error);
-    if (status == KT_OK)
-        status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
-    if (status == KT_OK)
-        status = kt_contacts_spare_held(simulation, open, t, W, error);
-    for (int i = 0; status == KT_OK && i < c->touching; i++) {
-        u[i] = kt_contact_rate(c, W, i, &size);
-        if (fabs(u[i]) <= kt_contact_rounding * size)
-            u[i] = 0.0;
-        approach = i < c->meeting ? fmax(approach, -u[i]) : approach;
-    }
-    if (status == KT_OK)
-        kt_contacts_find_grazing(simulation, u);
-    for (int k = 0; approach > 0.0 && k < c->sides; k++) /* after impulses, all reactions are possible */
-        c->item[k].leaves = false;
-    if (status == KT_OK && approach > 0.0)
-        status = kt_contacts_check_levers(simulation, open, t, W, u, error);
-    if (status == KT_OK && approach > 0.0)
-        status = kt_contacts_apply_impact(simulation, t, W, u, &lost, error);
-    if (status == KT_OK)
-        status = kt_contacts_solve_reactions(simulation, t, W, u, &lost, error);
-    kt_data_rebind(model, simulation->data);
+    status = solve_contacts(simulation, t, &lost, &approach, error);
     if (status == KT_OK)
         status = commit_jump_of_contacts(simulation, lost, approach, error);
     if (status != KT_OK)
         return status;
-    simulation->memory.held = kt_contacts_find_held(simulation, W);
+    simulation->memory.held = kt_contacts_find_held(simulation);
     return watch_open(simulation, t, error);
 }
 

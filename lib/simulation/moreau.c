@@ -56,16 +56,19 @@ static size_t cone_size(int items) { return kt_cone_size(items, items) + kt_cone
 static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     kt_moreau_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .n_contacts = kt_contacts_of(model)};
     size_t rubs = 0;
+    bool has_cone = false;
     for (size_t i = 0; i < model->n.loop; i++)
         rubs += model->loop[i].rubs > 0;
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
         const kt_model *one = kt_variants_model(model->variants, k);
         s.row = one->n.row > s.row ? one->n.row : s.row;
+        s.islands = one->n.island > s.islands ? one->n.island : s.islands;
     }
     s.x = KT_HAS_FORMULAS ? model->n.x : 0;
     s.items = s.n_contacts - rubs;
     s.list = s.n_contacts + rubs;
-    s.cone = rubs > 0 || s.items > kt_contacts_room(model) ? 0 : cone_size((int)s.items);
+    s.most = kt_contacts_most_items(model, &has_cone);
+    s.cone = has_cone ? 0 : cone_size((int)s.most);
     s.body = model->n.body;
     s.loop = model->n.loop;
     return s;
@@ -82,8 +85,7 @@ void kt_moreau_init(kt_simulation *simulation) {
     const kt_moreau_sizes s = sizes_of_moreau(simulation->model, simulation->size.n);
     kt_moreau *m = (kt_moreau *)(void *)simulation->moreau_memory;
     (void)lay_out_moreau(m, &s);
-    const int items = (int)s.items;
-    m->stride = simulation->contacts->whole;
+    const int items = (int)s.most;
     m->cone = s.cone > 0 ? kt_cone_init(items, items, m->cone_memory, m->cone_memory + kt_cone_size(items, items))
                          : simulation->contacts->solver->cone;
     simulation->moreau = m;
@@ -175,7 +177,7 @@ static void add_works(const kt_simulation *simulation, double h, kt_power power,
     double carried = 0.0;
     for (int i = 0; i < m->count; i++)
         for (int r = m->first[i], k = 0; k < kt_moreau_rows(m, i); r++, k++)
-            carried += m->p[3 * i + k] * c->item[m->item[i]].sign * kt_moreau_right(c, c->list[r], c->component[r]);
+            carried += m->p[3 * i + k] * c->item[m->item[i]].sign * kt_moreau_right(c, c->rows[r], c->components[r]);
     next[simulation->size.work] += h * power.dissipated + fmax(m->counts.dissipated, 0.0);
     next[simulation->size.work + 1] += h * power.supplied + carried + fmax(-m->counts.dissipated, 0.0);
 }

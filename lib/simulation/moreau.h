@@ -19,18 +19,23 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
     X(int, place, s->n_contacts, "of each contact: its item, or a reason why it has none")                             \
     X(int, item, s->items, "the contact, or dry friction")                                                             \
-    X(int, chosen, s->items, "scratch: items of a problem")                                                            \
-    X(double, none, s->items, "scratch: zeros")                                                                        \
-    X(double, shift, 3 * s->items, "scratch: of a correction")                                                         \
-    X(int, first, s->items, "its first row in the list")                                                               \
+    X(int, next, s->items, "the next item of its island; -1: none")                                                    \
+    X(kt_moreau_island, island, s->islands, "items of each island of contacts")                                        \
+    X(int, chosen, s->most, "scratch: items of a problem")                                                             \
+    X(double, none, s->most, "scratch: zeros")                                                                         \
+    X(double, impulse, 3 * s->most, "scratch: of a problem")                                                           \
+    X(double, coefficient, s->most, "likewise: of friction")                                                           \
+    X(double, limits, s->most, "likewise: of dry friction")                                                            \
+    X(int, first, s->items, "its first row in the list of all rows")                                                   \
     X(double, bound, s->items, "the least rate at the end")                                                            \
     X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
     X(double, mu, s->items, "coefficients of friction")                                                                \
     X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
     X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
     X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
-    X(double, b, 3 * s->items, "of the cone solver")                                                                   \
-    X(double, p, 3 * s->items, "likewise: impulses")                                                                   \
+    X(double, b, 3 * s->most, "of the cone solver")                                                                    \
+    X(double, p, 3 * s->items, "impulses")                                                                             \
+    X(double, column, s->nv, "scratch: of a response")                                                                 \
     X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
@@ -38,8 +43,16 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, multiplier, s->row, "of a record: of the equations of all contacts")
 
 typedef struct kt_moreau_sizes {
-    size_t n, nq, nv, x, n_contacts, items, list, cone, body, loop, row;
+    size_t n, nq, nv, x, n_contacts, items, list, islands, cone, body, loop, row;
+    size_t most; /* items of an island */
 } kt_moreau_sizes;
+
+/* An island of contacts (contact/islands.c). */
+typedef struct kt_moreau_island {
+    int first, last, count; /* its items; -1: none */
+    int solved;             /* the impulses of so many items are known; -1: none, since velocities have changed */
+    double dissipated;      /* by these */
+} kt_moreau_island;
 
 /* The counts of the last step, which are added once the step is accepted. */
 typedef struct kt_moreau_counts {
@@ -54,7 +67,6 @@ typedef struct kt_moreau {
     int posed;        /* items in it */
     int count;        /* of items */
     int dry;          /* of these, the first ones are dry friction */
-    int stride;       /* of W in struct kt_contacts, which is stored if at most so many rows take part */
     kt_cone *cone;
     kt_moreau_counts counts;
     KT_ARENA_DECLARE(KT_MOREAU_FIELDS)

@@ -84,9 +84,10 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
         kt_copy(m->external, simulation->external, body * sizeof *m->external);
     for (int k = 0; k < c->n; k++) {
         const kt_contact *item = &c->item[k];
-        const int row = kt_contact_row(c->all, item);
-        for (size_t j = 0; c->all->loop[item->loop].term_count > 0 && j < nv; j++)
-            m->tau[j] += c->jacobian[j * c->all->n.row + (size_t)row] * m->multiplier[row];
+        const kt_contact_line line = kt_contact_line_of(c, item, 0);
+        const double multiplier = m->multiplier[kt_contact_row(c->all, item)];
+        for (int j = 0; c->all->loop[item->loop].term_count > 0 && j < line.count; j++)
+            m->tau[line.v[j]] += line.row[j] * multiplier;
     }
     if (KT_HAS_LOOPS)
         add_wrenches(simulation, t, q, v);

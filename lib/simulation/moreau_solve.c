@@ -22,10 +22,10 @@ static double tolerance_of(const struct kt_contacts *c) { return rounding * fmax
 
 double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x) {
     const kt_contact *item = &c->item[k];
-    const size_t rows = c->all->n.row, row = (size_t)kt_contact_row(c->all, item) + (size_t)component;
-    double sum = -c->rate[row];
-    for (size_t j = 0; j < c->all->n.v; j++)
-        sum += c->jacobian[j * rows + row] * x[j];
+    const kt_contact_line line = kt_contact_line_of(c, item, component);
+    double sum = -c->rate[kt_contact_row(c->all, item) + component];
+    for (int j = 0; j < line.count; j++)
+        sum += line.row[j] * x[line.v[j]];
     return item->sign * sum;
 }
 
@@ -40,20 +40,68 @@ int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->m
 static void add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    m->begin[c->touching] = kt_moreau_rate(c, k, component, v);
-    m->free[c->touching] = kt_moreau_rate(c, k, component, m->y + simulation->size.nq);
-    c->list[c->touching] = k;
-    c->component[c->touching++] = component;
+    const int row = kt_contacts_add_row(c, k, component);
+    m->begin[row] = kt_moreau_rate(c, k, component, v);
+    m->free[row] = kt_moreau_rate(c, k, component, m->y + simulation->size.nq);
+}
+
+/* Empties the lists of items. */
+static void clear_items(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    kt_contacts_clear_rows(c);
+    m->count = 0;
+    for (int k = 0; k < c->n; k++)
+        m->place[k] = KT_MOREAU_NO_PART;
+    for (int i = 0; i < c->islands; i++) {
+        c->island[i].known = 0;
+        m->island[i] = (kt_moreau_island){.first = -1, .last = -1};
+    }
+}
+
+/* Appends item i to those of its island. */
+static void append_item(kt_simulation *simulation, int i) {
+    kt_moreau *m = simulation->moreau;
+    kt_moreau_island *island = &m->island[simulation->contacts->item[m->item[i]].island];
+    m->next[i] = -1;
+    *(island->count > 0 ? &m->next[island->last] : &island->first) = i;
+    island->last = i;
+    island->count++;
+}
+
+static int list_item(kt_simulation *simulation, int k) {
+    kt_moreau *m = simulation->moreau;
+    const int i = m->count++;
+    m->place[k] = i;
+    m->item[i] = k;
+    append_item(simulation, i);
+    return i;
+}
+
+/* Takes the items from `from` on out of the lists. Those that are not held may be added again. */
+static void drop_items(kt_simulation *simulation, int from) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    for (int i = m->count - 1; i >= from; i--) {
+        kt_contact_island *at = &c->island[c->item[m->item[i]].island];
+        at->touching = m->first[i] - at->row;
+        at->known = at->touching;
+        if (m->place[m->item[i]] == i)
+            m->place[m->item[i]] = KT_MOREAU_NO_PART;
+    }
+    m->count = from;
+    for (int k = 0; k < c->islands; k++)
+        m->island[k].count = 0;
+    for (int i = 0; i < from; i++)
+        append_item(simulation, i);
 }
 
 static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const double *force = simulation->contact_state[k].force;
-    const int i = m->count++, of = c->item[k].of;
-    m->place[k] = i;
-    m->item[i] = k;
-    m->first[i] = c->touching;
+    const int i = list_item(simulation, k), of = c->item[k].of;
+    m->first[i] = kt_contacts_next_row(c, k);
     m->mu[i] = m->bound[i] = m->e[i] = 0.0;
     m->limit[i] = -1.0;
     for (int r = 0; r < 3; r++)
@@ -117,36 +165,104 @@ static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* M^-1 J' of the rows from `first` on, and their entries of W. */
-static kt_status respond_to_rows(kt_simulation *simulation, int first, kt_error *error) {
+/* Whether new rows of all islands are as many behind equally many known ones, or the only ones. */
+static bool columns_are_free(const struct kt_contacts *c, int known) {
+    bool are = true;
+    for (int i = 0; are && i < c->islands; i++) {
+        const kt_contact_island *at = &c->island[i];
+        are = at->known == at->touching ? at->known <= known : at->known == known;
+    }
+    return are;
+}
+
+/* M^-1 of columns (column by column). */
+static kt_status apply_inverse(kt_simulation *simulation, int columns, double *x, kt_error *error) {
+    return kt_mass_inverse_apply((kt_mass_inverse *)(void *)simulation->contacts->inverse_memory, columns, x, error);
+}
+
+/* M^-1 J' of the new rows, if no island needs their columns for rows that are known. */
+static kt_status respond_at_once(kt_simulation *simulation, int known, int columns, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    kt_moreau *m = simulation->moreau;
     const size_t nv = simulation->size.nv;
-    kt_status status = m->has_inverse ? KT_OK : prepare_inverse(simulation, error);
-    for (int r = first; r < c->touching; r++)
-        for (size_t j = 0; j < nv; j++)
-            c->response[(size_t)r * nv + j] = kt_contact_entry(c, r, j);
-    if (status == KT_OK)
-        status = kt_mass_inverse_apply((kt_mass_inverse *)(void *)c->inverse_memory, c->touching - first,
-                                       c->response + (size_t)first * nv, error);
-    const bool is_stored = c->touching <= m->stride;
-    if (!is_stored)
-        kt_contacts_keep_rows(c);
-    for (int s = 0; status == KT_OK && is_stored && s < c->touching; s++) {
-        const int from = s > first ? s : first;
-        double *W = c->W + (size_t)s * (size_t)m->stride;
-        kt_contacts_multiply(c, s, from, W);
-        for (int r = from; r < c->touching; r++)
-            c->W[r * m->stride + s] = W[r];
+    double *first = c->response + (size_t)known * nv;
+    kt_clear(first, (size_t)columns * nv * sizeof *first);
+    for (int i = 0; i < c->islands; i++) {
+        (void)kt_contacts_select(c, i);
+        for (int r = c->selected->known; r < c->touching; r++)
+            kt_contacts_write_row(c, r, c->response + (size_t)r * nv);
+    }
+    return apply_inverse(simulation, columns, first, error);
+}
+
+/* M^-1 J' of the next new row of each island. */
+static kt_status respond_apart(kt_simulation *simulation, int next, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    double *column = simulation->moreau->column;
+    const size_t nv = simulation->size.nv;
+    kt_clear(column, nv * sizeof *column);
+    for (int i = 0; i < c->islands; i++)
+        if (kt_contacts_select(c, i) && c->selected->known + next < c->touching)
+            kt_contacts_write_row(c, c->selected->known + next, column);
+    const kt_status status = apply_inverse(simulation, 1, column, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++) {
+        if (!kt_contacts_select(c, i) || c->selected->known + next >= c->touching)
+            continue;
+        double *response = c->response + (size_t)(c->selected->known + next) * nv;
+        const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
+        for (int j = 0; j < c->selected->of->v_count; j++)
+            response[coordinate[j]] = column[coordinate[j]];
     }
     return status;
 }
 
-/* Adds a multiple of the response of row r to velocities. */
-static void add_response(const kt_simulation *simulation, int r, double p, double *v) {
-    const double *response = simulation->contacts->response + (size_t)r * simulation->size.nv;
-    for (size_t j = 0; p != 0.0 && j < simulation->size.nv; j++)
-        v[j] += p * response[j];
+/* Adds the new rows of the selected island to W, if it is stored. */
+static void extend_W(struct kt_contacts *c) {
+    const int stride = c->selected->stored;
+    for (int s = 0; c->touching <= stride && s < c->touching; s++) {
+        const int from = s > c->selected->known ? s : c->selected->known;
+        double *W = c->W + (ptrdiff_t)s * stride;
+        kt_contacts_multiply(c, s, from, W);
+        for (int r = from; r < c->touching; r++)
+            c->W[(ptrdiff_t)r * stride + s] = W[r];
+    }
+}
+
+/* The entry of W in rows i and k of the selected island. */
+static double step_entry(const struct kt_contacts *c, int i, int k) {
+    const int stride = c->selected->stored;
+    return c->touching <= stride ? c->W[(ptrdiff_t)i * stride + k]
+           : i <= k              ? kt_contacts_product(c, i, k)
+                                 : kt_contacts_product(c, k, i);
+}
+
+/* Responses to the rows that are new, and their entries of W. */
+static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    int columns = 0, known = 0;
+    kt_status status = simulation->moreau->has_inverse ? KT_OK : prepare_inverse(simulation, error);
+    for (int i = 0; i < c->islands; i++) {
+        const int count = c->island[i].touching - c->island[i].known;
+        known = count > 0 && c->island[i].known > known ? c->island[i].known : known;
+        columns = count > columns ? count : columns;
+    }
+    const bool at_once = columns_are_free(c, known);
+    if (status == KT_OK && at_once)
+        status = respond_at_once(simulation, known, columns, error);
+    for (int next = 0; status == KT_OK && !at_once && next < columns; next++)
+        status = respond_apart(simulation, next, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++)
+        if (kt_contacts_select(c, i) && c->selected->known < c->touching) {
+            extend_W(c);
+            c->selected->known = c->touching;
+        }
+    return status;
+}
+
+/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities. */
+static void add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    if (p != 0.0)
+        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
 }
 
 /* Whether a contact closes within the step at the velocities m->after. */
@@ -196,26 +312,28 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const d
     m->counts.penetration = depth_of(c);
     m->has_inverse = false;
     m->t = t;
-    c->touching = 0;
-    for (int k = 0; k < c->n; k++)
-        m->place[k] = KT_MOREAU_NO_PART;
+    clear_items(simulation);
     add_dry_friction(simulation, h, v);
-    return m->dry > 0 ? respond_to_rows(simulation, 0, error) : KT_OK;
+    return m->dry > 0 ? respond_to_rows(simulation, error) : KT_OK;
 }
 
 void kt_moreau_take_free(kt_simulation *simulation, double h) {
-    const struct kt_contacts *c = simulation->contacts;
+    struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     double *free = m->y + simulation->size.nq;
     for (int i = 0; i < m->dry; i++) {
         const kt_contact *item = &c->item[m->item[i]];
         const double viscous = kt_effect_record_find(simulation->model, item->effect)->viscous;
-        add_response(simulation, m->first[i], -h * viscous * m->middle[item->v], free);
+        (void)kt_contacts_select(c, item->island);
+        add_response(simulation, i, 0, -h * viscous * m->middle[item->v], free);
     }
-    for (int r = 0; r < c->touching; r++)
-        m->free[r] = kt_moreau_rate(c, c->list[r], c->component[r], free);
+    for (int i = 0; i < m->count; i++)
+        for (int r = m->first[i]; r < m->first[i] + kt_moreau_rows(m, i); r++)
+            m->free[r] = kt_moreau_rate(c, c->rows[r], c->components[r], free);
     for (int i = m->dry; i < m->count; i++)
         set_law(simulation, i, h);
+    for (int i = 0; i < c->islands; i++)
+        m->island[i].solved = m->island[i].count == 0 ? 0 : -1;
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 
@@ -223,14 +341,15 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
  * rates in the middle are not zero, since v belongs to the beginning. If loops move, they may close a gap.
  * *any: whether any contact is spared. */
 static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
-    const struct kt_contacts *c = simulation->contacts;
+    struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     double square = 0.0;
     const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &square, error);
     *any = false;
     for (int i = from; status == KT_OK && i < m->count; i++) {
         const int r = m->first[i];
-        const double own = c->touching <= m->stride ? c->W[r * m->stride + r] : kt_contacts_product(c, r, r);
+        (void)kt_contacts_select(c, c->item[m->item[i]].island);
+        const double own = step_entry(c, r - c->selected->row, r - c->selected->row);
         const bool closes = m->begin[r] < -kt_contact_resting || m->free[r] < -kt_contact_resting;
         if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
             continue;
@@ -241,24 +360,18 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
 }
 
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    kt_moreau *m = simulation->moreau;
-    const int first = c->touching, from = m->count;
-    const bool begins = from == m->dry;
+    const bool begins = simulation->moreau->count == simulation->moreau->dry;
+    const int from = simulation->moreau->count;
     bool spares = false;
     *any = list_closing(simulation, h, v, begins);
-    kt_status status = *any ? respond_to_rows(simulation, first, error) : KT_OK;
+    kt_status status = *any ? respond_to_rows(simulation, error) : KT_OK;
     if (status == KT_OK && *any && simulation->model->n.group > 0)
         status = spare_held_items(simulation, from, &spares, error);
     if (status != KT_OK || !spares)
         return status;
-    for (int i = from; i < m->count; i++)
-        if (m->place[m->item[i]] == i)
-            m->place[m->item[i]] = KT_MOREAU_NO_PART;
-    m->count = from;
-    c->touching = first;
+    drop_items(simulation, from);
     *any = list_closing(simulation, h, v, begins);
-    return *any ? respond_to_rows(simulation, first, error) : KT_OK;
+    return *any ? respond_to_rows(simulation, error) : KT_OK;
 }
 
 /* ---- the problem ------------------------------------------------------------------------------------------------- */
@@ -271,13 +384,10 @@ static void write_block(const kt_simulation *simulation, int i, int k, int strid
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
     const int rows = posed_rows(m, m->chosen[i]), columns = posed_rows(m, m->chosen[k]);
-    const int a = m->first[m->chosen[i]], b = m->first[m->chosen[k]];
-    const double *stored = c->touching <= m->stride ? c->W + a * m->stride + b : NULL;
+    const int a = m->first[m->chosen[i]] - c->selected->row, b = m->first[m->chosen[k]] - c->selected->row;
     for (int r = 0; r < rows; r++)
         for (int s = 0; s < columns; s++)
-            W[r * stride + s] = stored != NULL   ? stored[r * m->stride + s]
-                                : a + r <= b + s ? kt_contacts_product(c, a + r, b + s)
-                                                 : kt_contacts_product(c, b + s, a + r);
+            W[r * stride + s] = step_entry(c, a + r, b + s);
 }
 
 static void step_block(const void *user, int i, int k, double *w) {
@@ -285,20 +395,26 @@ static void step_block(const void *user, int i, int k, double *w) {
     write_block(user, i, k, 3, w);
 }
 
+/* Clears velocities of the selected island. */
+static void clear_island(const struct kt_contacts *c, double *v) {
+    const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
+    for (int j = 0; j < c->selected->of->v_count; j++)
+        v[coordinate[j]] = 0.0;
+}
+
 /* Rates of the chosen items due to impulses, from those of the mechanism. */
 static void step_rates(const void *user, const double *p, double *rate) {
     const kt_simulation *simulation = user;
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
-    const size_t nv = simulation->size.nv;
-    kt_clear(m->change, nv * sizeof *m->change);
+    clear_island(c, m->change);
     kt_clear(rate, 3 * (size_t)m->posed * sizeof *rate);
     for (int i = 0; i < m->posed; i++)
         for (int r = 0; r < posed_rows(m, m->chosen[i]); r++)
-            add_response(simulation, m->first[m->chosen[i]] + r, p[3 * i + r], m->change);
+            add_response(simulation, m->chosen[i], r, p[3 * i + r], m->change);
     for (int i = 0; i < m->posed; i++)
         for (int r = 0; r < posed_rows(m, m->chosen[i]); r++)
-            rate[3 * i + r] = kt_contacts_along(c, m->first[m->chosen[i]] + r, m->change);
+            rate[3 * i + r] = kt_contacts_along(c, m->first[m->chosen[i]] - c->selected->row + r, m->change);
 }
 
 /* Solves a problem of the chosen items, from p to p. normal: of their normal rows alone. */
@@ -319,8 +435,8 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
                                      .W = W,
                                      .blocks = has_room ? NULL : &blocks,
                                      .b = m->b,
-                                     .mu = normal ? m->none : m->mu,
-                                     .limit = normal ? NULL : m->limit,
+                                     .mu = normal ? m->none : m->coefficient,
+                                     .limit = normal ? NULL : m->limits,
                                      .symmetric = true,
                                      .enough = enough};
     const kt_cone_result result = kt_cone_solve(m->cone, &problem, p);
@@ -328,19 +444,30 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
     return result;
 }
 
-/* The energy that the impulses dissipate; *size: the sum of the magnitudes of its terms. */
-static double dissipation_of(const kt_simulation *simulation, double *size) {
+/* Chooses all items of the selected island. Returns their number. */
+static int choose_island(kt_simulation *simulation, const kt_moreau_island *island) {
+    kt_moreau *m = simulation->moreau;
+    int count = 0;
+    for (int i = island->first; i >= 0; i = m->next[i])
+        m->chosen[count++] = i;
+    return count;
+}
+
+/* The energy that the impulses of the chosen items dissipate; *size: the sum of the magnitudes of its terms. */
+static double dissipation_of(const kt_simulation *simulation, int count, double *size) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
     double lost = 0.0;
     *size = 0.0;
-    for (int i = 0; i < m->count; i++)
+    for (int j = 0; j < count; j++) {
+        const int i = m->chosen[j];
         for (int k = 0; k < kt_moreau_rows(m, i); k++) {
             const int r = m->first[i] + k;
-            const double end = kt_moreau_rate(c, c->list[r], c->component[r], m->after);
+            const double end = kt_moreau_rate(c, c->rows[r], c->components[r], m->after);
             lost -= 0.5 * m->p[3 * i + k] * (m->begin[r] + end);
             *size += 0.5 * fabs(m->p[3 * i + k]) * (fabs(m->begin[r]) + fabs(end));
         }
+    }
     return lost;
 }
 
@@ -349,81 +476,120 @@ static double bound_of(const kt_moreau *m, int i) {
     return m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i];
 }
 
-/* Solves with the present restitutions. Returns false if there is no finite solution. */
-static bool solve_once(kt_simulation *simulation) {
+/* Solves for the chosen items with the present restitutions. Returns false if there is no finite solution. */
+static bool solve_once(kt_simulation *simulation, int count) {
+    const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    kt_clear(m->b, 3 * (size_t)m->count * sizeof *m->b);
-    for (int i = 0; i < m->count; i++) {
-        const double bound = bound_of(m, i);
+    const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
+    const double *free = m->y + simulation->size.nq;
+    kt_clear(m->b, 3 * (size_t)count * sizeof *m->b);
+    for (int j = 0; j < count; j++) {
+        const int i = m->chosen[j];
         for (int k = 0; k < kt_moreau_rows(m, i); k++)
-            m->b[3 * i + k] = m->free[m->first[i] + k];
-        m->b[3 * i] -= m->limit[i] < 0.0 ? bound : 0.0;
+            m->b[3 * j + k] = m->free[m->first[i] + k];
+        m->b[3 * j] -= m->limit[i] < 0.0 ? bound_of(m, i) : 0.0;
+        m->limits[j] = m->limit[i];
+        m->coefficient[j] = m->mu[i];
+        kt_copy(m->impulse + 3 * j, m->p + 3 * i, 3 * sizeof *m->p);
     }
-    const kt_cone_result result = solve_cones(simulation, m->count, false, m->p);
+    const kt_cone_result result = solve_cones(simulation, count, false, m->impulse);
     m->counts.failures += !(result.residual <= enough);
-    kt_copy(m->after, m->y + simulation->size.nq, simulation->size.nv * sizeof *m->after);
-    for (int i = 0; i < m->count; i++)
+    for (int j = 0; j < c->selected->of->v_count; j++)
+        m->after[coordinate[j]] = free[coordinate[j]];
+    for (int j = 0; j < count; j++) {
+        const int i = m->chosen[j];
+        kt_copy(m->p + 3 * i, m->impulse + 3 * j, 3 * sizeof *m->p);
         for (int k = 0; k < kt_moreau_rows(m, i); k++)
-            add_response(simulation, m->first[i] + k, m->p[3 * i + k], m->after);
+            add_response(simulation, i, k, m->p[3 * i + k], m->after);
+    }
     return isfinite(result.residual);
 }
 
-static kt_status reject_step(const kt_simulation *simulation, kt_error *error) {
+static kt_status reject_step(const kt_simulation *simulation, const kt_moreau_island *island, kt_error *error) {
     const kt_moreau *m = simulation->moreau;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-                   kt_loop_name(simulation->model, simulation->contacts->item[m->item[0]].loop), m->t);
+                   kt_loop_name(simulation->model, simulation->contacts->item[m->item[island->first]].loop), m->t);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
                         "no impulses satisfy it and the %d other contacts of the step: a prescribed motion drives it "
                         "through its boundary, or no joint has a lever against it; end the motion earlier, or take a "
                         "smaller step",
-                        m->count - 1);
+                        island->count - 1);
+}
+
+/* Solves for the items of the selected island. */
+static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *island, kt_error *error) {
+    kt_moreau *m = simulation->moreau;
+    const int count = choose_island(simulation, island);
+    double size;
+    bool found = true, bounces = false;
+    for (int j = 0; j < count; j++)
+        bounces = bounces || m->e[m->chosen[j]] > 0.0;
+    for (int halving = 0; found; halving++) {
+        found = solve_once(simulation, count);
+        island->dissipated = found ? dissipation_of(simulation, count, &size) : 0.0;
+        if (!found || !bounces || !(island->dissipated < -1e-12 * size) || halving > HALVINGS)
+            break;
+        m->counts.reduced += halving == 0;
+        for (int j = 0; j < count; j++)
+            m->e[m->chosen[j]] = halving < HALVINGS ? 0.5 * m->e[m->chosen[j]] : 0.0;
+    }
+    island->solved = found ? count : -1;
+    return found ? KT_OK : reject_step(simulation, island, error);
 }
 
 kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    double size, lost = 0.0;
-    bool found = true, bounces = false;
-    for (int i = 0; i < m->count; i++) {
-        m->chosen[i] = i;
-        bounces = bounces || m->e[i] > 0.0;
-    }
-    for (int halving = 0; found; halving++) {
-        found = solve_once(simulation);
-        lost = found ? dissipation_of(simulation, &size) : 0.0;
-        if (!found || !bounces || !(lost < -1e-12 * size) || halving > HALVINGS)
-            break;
-        m->counts.reduced += halving == 0;
-        for (int i = 0; i < m->count; i++)
-            m->e[i] = halving < HALVINGS ? 0.5 * m->e[i] : 0.0;
-    }
-    m->counts.dissipated = lost;
+    kt_status status = KT_OK;
+    m->counts.dissipated = 0.0;
     m->counts.closed = 0;
+    for (int k = 0; status == KT_OK && k < c->islands; k++) {
+        kt_moreau_island *island = &m->island[k];
+        (void)kt_contacts_select(c, k);
+        if (island->solved != island->count)
+            status = solve_island(simulation, island, error);
+        m->counts.dissipated += island->dissipated;
+    }
     for (int i = m->dry; i < m->count; i++)
         m->counts.closed += m->p[3 * i] > 0.0;
-    return found ? KT_OK : reject_step(simulation, error);
+    return status;
 }
 
 /* ---- penetration ------------------------------------------------------------------------------------------------- */
 
-void kt_moreau_correct(kt_simulation *simulation, double h) {
+/* Adds the displacement of the selected island to m->change. Returns whether there is one. */
+static bool correct_island(kt_simulation *simulation, const kt_moreau_island *island, double h) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    const size_t nq = simulation->size.nq, nv = simulation->size.nv;
     int count = 0;
-    for (int i = m->dry; i < m->count; i++)
-        if (c->gap[m->item[i]] + h * bound_of(m, i) < -tolerance_of(c))
+    for (int i = island->first; i >= 0; i = m->next[i])
+        if (i >= m->dry && c->gap[m->item[i]] + h * bound_of(m, i) < -tolerance_of(c))
             m->chosen[count++] = i;
     if (count == 0)
-        return;
+        return false;
     kt_clear(m->b, 3 * (size_t)count * sizeof *m->b);
-    kt_clear(m->shift, 3 * (size_t)count * sizeof *m->shift);
-    for (int i = 0; i < count; i++)
-        m->b[3 * i] = c->gap[m->item[m->chosen[i]]] + h * bound_of(m, m->chosen[i]);
-    (void)solve_cones(simulation, count, true, m->shift);
-    kt_clear(m->change, nv * sizeof *m->change);
-    for (int i = 0; i < count; i++)
-        add_response(simulation, m->first[m->chosen[i]], m->shift[3 * i], m->change);
-    kt_copy(m->position, m->y, nq * sizeof *m->y);
+    kt_clear(m->impulse, 3 * (size_t)count * sizeof *m->impulse);
+    for (int j = 0; j < count; j++)
+        m->b[3 * j] = c->gap[m->item[m->chosen[j]]] + h * bound_of(m, m->chosen[j]);
+    (void)solve_cones(simulation, count, true, m->impulse);
+    clear_island(c, m->change);
+    for (int j = 0; j < count; j++)
+        add_response(simulation, m->chosen[j], 0, m->impulse[3 * j], m->change);
+    return true;
+}
+
+void kt_moreau_correct(kt_simulation *simulation, double h) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    bool any = false;
+    kt_clear(m->change, simulation->size.nv * sizeof *m->change);
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        any = correct_island(simulation, &m->island[k], h) || any;
+    }
+    if (!any)
+        return;
+    kt_copy(m->position, m->y, simulation->size.nq * sizeof *m->y);
     kt_position_add(simulation->model, m->position, m->change, m->y);
 }

@@ -67,6 +67,8 @@ void kt_simulation_undo_change(kt_simulation *simulation) {
     from += (bytes);
     KT_UNDO_PARTS(KT_UNDO_RETURN)
 #undef KT_UNDO_RETURN
+    kt_data_rebind(simulation->contacts->all, simulation->contacts->data);
+    kt_contacts_place_islands(simulation->contacts);
     simulation->contact_calls->follow(simulation);
     simulation->contact_calls->renew(simulation); /* parameters have been undone before */
     simulation->gap_time = simulation->event_time = simulation->contact_time = (double)NAN;

@@ -4,7 +4,7 @@
 
 #include "kinetree/simulation.h"
 
-enum { MASKS_CONTACTS = 400, MASKS_EFFECTS = MASKS_CONTACTS + 24, MASKS_BODIES = MASKS_CONTACTS + 24 };
+enum { MASKS_CONTACTS = 400, MASKS_EFFECTS = 2 * MASKS_CONTACTS + 24, MASKS_BODIES = MASKS_CONTACTS + 24 };
 #define MASKS_GRAVITY 9.81
 
 typedef struct masks_scene {
