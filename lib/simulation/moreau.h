@@ -5,6 +5,8 @@
 #include "contact/contact.h"
 #include "linear/cone.h"
 
+#include <math.h>
+
 /* Why a contact takes no part in a step: it does not close, or other loops hold its gap. */
 enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
 
@@ -87,7 +89,19 @@ double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const d
 double kt_moreau_right(const struct kt_contacts *c, int k, int component);
 int kt_moreau_rows(const kt_moreau *m, int i);
 
-/* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_solve.c).
+/* Gaps down to minus this number are rounding. */
+static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-13 * fmax(1.0, c->all->length); }
+/* The entry of W in rows i and k of the selected island. */
+static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) {
+    const int stride = c->selected->stored;
+    return c->touching <= stride ? c->W[(ptrdiff_t)i * stride + k]
+           : i <= k              ? kt_contacts_product(c, i, k)
+                                 : kt_contacts_product(c, k, i);
+}
+/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities. */
+void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
+
+/* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).
  *
  * kt_moreau_begin finds the equations in the middle, and the dry friction of joints, which takes part always.
  *
