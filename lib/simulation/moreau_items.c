@@ -143,13 +143,25 @@ static void add_dry_friction(kt_simulation *simulation, double h, const double *
 
 /* ---- responses --------------------------------------------------------------------------------------------------- */
 
+/* The compiled model without contacts. The model of a simulation may be a mask, with the groups of all contacts. */
+static const kt_model *open_model(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    const bool is_compiled = kt_model_switched(model, model->set) == model;
+    return is_compiled ? model : kt_model_switched(model, model->set & ~simulation->contacts->mask);
+}
+
 static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
+    const kt_model *open = open_model(simulation);
     kt_mass_inverse *inverse = NULL;
-    kt_status status = kt_mass_inverse_init(simulation->model, 0, c->inverse_memory, c->inverse_size, &inverse, error);
+    kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
+    if (open != simulation->model)
+        kt_data_rebind(open, simulation->data);
     if (status == KT_OK)
         status = kt_mass_inverse_compute(inverse, simulation->data, m->t, m->y, error);
+    if (open != simulation->model)
+        kt_data_rebind(simulation->model, simulation->data);
     m->has_inverse = status == KT_OK;
     return status;
 }
@@ -345,7 +357,7 @@ kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const doubl
     bool spares = false;
     *any = list_closing(simulation, h, v, begins);
     kt_status status = *any ? respond_to_rows(simulation, error) : KT_OK;
-    if (status == KT_OK && *any && simulation->model->n.group > 0)
+    if (status == KT_OK && *any && open_model(simulation)->n.group > 0)
         status = spare_held_items(simulation, from, &spares, error);
     if (status != KT_OK || !spares)
         return status;
