@@ -49,6 +49,10 @@ typedef struct compilation {
     kt_effect *effects;
     kt_switches switches;
     kt_switch *item;            /* of the switches */
+    int32_t *loop_switch;       /* of each loop, and of each effect behind them; -1: it has none */
+    int32_t *effect_switch;     /* these */
+    int32_t *contact;           /* of each effect: the loop of a contact with friction that it is */
+    int32_t *place;             /* scratch, one number an effect */
     int bits;                   /* of switches that do not share any, which may be too many */
     uint64_t initial, released; /* sets: of the description; masked friction of joints that a simulation releases */
     kt_model **model;           /* by their indices */
@@ -72,6 +76,7 @@ static void add_variant_switch(compilation *c, kt_switch item, kt_switching swit
         return;
     if (switching == KT_SWITCHED_ON && c->switches.count < c->switches.own)
         c->initial |= (uint64_t)1 << c->switches.count;
+    *(item.loop >= 0 ? &c->loop_switch[item.loop] : &c->effect_switch[item.effect]) = c->switches.count;
     c->item[c->switches.count++] = item;
 }
 
@@ -157,6 +162,15 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
     return shares ? reject_released(d, error) : KT_OK;
 }
 
+/* Lists the contacts with friction by their effects. */
+static void list_contacts(compilation *c) {
+    for (int i = 0; i < c->description.loop_count; i++) {
+        const int effect = c->loops[i].equation_count - 1;
+        if (c->loops[i].side != KT_SIDE_NONE && KT_IS_INDEX(effect, c->description.effect_count))
+            c->contact[effect] = i;
+    }
+}
+
 static kt_status begin_compilation(compilation *c, const kt_description *d, const kt_model_options *options,
                                    kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
@@ -165,12 +179,21 @@ static kt_status begin_compilation(compilation *c, const kt_description *d, cons
     c->loops = malloc((loops + 1) * sizeof *c->loops);
     c->effects = malloc((effects + 1) * sizeof *c->effects);
     c->item = malloc(((size_t)count + 1) * sizeof *c->item);
-    if (!c->loops || !c->effects || !c->item)
+    c->loop_switch = malloc((loops + 3 * effects + 1) * sizeof *c->loop_switch);
+    if (!c->loops || !c->effects || !c->item || !c->loop_switch)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
+    for (size_t i = 0; i < loops + 2 * effects; i++)
+        c->loop_switch[i] = -1;
+    c->effect_switch = c->loop_switch + loops;
+    c->contact = c->effect_switch + effects;
+    c->place = c->contact + effects;
+    c->switches.loops = d->loop_count;
+    c->switches.effects = d->effect_count;
     kt_copy(c->loops, d->loops, loops * sizeof *c->loops);
     kt_copy(c->effects, d->effects, effects * sizeof *c->effects);
     c->description.loops = c->loops;
     c->description.effects = c->effects;
+    list_contacts(c);
     kt_status status = list_switches(c, d, count, error);
     if (status == KT_OK)
         status = mask_contacts(c, options, error);
@@ -184,6 +207,7 @@ static void end_compilation(compilation *c) {
     for (uint64_t k = 0; c->model && k < kt_switches_models(&c->switches); k++)
         kt_model_free(c->model[k]);
     free(c->model);
+    free(c->loop_switch);
     free(c->item);
     free(c->effects);
     free(c->loops);
@@ -211,15 +235,13 @@ static kt_status reject_variant(const compilation *c, uint64_t set, const kt_err
 
 /* A contact with friction: while it is closed and does not stick it slips. */
 static void set_slipping_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
-    for (int32_t i = 0; i < c->description.loop_count; i++) {
-        kt_loop_record *loop = &model->loop[i];
-        if (c->loops[i].side == KT_SIDE_NONE || c->loops[i].equation_count != effect + 1)
-            continue;
-        loop->rubs = effect + 1;
-        loop->slips = !kt_loop_is_off(loop) && kt_loop_is_off(&model->loop[stick]) ? effect + 1 : 0;
-        if (loop->slips > 0)
-            kt_slip_add(model);
-    }
+    kt_loop_record *loop = c->contact[effect] >= 0 ? &model->loop[c->contact[effect]] : NULL;
+    if (loop == NULL)
+        return;
+    loop->rubs = effect + 1;
+    loop->slips = !kt_loop_is_off(loop) && kt_loop_is_off(&model->loop[stick]) ? effect + 1 : 0;
+    if (loop->slips > 0)
+        kt_slip_add(model);
 }
 
 /* Applies a switch of friction that sticks. The effect is off while its loop is on, and when the friction is released.
@@ -235,9 +257,8 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
         set_slipping_contact(c, loop, effect, model);
     if (c->loops[loop].type == KT_LOOP_ROLLING)
         return;
-    bool backwards = false;
-    for (int j = 0; j < c->switches.count; j++)
-        backwards = backwards || (c->item[j].effect == effect && kt_switches_has(&c->switches, set, j));
+    const int32_t back = c->effect_switch[effect];
+    const bool backwards = back >= 0 && kt_switches_has(&c->switches, set, back);
     const bool is_on = kt_switches_has(&c->switches, set, k);
     const bool is_masked = (c->switches.masked & kt_switches_bit(&c->switches, k)) != 0;
     c->effects[effect].switching = is_on && !is_masked ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
@@ -302,9 +323,9 @@ static void share_lengths(const compilation *c, kt_model *to) {
     const kt_model *from = c->model[kt_switches_index(&c->switches, c->initial)];
     const size_t count = from->n.effect + from->n.effect_off;
     for (size_t i = 0; i < count; i++)
-        for (size_t j = 0; j < count; j++)
-            if (to->effect[i].source == from->effect[j].source)
-                to->effect[i].length = from->effect[j].length;
+        c->place[from->effect[i].source] = (int32_t)i;
+    for (size_t i = 0; i < count; i++)
+        to->effect[i].length = from->effect[c->place[to->effect[i].source]].length;
 }
 
 /* Bytes of the data: of a mask, in which any contacts may slip, those of all of them. */
@@ -346,6 +367,8 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
     variants->check_open = kt_open_contacts_check;
     variants->switches = c->switches;
     memcpy(variants->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
+    memcpy((int32_t *)(uintptr_t)kt_variants_switch_of_loop(variants), c->loop_switch,
+           (size_t)(c->switches.loops + c->switches.effects) * sizeof *c->loop_switch);
     variants->bytes = bytes;
     size_t at = head;
     for (uint64_t k = 0; k < models; k++) {
@@ -359,7 +382,7 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
         variants->at[k] = at;
         at += kt_arena_round(from->bytes);
         set_contact_bits(variants, to);
-        kt_contacts_link(&c->description, to);
+        kt_contacts_link(&c->description, c->place, to);
         const size_t data = data_size_of(c, from);
         variants->data = data > variants->data ? data : variants->data;
     }

@@ -76,11 +76,25 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
+/* Finds the contact of friction k. The search begins behind the last one that was found: contacts and their friction
+ * have the same order. */
+static void join_friction(struct kt_contacts *c, const kt_model *model, int k, int *from) {
+    for (int i = 0; i < c->sides; i++) {
+        const int j = (*from + i) % c->sides;
+        if (model->loop[c->item[j].loop].rubs != model->loop[c->item[k].loop].friction)
+            continue;
+        c->item[j].of = k;
+        c->item[k].of = j;
+        *from = j + 1;
+        return;
+    }
+}
+
 /* Lists the contacts, and friction after them. */
 static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
     const kt_model *model = simulation->model;
     const kt_switches *switches = &model->variants->switches;
-    int k = 0;
+    int k = 0, contact = 0;
     for (int friction = 0; friction < 2; friction++) {
         for (size_t i = 0; i < model->n.loop; i++) {
             const kt_loop_record *loop = &model->loop[i];
@@ -99,11 +113,8 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
                                       .of = -1};
             c->mask |= kt_switch_bits(model, kt_loop_switch(model, (int)i)) | c->item[k].back;
             c->back |= c->item[k].back;
-            for (int j = 0; friction && j < c->sides; j++)
-                if (model->loop[c->item[j].loop].rubs == loop->friction) {
-                    c->item[j].of = k;
-                    c->item[k].of = j;
-                }
+            if (friction && loop->type != KT_LOOP_RATES)
+                join_friction(c, model, k, &contact);
             k++;
         }
         c->sides = friction ? c->sides : k;

@@ -29,16 +29,24 @@ typedef struct hard_parts {
     kt_loop *loop;
     kt_effect *effect;
     kt_term *term;
+    int *slot;    /* loops by the hashes of their names, from 1; 0: free */
+    size_t slots; /* a power of two */
     char (*name)[NAME_SIZE];
     int loops, made; /* in all; of these, those of effects */
 } hard_parts;
 
-static bool is_taken(const hard_parts *p, const char *name) {
-    for (int i = 0; i < p->loops; i++)
-        if (p->loop[i].name != NULL && strcmp(p->loop[i].name, name) == 0)
-            return true;
-    return false;
+/* The slot of a name, or a free one where it belongs. */
+static size_t slot_of_name(const hard_parts *p, const char *name) {
+    uint64_t hash = 0xcbf29ce484222325; /* G. Fowler, L. C. Noll, K.-P. Vo, FNV-1a */
+    for (const char *x = name; *x != '\0'; x++)
+        hash = (hash ^ (uint8_t)*x) * 0x100000001b3;
+    size_t slot = (size_t)(hash ^ hash >> 32) & (p->slots - 1);
+    while (p->slot[slot] > 0 && strcmp(p->loop[p->slot[slot] - 1].name, name) != 0)
+        slot = (slot + 1) & (p->slots - 1);
+    return slot;
 }
+
+static bool is_taken(const hard_parts *p, const char *name) { return p->slot[slot_of_name(p, name)] > 0; }
 
 /* The next loop, with a name that is still free. */
 static kt_loop *add_hard_loop(hard_parts *p, const kt_effect *effect, const char *of, const char *suffix) {
@@ -49,6 +57,7 @@ static kt_loop *add_hard_loop(hard_parts *p, const kt_effect *effect, const char
     kt_loop *loop = &p->loop[p->loops++];
     *loop = kt_loop_default();
     loop->name = name;
+    p->slot[slot_of_name(p, name)] = p->loops;
     loop->restitution = effect->restitution;
     loop->rest_velocity = effect->rest_velocity;
     loop->poisson = effect->poisson;
@@ -169,20 +178,37 @@ static kt_status add_hard_contact(hard_parts *p, const kt_description *d, int in
     return status;
 }
 
-kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+/* Allocates the arrays, with the loops and effects of the description. */
+static kt_status allocate_parts(const kt_description *d, hard_parts *p, void **memory, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const size_t most = loops + 2 * effects + 1;
-    hard_parts p = {.loops = d->loop_count};
-    kt_status status = KT_OK;
-    *memory = malloc(most * (sizeof *p.loop + sizeof *p.term + sizeof *p.name) + (effects + 1) * sizeof *p.effect);
+    *p = (hard_parts){.loops = d->loop_count, .slots = 2};
+    while (p->slots < 2 * most)
+        p->slots *= 2;
+    *memory = malloc(most * (sizeof *p->loop + sizeof *p->term + sizeof *p->name) + (effects + 1) * sizeof *p->effect +
+                     p->slots * sizeof *p->slot);
     if (*memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
-    p.loop = *memory;
-    p.effect = (kt_effect *)(void *)(p.loop + most);
-    p.term = (kt_term *)(void *)(p.effect + effects + 1);
-    p.name = (char(*)[NAME_SIZE])(void *)(p.term + most);
-    kt_copy(p.loop, d->loops, loops * sizeof *p.loop);
-    kt_copy(p.effect, d->effects, effects * sizeof *p.effect);
+    p->loop = *memory;
+    p->effect = (kt_effect *)(void *)(p->loop + most);
+    p->term = (kt_term *)(void *)(p->effect + effects + 1);
+    p->slot = (int *)(void *)(p->term + most);
+    p->name = (char(*)[NAME_SIZE])(void *)(p->slot + p->slots);
+    kt_copy(p->loop, d->loops, loops * sizeof *p->loop);
+    kt_copy(p->effect, d->effects, effects * sizeof *p->effect);
+    memset(p->slot, 0, p->slots * sizeof *p->slot);
+    for (int i = 0; i < d->loop_count; i++)
+        if (p->loop[i].name != NULL)
+            p->slot[slot_of_name(p, p->loop[i].name)] = i + 1;
+    return KT_OK;
+}
+
+kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+    const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
+    hard_parts p;
+    kt_status status = allocate_parts(d, &p, memory, error);
+    if (status != KT_OK)
+        return status;
     for (size_t i = 0; i < loops; i++)
         if (kt_loop_bounds(&p.loop[i]))
             p.loop[i].side = kt_loop_is_rope(&p.loop[i]) ? KT_SIDE_BELOW : p.loop[i].side;

@@ -9,8 +9,8 @@
 #if KT_HAS_SWITCHES
 /* Counts the loops that bound one side, the hard stops and the contacts (hard_loops.c). */
 int kt_contacts_count(const kt_description *description);
-/* Notes in the effects of a compiled model which loops are in their place. */
-void kt_contacts_link(const kt_description *expanded, kt_model *model);
+/* Notes in the effects of a compiled model which loops are in their place. first: scratch, one number an effect. */
+void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *model);
 /* Writes the description in which all of these are switched loops, and their effects are off (hard.c). Its arrays lie
  * in *memory, which the caller frees, also after an error. */
 KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_description *to, void **memory,

@@ -25,17 +25,13 @@ int kt_contacts_count(const kt_description *d) {
     return count;
 }
 
-void kt_contacts_link(const kt_description *expanded, kt_model *model) {
+void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *model) {
     int loop = expanded->loop_count;
-    for (int i = 0; i < expanded->effect_count; i++)
-        loop -= loops_of(&expanded->effects[i]);
-    for (int i = 0; i < expanded->effect_count; i++) {
-        const int loops = loops_of(&expanded->effects[i]);
-        for (size_t k = 0; k < model->n.effect + model->n.effect_off; k++)
-            if (model->effect[k].source == i) {
-                model->effect[k].loop = loop;
-                model->effect[k].loops = loops;
-            }
-        loop += loops;
+    for (int i = expanded->effect_count - 1; i >= 0; i--)
+        first[i] = loop -= loops_of(&expanded->effects[i]);
+    for (size_t k = 0; k < model->n.effect + model->n.effect_off; k++) {
+        kt_effect_record *effect = &model->effect[k];
+        effect->loop = first[effect->source];
+        effect->loops = loops_of(&expanded->effects[effect->source]);
     }
 }

@@ -36,25 +36,25 @@ kt_mobility kt_model_mobility(const kt_model *model) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-/* Those of one batch are in the description's order. */
-const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
-    for (size_t i = 0; i < model->n.batch; i++) {
-        const kt_effect_record *first = model->effect + model->batch[i].first;
-        int32_t low = 0, high = model->batch[i].count - 1;
-        while (low < high) {
-            const int32_t middle = (low + high) / 2;
-            if (first[middle].source < source)
-                low = middle + 1;
-            else
-                high = middle;
-        }
-        if (first[low].source == source)
-            return &first[low];
+/* Searches among `count` effects in the description's order. */
+static const kt_effect_record *find_among(const kt_effect_record *first, int32_t count, int source) {
+    int32_t low = 0, high = count - 1;
+    while (low < high) {
+        const int32_t middle = (low + high) / 2;
+        if (first[middle].source < source)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    for (size_t i = 0; i < model->n.effect_off; i++)
-        if (model->effect[model->n.effect + i].source == source)
-            return &model->effect[model->n.effect + i];
-    return NULL;
+    return count > 0 && first[low].source == source ? &first[low] : NULL;
+}
+
+/* Those of one batch, and those that are off, are in the description's order. */
+const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
+    const kt_effect_record *found = NULL;
+    for (size_t i = 0; i < model->n.batch && found == NULL; i++)
+        found = find_among(model->effect + model->batch[i].first, model->batch[i].count, source);
+    return found != NULL ? found : find_among(model->effect + model->n.effect, (int32_t)model->n.effect_off, source);
 }
 
 void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt_effect_end end[2]) {

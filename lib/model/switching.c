@@ -33,17 +33,16 @@ const char *kt_switch_name(const kt_model *model, int k) {
 }
 
 int kt_loop_switch(const kt_model *model, int loop) {
-    for (int k = 0; loop >= 0 && k < kt_switch_count(model); k++)
-        if (kt_variants_switches(model->variants)[k].loop == loop)
-            return k;
-    return -1;
+    const kt_variants *variants = model != NULL ? model->variants : NULL;
+    return variants != NULL && KT_IS_INDEX(loop, variants->switches.loops) ? kt_variants_switch_of_loop(variants)[loop]
+                                                                           : -1;
 }
 
 int kt_effect_switch(const kt_model *model, int effect) {
-    for (int k = 0; effect >= 0 && k < kt_switch_count(model); k++)
-        if (kt_variants_switches(model->variants)[k].effect == effect)
-            return k;
-    return -1;
+    const kt_variants *variants = model != NULL ? model->variants : NULL;
+    return variants != NULL && KT_IS_INDEX(effect, variants->switches.effects)
+               ? kt_variants_switch_of_effect(variants)[effect]
+               : -1;
 }
 
 /* ---- switching --------------------------------------------------------------------------------------------------- */

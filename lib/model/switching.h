@@ -25,11 +25,13 @@ typedef struct kt_switches {
     uint64_t masked; /* bits of contacts whose sets have no models of their own; 0: all sets have */
     uint64_t back;   /* bits of effects: masked friction of joints that slips backwards, or with its loop is released.
                         No set with one of these has a model of its own */
+    int32_t loops, effects; /* of the description */
 } kt_switches;
 
 static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (uint64_t)3 << 62;
 
-/* One block of memory: this struct, the offsets of the models, the switches, and the models. */
+/* One block of memory: this struct, the offsets of the models, the switches, the switch of each loop and of each effect
+ * (-1: none), and the models. */
 typedef struct kt_variants {
     size_t bytes;
     size_t data;       /* bytes of the largest data */
@@ -97,10 +99,18 @@ static inline const kt_switch *kt_variants_switches(const kt_variants *variants)
     return (const kt_switch *)(const void *)(variants->at + kt_variants_count(variants));
 }
 
+/* The switch of each loop, and behind them that of each effect. */
+static inline const int32_t *kt_variants_switch_of_loop(const kt_variants *variants) {
+    return (const int32_t *)(const void *)(kt_variants_switches(variants) + variants->switches.count);
+}
+static inline const int32_t *kt_variants_switch_of_effect(const kt_variants *variants) {
+    return kt_variants_switch_of_loop(variants) + variants->switches.loops;
+}
+
 /* Bytes from the beginning of the variants to the first model. */
 static inline size_t kt_variants_head(const kt_switches *of) {
     return kt_arena_round(sizeof(kt_variants) + (size_t)kt_switches_models(of) * sizeof(size_t) +
-                          (size_t)of->count * sizeof(kt_switch));
+                          (size_t)of->count * sizeof(kt_switch) + (size_t)(of->loops + of->effects) * sizeof(int32_t));
 }
 
 /* The model in which all contacts are closed and all friction sticks, with the other switches of a model's set. NULL:

@@ -408,7 +408,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .user = &c->item[k],
                                 .record = simulation->records_contacts,
                                 .direction = KT_DIRECTION_FALLING};
-        status = kt_simulation_event_add(simulation, &event, error);
+        kt_event_append(simulation, &event);
     }
     if (status == KT_OK && !steps && c->rubs) {
         c->watch = *simulation->watch;

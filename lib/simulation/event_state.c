@@ -13,6 +13,17 @@ size_t kt_event_find(const kt_simulation *simulation, const char *name) {
     return k;
 }
 
+void kt_event_append(kt_simulation *simulation, const kt_event *event) {
+    const size_t k = simulation->event_count++;
+    simulation->event[k] = *event;
+    simulation->event_memory[k] = (kt_event_memory){.breakpoint = (double)NAN};
+    simulation->event_root[k] = (kt_event_root){.due = 0};
+    simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
+    simulation->event_time = (double)NAN;
+    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
+        simulation->watch = &kt_event_watch_all;
+}
+
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, event))
         return KT_ERROR_ARGUMENT;
@@ -35,14 +46,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
                             "there is room for %zu events; give their number in the simulation's options (events)",
                             simulation->size.event);
-    const size_t k = simulation->event_count++;
-    simulation->event[k] = *event;
-    simulation->event_memory[k] = (kt_event_memory){.breakpoint = (double)NAN};
-    simulation->event_root[k] = (kt_event_root){.due = 0};
-    simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
-    simulation->event_time = (double)NAN;
-    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
-        simulation->watch = &kt_event_watch_all;
+    kt_event_append(simulation, event);
     return KT_OK;
 }
 

@@ -6,6 +6,8 @@
 
 /* Returns the index of the event of this name; event_count if there is none. */
 size_t kt_event_find(const kt_simulation *simulation, const char *name);
+/* Adds an event whose name is known to be free, and for which there is room. */
+void kt_event_append(kt_simulation *simulation, const kt_event *event);
 /* The handler of events (event.c). */
 extern const kt_event_watch kt_event_watch_all;
 

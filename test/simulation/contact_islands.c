@@ -162,7 +162,7 @@ KT_TEST(data_of_boxes_grow_with_their_number) {
     kt_check_below("growth by 100 boxes, over that by 50", (size[2] - size[1]) / (size[1] - size[0]), 2.0 * 1.05);
 }
 
-/* Measured: 75 kB with events, and 47 kB with time steps. With matrices for the contacts of all boxes at once it is
+/* Measured: 80 kB, with events and with time steps. With matrices for the contacts of all boxes at once it is
  * 350 kB at 50 boxes, and 1.1 MB at 200. */
 KT_TEST(simulations_of_boxes_grow_with_their_number) {
     static const int boxes[] = {50, 100, 200};
