@@ -146,6 +146,28 @@ KT_TEST(plates_slide_as_each_one_alone) {
     }
 }
 
+static void check_growth(const char *what, const double size[3]) {
+    kt_note("%s: %.0f bytes for each of 100 boxes, and %.0f of 200", what, size[1] / 100, size[2] / 200);
+    kt_check_below("size of 200 boxes, over that of 100", size[2] / size[1], 2.1);
+    kt_check_below("growth by 100 boxes, over that by 50", (size[2] - size[1]) / (size[1] - size[0]), 2.0 * 1.05);
+}
+
+/* Four contacts a box. */
+KT_TEST(models_and_data_of_boxes_grow_with_their_number) {
+    static const int boxes[] = {50, 100, 200};
+    double model_size[3] = {0.0}, data_size[3] = {0.0};
+    for (int i = 0; i < 3; i++) {
+        static masks_scene s;
+        scene_plates(&s, 0, boxes[i], 4);
+        kt_model *model = kt_scene_compile(&s.description);
+        model_size[i] = model != NULL ? (double)kt_model_size(model) : (double)NAN;
+        data_size[i] = model != NULL ? (double)kt_data_size(model) : (double)NAN;
+        kt_model_free(model);
+    }
+    check_growth("models", model_size);
+    check_growth("data", data_size);
+}
+
 /* Measured: 15 kB. With arrays for the contacts of all boxes at once it is 110 kB at 50 boxes, and 390 kB at 200. */
 KT_TEST(data_of_boxes_grow_with_their_number) {
     static const int boxes[] = {50, 100, 200};
@@ -180,11 +202,9 @@ KT_TEST(simulations_of_boxes_grow_with_their_number) {
             size[i] = model != NULL ? (double)kt_simulation_size(model, &run, &options) : (double)NAN;
             kt_model_free(model);
         }
-        kt_note("%s", steps ? "time steps" : "events");
         kt_check_below("bytes for each of 50 boxes", size[0] / 50, 100e3);
         kt_check_below("bytes for each of 200 boxes", size[2] / 200, 100e3);
-        kt_check_below("size of 200 boxes, over that of 100", size[2] / size[1], 2.1);
-        kt_check_below("growth by 100 boxes, over that by 50", (size[2] - size[1]) / (size[1] - size[0]), 2.0 * 1.05);
+        check_growth(steps ? "simulations with time steps" : "simulations with events", size);
     }
 }
 
