@@ -42,7 +42,6 @@ typedef struct kt_contact {
     X(double, drift, s->rows, "b'' of all equations")                                                                  \
     X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
     X(double, direction, s->rows, "scratch: a unit vector of equations")                                               \
-    X(double, along, s->nv, "scratch: products of columns with it")                                                    \
     X(double, reaction, s->rows, "the least multipliers")                                                              \
     X(double, least, s->rows, "scratch: these, group by group")                                                        \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \

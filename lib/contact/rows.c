@@ -250,28 +250,26 @@ static void set_units(const struct kt_contacts *c, const kt_model *model, double
 /* Takes the longest column of J (rows x columns, by rows) from column k on out of J, and column k replaces it. Scaled
  * to length 1 it is c->direction, which is removed from the remaining columns. Returns the square of its length. */
 static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t columns, size_t k, double least) {
-    double *u = c->direction, *sum = c->along, most = 0.0;
+    double *u = c->direction, most = 0.0;
     size_t pivot = k;
-    kt_clear(sum, columns * sizeof *sum);
-    for (size_t i = 0; i < rows; i++)
-        for (size_t j = k; j < columns; j++)
-            sum[j] += J[i * columns + j] * J[i * columns + j];
     for (size_t j = k; j < columns; j++) {
-        pivot = sum[j] > most ? j : pivot;
-        most = fmax(most, sum[j]);
+        double square = 0.0;
+        for (size_t i = 0; i < rows; i++)
+            square += J[i * columns + j] * J[i * columns + j];
+        pivot = square > most ? j : pivot;
+        most = fmax(most, square);
     }
-    if (!(most > least))
-        return most;
-    kt_clear(sum, columns * sizeof *sum);
-    for (size_t i = 0; i < rows; i++) {
+    for (size_t i = 0; most > least && i < rows; i++) {
         u[i] = J[i * columns + pivot] / sqrt(most);
         J[i * columns + pivot] = J[i * columns + k];
-        for (size_t j = k + 1; j < columns; j++)
-            sum[j] += u[i] * J[i * columns + j];
     }
-    for (size_t i = 0; i < rows; i++)
-        for (size_t j = k + 1; j < columns; j++)
-            J[i * columns + j] -= sum[j] * u[i];
+    for (size_t j = k + 1; most > least && j < columns; j++) {
+        double dot = 0.0;
+        for (size_t i = 0; i < rows; i++)
+            dot += u[i] * J[i * columns + j];
+        for (size_t i = 0; i < rows; i++)
+            J[i * columns + j] -= dot * u[i];
+    }
     return most;
 }
 
@@ -292,34 +290,43 @@ static void find_least_of_group(struct kt_contacts *c, const kt_group *group) {
     }
 }
 
+/* Measures J and multipliers of a group in `unit`: both become scaled, the latter in c->drift. */
+static void scale_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, const double *unit) {
+    const int columns = group->v_count;
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const double *of = unit + loop->equation, *multiplier = c->row + loop->equation;
+        double *J = c->jacobian + kt_loop_entry(group, loop, 0), *scaled = c->drift + group->row + loop->row;
+        for (int r = 0; r < loop->row_count; r++, J += columns) {
+            scaled[r] = multiplier[r] / of[r];
+            for (int j = 0; j < columns; j++)
+                J[j] *= of[r];
+        }
+    }
+}
+
+/* Takes the least multipliers of a group, which are measured in `unit`. */
+static void take_least(struct kt_contacts *c, const kt_model *model, const kt_group *group, const double *unit) {
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        const double *least = c->least + group->row + loop->row;
+        for (int r = 0; r < loop->row_count; r++)
+            c->reaction[loop->equation + r] = unit[loop->equation + r] * least[r];
+    }
+}
+
 /* Writes the least multipliers, measured in `unit`, among those with equal forces. They are the part of the multipliers
  * in the range of J, whose columns become an orthonormal basis of that range. Groups have no coordinate in common. */
 static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
     const kt_model *model = at->model;
     const kt_dynamic_state state = {.t = at->t, .q = at->q, .v = at->v};
     const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
-    if (status != KT_OK)
-        return status;
-    for (size_t i = 0; i < model->n.loop; i++) {
-        const kt_loop_record *loop = &model->loop[i];
-        for (int r = 0; r < loop->row_count; r++) {
-            const kt_group *group = &model->group[loop->group];
-            const int equation = loop->equation + r;
-            double *row = c->jacobian + kt_loop_entry(group, loop, r);
-            c->drift[group->row + loop->row + r] = c->row[equation] / unit[equation];
-            for (int j = 0; j < group->v_count; j++)
-                row[j] *= unit[equation];
-        }
-    }
-    for (size_t g = 0; g < model->n.group; g++)
+    for (size_t g = 0; status == KT_OK && g < model->n.group; g++) {
+        scale_group(c, model, &model->group[g], unit);
         find_least_of_group(c, &model->group[g]);
-    for (size_t i = 0; i < model->n.loop; i++)
-        for (int r = 0; r < model->loop[i].row_count; r++) {
-            const kt_loop_record *loop = &model->loop[i];
-            const int equation = loop->equation + r;
-            c->reaction[equation] = unit[equation] * c->least[model->group[loop->group].row + loop->row + r];
-        }
-    return KT_OK;
+        take_least(c, model, &model->group[g], unit);
+    }
+    return status;
 }
 
 /* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. */

@@ -52,7 +52,7 @@ typedef struct kt_moreau_sizes {
 /* An island of contacts (contact/islands.c). */
 typedef struct kt_moreau_island {
     int first, last, count; /* its items; -1: none */
-    int solved;             /* the impulses of so many items are known; -1: none, since velocities have changed */
+    int known;              /* the impulses of so many items are known; -1: none, since velocities have changed */
     double dissipated;      /* by these */
 } kt_moreau_island;
 
@@ -85,9 +85,16 @@ extern const kt_contact_calls kt_moreau_calls;
 
 /* The rate J x - b' of a row of a contact, in the state of the last equations; b' of its equation; and the rows of an
  * item. */
-double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x);
+static inline double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x) {
+    const kt_contact *item = &c->item[k];
+    const kt_contact_line line = kt_contact_line_of(c, item, component);
+    double sum = -c->rate[kt_contact_row(c->all, item) + component];
+    for (int j = 0; j < line.count; j++)
+        sum += line.row[j] * x[line.v[j]];
+    return item->sign * sum;
+}
 double kt_moreau_right(const struct kt_contacts *c, int k, int component);
-int kt_moreau_rows(const kt_moreau *m, int i);
+static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
 /* Gaps down to minus this number are rounding. */
 static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-13 * fmax(1.0, c->all->length); }
@@ -99,7 +106,11 @@ static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) 
                                  : kt_contacts_product(c, k, i);
 }
 /* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities. */
-void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
+static inline void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    if (p != 0.0)
+        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
+}
 
 /* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).
  *

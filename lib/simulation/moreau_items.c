@@ -9,20 +9,9 @@
 
 #include <math.h>
 
-double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x) {
-    const kt_contact *item = &c->item[k];
-    const kt_contact_line line = kt_contact_line_of(c, item, component);
-    double sum = -c->rate[kt_contact_row(c->all, item) + component];
-    for (int j = 0; j < line.count; j++)
-        sum += line.row[j] * x[line.v[j]];
-    return item->sign * sum;
-}
-
 double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
 }
-
-int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
 /* ---- items ------------------------------------------------------------------------------------------------------- */
 
@@ -251,12 +240,6 @@ static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
-    const struct kt_contacts *c = simulation->contacts;
-    if (p != 0.0)
-        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
-}
-
 /* Whether a contact closes within the step at the velocities m->after. */
 static bool is_closing(const kt_simulation *simulation, int k, double h) {
     const struct kt_contacts *c = simulation->contacts;
@@ -320,12 +303,12 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
         kt_moreau_add_response(simulation, i, 0, -h * viscous * m->middle[item->v], free);
     }
     for (int i = 0; i < m->count; i++)
-        for (int r = m->first[i]; r < m->first[i] + kt_moreau_rows(m, i); r++)
+        for (int r = m->first[i], end = r + kt_moreau_rows(m, i); r < end; r++)
             m->free[r] = kt_moreau_rate(c, c->rows[r], c->components[r], free);
     for (int i = m->dry; i < m->count; i++)
         set_law(simulation, i, h);
     for (int i = 0; i < c->islands; i++)
-        m->island[i].solved = m->island[i].count == 0 ? 0 : -1;
+        m->island[i].known = m->island[i].count == 0 ? 0 : -1;
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 

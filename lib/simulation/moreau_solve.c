@@ -169,7 +169,7 @@ static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *islan
         for (int j = 0; j < count; j++)
             m->e[m->chosen[j]] = halving < HALVINGS ? 0.5 * m->e[m->chosen[j]] : 0.0;
     }
-    island->solved = found ? count : -1;
+    island->known = found ? count : -1;
     return found ? KT_OK : reject_step(simulation, island, error);
 }
 
@@ -182,7 +182,7 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
     for (int k = 0; status == KT_OK && k < c->islands; k++) {
         kt_moreau_island *island = &m->island[k];
         (void)kt_contacts_select(c, k);
-        if (island->solved != island->count)
+        if (island->known != island->count)
             status = solve_island(simulation, island, error);
         m->counts.dissipated += island->dissipated;
     }
