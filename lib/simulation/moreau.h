@@ -105,12 +105,9 @@ static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) 
            : i <= k              ? kt_contacts_product(c, i, k)
                                  : kt_contacts_product(c, k, i);
 }
-/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities. */
-static inline void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
-    const struct kt_contacts *c = simulation->contacts;
-    if (p != 0.0)
-        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
-}
+/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
+ * (moreau_items.c). */
+void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
 
 /* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).
  *

@@ -13,6 +13,12 @@ double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
 }
 
+void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    if (p != 0.0)
+        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
+}
+
 /* ---- items ------------------------------------------------------------------------------------------------------- */
 
 static void add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
