@@ -74,8 +74,10 @@ static void drop_items(kt_simulation *simulation, int from) {
             m->place[m->item[i]] = KT_MOREAU_NO_PART;
     }
     m->count = from;
-    for (int k = 0; k < c->islands; k++)
+    for (int k = 0; k < c->islands; k++) {
         m->island[k].count = 0;
+        m->island[k].first = m->island[k].last = -1;
+    }
     for (int i = 0; i < from; i++)
         append_item(simulation, i);
 }
