@@ -263,8 +263,9 @@ double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int
  * contact that has reached its limit twice at this instant does not stick again within it. Counts how often it leaves
  * at this instant (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
-/* Whether a contact slips in the present state, no faster than its rest velocity (directions.c). */
-bool kt_contacts_slip_slowly(const kt_simulation *simulation);
+/* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
+ * there is none. */
+int kt_contacts_find_slow(const kt_simulation *simulation);
 /* Holds friction k for a short time, whatever its limit (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */

@@ -168,13 +168,16 @@ bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip
            fabs(slip) <= simulation->model->loop[c->item[friction->of].loop].rest_velocity;
 }
 
-bool kt_contacts_slip_slowly(const kt_simulation *simulation) {
+int kt_contacts_find_slow(const kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
-    bool any = false;
-    for (int k = 0; k < c->sides; k++)
-        any = any || (kt_contact_is_slipping(simulation, k) &&
-                      simulation->contact_state[k].speed <= simulation->model->loop[c->item[k].loop].rest_velocity);
-    return any;
+    int slowest = -1;
+    for (int k = 0; k < c->sides; k++) {
+        const double speed = simulation->contact_state[k].speed;
+        if (kt_contact_is_slipping(simulation, k) && speed <= simulation->model->loop[c->item[k].loop].rest_velocity &&
+            (slowest < 0 || speed < simulation->contact_state[slowest].speed))
+            slowest = k;
+    }
+    return slowest;
 }
 
 void kt_contact_hold(kt_simulation *simulation, int k) {

@@ -313,7 +313,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     kt_contact_counts *counts = &simulation->memory.contacts;
     const uint64_t sticks = counts->sticks;
     kt_error made = {0};
-    if (!kt_contacts_slip_slowly(simulation))
+    if (kt_contacts_find_slow(simulation) < 0)
         return false;
     for (int k = 0; k < c->n; k++)
         c->item[k].meets = c->item[k].leaves = false;
@@ -325,7 +325,8 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     return rests || (status == KT_OK && simulation->model != before);
 }
 
-/* Frees the contact that friction wedged in the last evaluation. The attempts are, in this order:
+/* Frees the contact that friction wedged in the last evaluation. If there is none, it frees the slowest contact that
+ * slips below its rest velocity. The attempts are, in this order:
  *
  *     REST       slow slip comes to rest: it may turn faster than the shortest step, in which an implicit method finds
  *                no solution, or friction wedges a contact
@@ -342,6 +343,10 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
         (*attempt)++;
         if (stop_slow_slip(simulation))
             return true;
+    }
+    if (c->wedged < 0) {
+        c->wedged = kt_contacts_find_slow(simulation);
+        *attempt = *attempt > HOLD ? *attempt : HOLD;
     }
     while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
