@@ -394,7 +394,6 @@ struct kt_simulation {
     uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
     uint64_t contact_released; /* the contacts that are released at first */
     double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
-    double event_beyond;       /* the end of a try of this step that went beyond an event */
     double event_end;          /* the end of the first try of this step */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
     int event_most;            /* the number of values with which the search after this try ends */
@@ -404,9 +403,10 @@ struct kt_simulation {
     bool event_searched;                   /* this step has been searched */
     double contact_time;                   /* s, of the values of contacts; NaN: not available */
 #endif
-    uint64_t event_cut;                /* searches of features of events in this try that reached their limit */
-    double event_time;                 /* of event_value; NaN: not available */
-    double event_reach;                /* the end of the searched part of the last step */
+    uint64_t event_cut; /* searches of features of events in this try that reached their limit */
+    double event_time;  /* of event_value; NaN: not available */
+    double event_lead;  /* the earliest time to which the slope of an event leads that the step did not reach */
+    double event_reach; /* the end of the searched part of the last step */
     double event_rate, event_rate_end; /* the largest rate of a turn at event_time and at the end of the step, rad/s */
     double step;                       /* fixed, or 0 */
     double duration, interval;

@@ -18,6 +18,11 @@
  * which the root differs by the error of the first one. The root is searched again. Towards the end of a step the two
  * agree better and better, so that one or two repetitions suffice.
  *
+ * Repetitions of a step are ever shorter. If one has no root in it and has not reached its event, the root of the
+ * longer one was an error of its dense output: friction reversed within it, for example. It is accepted as it is, and
+ * the next step begins at its end, nearer to the event. A longer repetition would have the wrong dense output again.
+ * The two would alternate, and other events that happen between them would be missed.
+ *
  * An event has a side: the sign that g had last. A value of zero keeps the previous side, so that a root at the end of
  * a step is not found twice. Hard contacts that are left open while they touch have the side -1: they part, and may
  * close again. If forces have changed before they parted, they penetrate instead, which is an event, too. Roots within
@@ -72,18 +77,20 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
     return status;
 }
 
-/* The time of an event at which the step was to end. If the state has almost reached the event, this is the end of the
- * step. If the state is far from it, the dense output of the longer step before was wrong, for example because friction
- * reversed within it. Then the result is the time to which the slope at the end leads, HUGE_VAL if it leads nowhere. */
-static double arrival_of(const kt_simulation *simulation, size_t k, const double *times) {
+/* Whether the step ends at event k, at which it was to end: the state has almost reached the event, or is beyond it. If
+ * it is far from it, the dense output of the longer try before was wrong, for example because friction reversed within
+ * it. Then the time to which the slope at the end leads is noted. */
+static bool arrives(kt_simulation *simulation, size_t k, const double *times) {
     const double *before = simulation->event_value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
                  *end = times + KT_EVENT_SAMPLES - 1;
     const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
     const bool is_hidden = kt_simulation_hides_contact(simulation, k, *end - times[0] <= kt_event_together(times[0]));
     if (is_hidden || kt_sign_of(last) != -simulation->event_root[k].side ||
         !(fabs(last) > reached * simulation->event_search[k].size))
-        return *end;
-    return slope * last < 0.0 ? *end - last / slope : HUGE_VAL;
+        return true;
+    if (slope * last < 0.0)
+        simulation->event_lead = fmin(simulation->event_lead, *end - last / slope);
+    return false;
 }
 
 /* Finds the roots of all events in a panel, in `root` and `side`. The earliest one so far becomes *first. settles: an
@@ -112,8 +119,7 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
             found->time = root;
             found->side = side;
         } else if (is_awaited && times[KT_EVENT_SAMPLES - 1] == t1) {
-            found->time = settled ? t1 : arrival_of(simulation, k, times);
-            found->due = found->time < HUGE_VAL;
+            found->due = settled || arrives(simulation, k, times);
         }
         if (found->due)
             *first = fmin(*first, found->time);
@@ -182,6 +188,7 @@ static void begin_search(kt_simulation *simulation) {
                                               kt_integrator_state(simulation->integrator));
     kt_copy(simulation->event_value + KT_EVENT_SAMPLES * n, simulation->event_value, n * sizeof(double));
     simulation->event_cut = 0;
+    simulation->event_lead = HUGE_VAL;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
                                                         .spent = simulation->event_search[k].spent,
@@ -334,7 +341,6 @@ static void pass_step(kt_simulation *simulation, bool fires) {
 /* Begins the tries of a step, the first of which ends at t1. */
 static void begin_tries(kt_simulation *simulation, double t1) {
 #if KT_HAS_EVENTS
-    simulation->event_beyond = HUGE_VAL;
     simulation->event_end = t1;
 #else
     (void)t1;
@@ -426,7 +432,7 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
         pass_step(simulation, fires);
         return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
     }
-    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : kt_simulation_end_within(simulation, instant);
+    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : instant;
     kt_integrator_retreat(simulation->integrator, instant - t0);
     remember_due(simulation);
     *again = instant - t0 > shortest_event_step(simulation, instant);

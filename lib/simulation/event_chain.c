@@ -16,8 +16,9 @@
  * the cost of a step. Each call of kt_simulation_advance begins a new count, since a control loop has no records.
  *
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
- * MISSED successive steps may be cut short for such a root. */
-static const double at_once = 1e-9;
+ * MISSED successive steps may be cut short for such a root. Each of them is accepted, and a fixed step behind it ends
+ * `ahead` of the time to which the slope at its beginning leads, as a part of the growth of steps (retry.c). */
+static const double at_once = 1e-9, ahead = 1.1 / 4.0;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
@@ -104,7 +105,8 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     char where[KT_WHERE_SIZE];
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
     if (missed && simulation->step > 0.0) /* the next step grows from this length (retry.c) */
-        simulation->memory.shortened = t - kt_integrator_previous_time(simulation->integrator);
+        simulation->memory.shortened =
+            fmin(t - kt_integrator_previous_time(simulation->integrator), ahead * (simulation->event_lead - t));
     if (simulation->memory.event_missed <= MISSED)
         return KT_OK;
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
@@ -119,24 +121,6 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
 }
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
-
-double kt_simulation_end_within(kt_simulation *simulation, double instant) {
-#if KT_HAS_EVENTS
-    const double t1 = kt_integrator_time(simulation->integrator);
-    if (!(instant > t1)) {
-        simulation->event_beyond = t1;
-        return instant;
-    }
-    const double end = instant < simulation->event_beyond ? instant : 0.5 * (t1 + simulation->event_beyond);
-    for (size_t k = 0; k < simulation->event_count; k++)
-        if (simulation->event_root[k].due)
-            simulation->event_root[k].time = end;
-    return end;
-#else
-    (void)simulation;
-    return instant;
-#endif
-}
 
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) {
     if (error->code != KT_ERROR_CALLBACK || !kt_simulation_is_recoverable(simulation->cause.code))

@@ -257,9 +257,6 @@ bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status s
  * at the instant that is due. */
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
 bool kt_simulation_skips_contact(const kt_simulation *simulation);
-/* The end of the repeated step. If the step has not reached the instant, this is beyond its end t1, but not beyond a
- * step that has reached it. */
-double kt_simulation_end_within(kt_simulation *simulation, double instant);
 /* Whether slip of contact k rests at the end of the last step, up to its rest velocity. */
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k);
 /* Whether rounding of the state may hide that contact k is reached: it touches, and the last step has not changed its
