@@ -74,8 +74,7 @@ typedef struct kt_simulation_memory {
     int64_t jumped;       /* forces have jumped since closed contacts were checked last */
     double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
     uint64_t retries;     /* their number */
-    double shortened; /* s, the length of the last step, which failed with a larger one (retry.c), or missed its event
-                         (event_chain.c); 0: neither */
+    double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
 #endif
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;

@@ -16,9 +16,10 @@
  * the cost of a step. Each call of kt_simulation_advance begins a new count, since a control loop has no records.
  *
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
- * MISSED successive steps may be cut short for such a root. Each of them is accepted, and a fixed step behind it ends
- * `ahead` of the time to which the slope at its beginning leads, as a part of the growth of steps (retry.c). */
-static const double at_once = 1e-9, ahead = 1.1 / 4.0;
+ * MISSED successive steps may be cut short for such a root. Each of them is accepted. The step behind it is no longer,
+ * since a longer one would show such a root again. If the slope at its beginning leads to the event, it ends next to
+ * that time: it takes this multiple of the remaining time. */
+static const double at_once = 1e-9, beyond = 1.1;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
@@ -104,9 +105,9 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     const double t = kt_integrator_time(simulation->integrator);
     char where[KT_WHERE_SIZE];
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
-    if (missed && simulation->step > 0.0) /* the next step grows from this length (retry.c) */
+    if (missed)
         simulation->memory.shortened =
-            fmin(t - kt_integrator_previous_time(simulation->integrator), ahead * (simulation->event_lead - t));
+            fmin(t - kt_integrator_previous_time(simulation->integrator), beyond * (simulation->event_lead - t));
     if (simulation->memory.event_missed <= MISSED)
         return KT_OK;
     snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);

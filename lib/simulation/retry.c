@@ -75,10 +75,8 @@ void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
     double *h = &simulation->memory.shortened;
     if (!(*h > 0.0))
         return;
-    *h *= growth;
     *t_limit = fmin(*t_limit, simulation->integrator->memory.t + *h);
-    if (*h >= simulation->step)
-        *h = 0.0;
+    *h = *h < simulation->step ? growth * *h : 0.0;
 }
 
 /* Friction of slow slip turns behind its rest. An implicit method may then find no solution, and a fixed step of any
@@ -105,7 +103,7 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     m->counts.rejected++;
     if (status == KT_ERROR_STEP)
         count_turns(simulation);
-    memory->shortened = h;
+    memory->shortened = growth * h;
     *t_limit = m->t + h;
     return true;
 }
