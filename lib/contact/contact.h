@@ -266,12 +266,12 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
  * there is none. */
 int kt_contacts_find_slow(const kt_simulation *simulation);
-/* Holds friction k for a short time, whatever its limit (directions.c). */
+/* Holds contact k, or friction, closed for a short time, whatever its reaction (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
-/* Counts a reversal of slip, at which friction k is due (directions.c). */
-void kt_contact_count_reversal(kt_simulation *simulation, int k);
+/* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether it is to be held at rest. */
+bool kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
  * if the contact parts no faster than its rest velocity. Otherwise rounding would close it again and again: the fourth
  * corner of a foot, whose other corners hold it. 0 if it bounces. */

@@ -25,9 +25,10 @@
  * the third repetition, and is no faster than its rest velocity there, ends. All slip that reverses below this speed
  * comes to rest if friction can hold it.
  *
- * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Stick that ends TURNS
- * times at intervals of at most `briefly` is therefore held for the time `hold`, or for the length of a fixed step if
- * that is longer.
+ * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Friction that cannot hold
+ * a contact at rest may also turn its slip at once, in whatever direction that begins: next to a direction in which it
+ * wedges the contact. Stick and slip that end TURNS times at intervals of at most `briefly` are therefore held at rest
+ * for the time `hold`, or for the length of a fixed step if that is longer.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
@@ -137,8 +138,9 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
     return changes;
 }
 
-/* Counts an end of stick. Returns whether it is held from now on. step: the length of a fixed step, or 0. */
-static bool count_stick_end(kt_contact_memory *memory, double t, double step) {
+/* Counts an end of stick, or of slip. Returns whether friction is held from now on. step: the length of a fixed step,
+ * or 0. */
+static bool count_friction_end(kt_contact_memory *memory, double t, double step) {
     memory->ends = t - memory->ended_at <= briefly ? memory->ends + 1 : 0;
     memory->ended_at = t;
     if (memory->ends < TURNS)
@@ -157,7 +159,7 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     memory->left_at = due ? t : memory->left_at;
     if (!kt_contact_rubs(simulation->contacts, k))
         return due;
-    simulation->memory.contacts.rested += due && count_stick_end(memory, t, simulation->step);
+    simulation->memory.contacts.rested += due && count_friction_end(memory, t, simulation->step);
     return due || memory->left > 1;
 }
 
@@ -184,17 +186,20 @@ void kt_contact_hold(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold;
 }
 
-void kt_contact_count_reversal(kt_simulation *simulation, int k) {
+bool kt_contact_count_reversal(kt_simulation *simulation, int k) {
     const double t = kt_integrator_time(simulation->integrator);
     const int contact = simulation->contacts->item[k].of;
     kt_contact_memory *memory = &simulation->contact_state[contact];
-    if (!(simulation->step > 0.0) ||
-        !(simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0))
-        return;
+    const bool may_rest = simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0;
+    const bool is_held = may_rest && count_friction_end(&simulation->contact_state[k], t, simulation->step);
+    simulation->memory.contacts.rested += is_held;
+    if (!(simulation->step > 0.0) || !may_rest)
+        return is_held;
     const bool is_within = memory->reversals > 0 && fabs(t - memory->since) <= simulation->step;
     memory->fastest = is_within ? fmax(memory->fastest, memory->speed) : memory->speed;
     memory->since = is_within ? memory->since : t;
     memory->reversals = is_within ? memory->reversals + 1 : 1;
+    return is_held;
 }
 
 /* Lets slow slip that turns round its rest come to rest. */

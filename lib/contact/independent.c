@@ -85,14 +85,17 @@ static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
 }
 
 /* The weight of a box on three of its corners may lie on a diagonal. Two reactions then carry it, and the third is
- * rounding, also that of the fourth corner if it replaces the third. After some turns within one instant, such a
- * contact stays closed, as one that grazes does. */
-static double opening_reaction_of(const kt_simulation *simulation, const double *W, int i) {
+ * rounding, also that of the fourth corner if it replaces the third. Where slip is slow, friction changes so fast that
+ * both reactions end at once, each as soon as its contact replaces the other one. After some turns within one instant,
+ * such a contact stays closed, as one that grazes does, and for a short time whatever its reaction. Events within that
+ * time decide anew. */
+static double opening_reaction_of(kt_simulation *simulation, const double *W, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const int k = c->list[i];
     double size;
     if (c->item[k].next != KT_CONTACT_ON || simulation->contact_state[k].left < TURNS)
         return 0.0;
+    kt_contact_hold(simulation, k);
     (void)kt_contact_acceleration(c, W, i, &size);
     return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
 }

@@ -233,7 +233,7 @@ kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt
     for (int k = 0; k < c->n; k++) {
         double size;
         if (!kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_rubs(c, k) ||
-            !(reserve_of(simulation, k, &size) < -wrong * size))
+            t < simulation->contact_state[k].held || !(reserve_of(simulation, k, &size) < -wrong * size))
             continue;
         (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
                        kt_loop_name(simulation->model, c->item[k].loop), t);

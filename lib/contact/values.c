@@ -19,6 +19,14 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
+/* The event value of a contact: its gap, or its reaction. One that is held does not open. */
+static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
+    const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];
+    if (!closed)
+        return contact->simulation->contacts->gap[contact->index] - memory->closes_at;
+    return t < memory->held ? 1.0 : reaction - memory->opens_at;
+}
+
 /* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
 static double friction_value_of(const struct kt_contacts *c, const kt_instant *at, int k) {
     const kt_model *model = at->model;
@@ -57,8 +65,7 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         if (kt_contact_is_released(contact))
             c->value[k] = 1.0;
         else if (k < c->sides)
-            c->value[k] = closed ? reaction - contact->simulation->contact_state[k].opens_at
-                                 : c->gap[k] - contact->simulation->contact_state[k].closes_at;
+            c->value[k] = contact_value_of(contact, at->t, closed, reaction);
         else if (!kt_contact_rubs(c, k))
             c->value[k] =
                 closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);

@@ -82,12 +82,16 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         c->item[k].meets = due && !closed;
         c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
         if (c->item[k].meets && kt_contact_rubs(c, k))
-            kt_contact_count_reversal(simulation, k);
+            c->holds = kt_contact_count_reversal(simulation, k) || c->holds;
     }
-    const kt_status status = simulation->contact_calls->resolve(simulation, error);
+    kt_status status = simulation->contact_calls->resolve(simulation, error);
+    if (status != KT_OK && c->holds) {
+        c->holds = false;
+        status = simulation->contact_calls->resolve(simulation, error);
+    }
     for (int k = 0; k < c->n; k++)
         c->item[k].meets = c->item[k].leaves = false;
-    c->rests = c->stops = false;
+    c->rests = c->stops = c->holds = false;
     return status == KT_OK ? 0 : -1;
 }
 
