@@ -270,6 +270,8 @@ int kt_contacts_find_slow(const kt_simulation *simulation);
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
+/* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
+void kt_contact_hold_turning(kt_simulation *simulation, int k);
 /* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether it is to be held at rest. */
 bool kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k

@@ -150,11 +150,16 @@ static bool count_friction_end(kt_contact_memory *memory, double t, double step)
     return true;
 }
 
-bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
+/* Whether a contact, or friction, has left at the time t. */
+static bool has_left_at(const kt_contact_memory *memory, double t) {
     static const double instant = 64.0 * DBL_EPSILON;
+    return fabs(t - memory->left_at) <= instant * fabs(t);
+}
+
+bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     const double t = kt_integrator_time(simulation->integrator);
     kt_contact_memory *memory = &simulation->contact_state[k];
-    const bool same = fabs(t - memory->left_at) <= instant * fabs(t);
+    const bool same = has_left_at(memory, t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
     if (!kt_contact_rubs(simulation->contacts, k))
@@ -184,6 +189,13 @@ int kt_contacts_find_slow(const kt_simulation *simulation) {
 
 void kt_contact_hold(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold;
+}
+
+void kt_contact_hold_turning(kt_simulation *simulation, int k) {
+    if (!has_left_at(&simulation->contact_state[k], kt_integrator_time(simulation->integrator)))
+        return;
+    kt_contact_hold(simulation, k);
+    simulation->memory.contacts.rested++;
 }
 
 bool kt_contact_count_reversal(kt_simulation *simulation, int k) {

@@ -95,7 +95,7 @@ static double opening_reaction_of(kt_simulation *simulation, const double *W, in
     double size;
     if (c->item[k].next != KT_CONTACT_ON || simulation->contact_state[k].left < TURNS)
         return 0.0;
-    kt_contact_hold(simulation, k);
+    kt_contact_hold_turning(simulation, k);
     (void)kt_contact_acceleration(c, W, i, &size);
     return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
 }
