@@ -47,6 +47,11 @@ typedef struct kt_ground {
     kt_pose pose;
 } kt_ground;
 
+/* The spring and damper that yield as much under a force as the soft law between parts with a mobility, 1/kg. Without
+ * such a force MuJoCo's law oscillates slower, by sqrt(1 - d): the law also resists accelerations. Returns d. */
+double kt_contact_law_yield(const kt_contact_law *law, double shortest, double mobility, double force,
+                            double *stiffness, double *damping);
+
 /* Sets the stiffness, exponent, dissipation, friction and slip of a shape. `mobility` is that of the body, `mass` that
  * of the robot, `gravity` the magnitude of gravity (0: 9.81 m/s^2). */
 void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double mobility, double mass,

@@ -62,6 +62,16 @@ static double depth_under(const kt_contact_law *l, double k, double mobility, do
     return high;
 }
 
+double kt_contact_law_yield(const kt_contact_law *law, double shortest, double mobility, double force,
+                            double *stiffness, double *damping) {
+    double k, b;
+    spring_of(law, shortest, &k, &b);
+    const double x = depth_under(law, k, mobility, force), d = impedance_at(law, x);
+    *stiffness = k * d * d / ((1.0 - d) * mobility);
+    *damping = b * d / ((1.0 - d) * mobility);
+    return d;
+}
+
 /* K, m, c, mu and v0. */
 void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double mobility, double mass,
                           double gravity, kt_contact_shape *shape) {

@@ -37,6 +37,7 @@ static const kt_note body_notes[] = {
 static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read:"),
     KT_NOTE(kt_mjcf, builtins, MOTION, "meshes whose 'builtin' and 'params' make no surface, left out:"),
+    KT_NOTE(kt_mjcf, flex_files, MOTION, "flexcomps whose file cannot be read, left out:"),
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
     KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
@@ -120,6 +121,11 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
         "elastic torques of cables, which have an energy here, differ from MuJoCo's by up to %.2g of the torque "
         "where neighbours twist and bend by 0.1 rad: %d",
         m->cable_share, m->cables.count);
+    kt_note_put(
+        &n, KT_NOTE_RANK_MOTION, &m->flex_edges,
+        "edges of surfaces and solids (flexcomp), which MuJoCo holds by soft equalities, are springs and dampers "
+        "that yield as much; a single edge swings up to %.2g times as fast: %d",
+        m->flex_haste, m->flex_edges.count);
     kt_note_changes(&n, &m->changes);
     kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,
                 "sites that are no markers, since they have no name or are the world's: %d", m->unnamed_sites.count);

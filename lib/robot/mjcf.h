@@ -203,7 +203,7 @@ typedef struct kt_mjcf {
     kt_list wraps;      /* kt_mjcf_wrap */
     kt_list reaches;    /* kt_mjcf_reach */
     kt_left cables;     /* bodies whose elastic torque differs from MuJoCo's */
-    double cable_share; /* the largest such difference, as a part of the torque */
+    double cable_share, flex_haste; /* the largest such difference, as a part of the torque; see mjcf_flex.c */
     kt_left activations;
     int ctrl_count;
 
@@ -220,7 +220,7 @@ typedef struct kt_mjcf {
     kt_left contacts_made, contacts_lost, planes,
         contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
-        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
+        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies, flex_files, flex_edges;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */

@@ -369,8 +369,9 @@ static const kt_known known[] = {
               "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
               "actuatorgravcomp springdamper "},
     {"freejoint", " name group align "},
-    {"flexcomp", " name type dim dof count spacing point element scale mass inertiabox radius rigid pos quat axisangle "
-                 "xyaxes zaxis euler "},
+    {"flexcomp",
+     " name type dim dof count cellcount spacing point element file origin scale mass inertiabox radius rigid "
+     "pos quat axisangle xyaxes zaxis euler "},
     {"composite", " type prefix count offset quat curve size vertex initial "},
     {KT_MJCF_ELASTICITY, " instance twist bend flat "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "

@@ -1,125 +1,27 @@
-/* Cables of MJCF as point masses: <flexcomp dim="1">.
+/* Flexible bodies of MJCF: <flexcomp>, as point masses.
  *
- * Each point that is not pinned is a body with its part of the mass and three sliders along the axes of the parent. The
- * sliders have the default class of the parent. Edges join points: neighbours of a line (`grid`) or of a circle, or
- * those that the file gives (`direct`). An edge has a spring and a damper, as a tendon between two sites, or a constant
- * length. Surfaces and solids have triangles and tetrahedra, whose elasticity is no force between two points. Source:
- * user_flexcomp.cc. */
-#include "robot/mjcf_make.h"
+ * Each point that is not pinned is a body with its part of the mass and slides. The slides are along the axes of the
+ * parent (dof="full"), along x and y ("2d"), or along the position of the point ("radial"). They have the default class
+ * of the parent. With "trilinear" and "quadratic" the bodies are nodes (mjcf_flex_node.c). Source: user_flexcomp.cc.
+ *
+ * Edges join the points of an element: a line, a triangle or a tetrahedron. A line has a spring and a damper, as a
+ * tendon between two sites, or a constant length. In surfaces and solids MuJoCo holds the lengths by soft equalities,
+ * which are too many to be exact: four points in a plane have six edges and five degrees of freedom. MuJoCo's force in
+ * an edge that is longer by r, with the mobility A of its ends along it, is
+ *     f = -(k d r + b r' + r'') d / ((1 - d) A)
+ * Here it is a spring and a damper, without r''. Steady loads have the same effect, and without loads a single edge
+ * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. Elasticity of surfaces and
+ * solids (`young`) is no force between two points, and is left out. */
+#include "robot/mjcf_flex.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
-
-enum { POINTS_MOST = 1000 };
-
-typedef struct flex {
-    const kt_element *element;
-    const char *name;
-    int count, edge_count;
-    double *points; /* in the parent */
-    int *edges;     /* pairs of points */
-    bool *pinned;
-    double mass, inertia, radius; /* of a point */
-} flex;
 
 static const char *const no_attributes[] = {NULL};
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
-
-/* The numbers of an attribute of any length; -1 after reporting. */
-static int read_all_numbers(kt_mjcf *m, const kt_element *e, const char *name, double **values) {
-    const char *text = kt_xml_attribute(e, name);
-    const size_t room = text != NULL ? strlen(text) / 2 + 1 : 0;
-    *values = kt_pool_take(&m->r->scratch, room + 1, sizeof **values);
-    if (*values == NULL)
-        return kt_reader_out_of_memory(m->r) ? 0 : -1;
-    const int count = text != NULL ? kt_parse_numbers(text, (int)room, *values) : 0;
-    if (count < 0)
-        (void)kt_mjcf_fault(m, e, "%s: expected numbers", name);
-    return count;
-}
-
-static bool take_flex(kt_mjcf *m, flex *f) {
-    const size_t points = (size_t)f->count + 1, edges = (size_t)f->edge_count + 1;
-    f->points = kt_pool_take(&m->r->scratch, 3 * points, sizeof *f->points);
-    f->edges = kt_pool_take(&m->r->scratch, 2 * edges, sizeof *f->edges);
-    f->pinned = kt_pool_take(&m->r->scratch, points, sizeof *f->pinned);
-    return (f->points != NULL && f->edges != NULL && f->pinned != NULL) || kt_reader_out_of_memory(m->r);
-}
-
-static bool make_line(kt_mjcf *m, flex *f, bool is_circle) {
-    double count[3] = {10.0, 10.0, 10.0}, spacing[3] = {0.02, 0.02, 0.02};
-    (void)kt_mjcf_numbers(m, f->element, NULL, "count", 3, 3, count);
-    (void)kt_mjcf_numbers(m, f->element, NULL, "spacing", 3, 3, spacing);
-    if (!(count[0] >= (is_circle ? 3.0 : 2.0)) || count[0] > POINTS_MOST)
-        return kt_mjcf_fault(m, f->element, "count: expected %d to %d points", is_circle ? 3 : 2, (int)POINTS_MOST);
-    f->count = (int)count[0] - is_circle;
-    f->edge_count = (int)count[0] - 1;
-    if (!take_flex(m, f))
-        return false;
-    const double angle = 2.0 * 3.14159265358979323846 / f->edge_count, r = 0.5 * spacing[0] / sin(0.5 * angle);
-    for (int i = 0; i < f->count; i++) {
-        f->points[3 * i] = is_circle ? r * cos(angle * i) : spacing[0] * (i - 0.5 * (f->count - 1));
-        f->points[3 * i + 1] = is_circle ? r * sin(angle * i) : 0.0;
-    }
-    for (int i = 0; i < f->edge_count; i++) {
-        f->edges[2 * i] = i;
-        f->edges[2 * i + 1] = i + 1 < f->count ? i + 1 : 0;
-    }
-    return true;
-}
-
-/* Whether each point is in an edge. MuJoCo removes others, which changes the numbers of the rest. */
-static bool check_edges(kt_mjcf *m, const flex *f) {
-    for (int p = 0; p < f->count; p++) {
-        bool is_used = false;
-        for (int i = 0; i < 2 * f->edge_count && !is_used; i++)
-            is_used = f->edges[i] == p;
-        if (!is_used)
-            return kt_mjcf_fault(m, f->element, "element: the point %d is in no edge; remove it", p);
-    }
-    return true;
-}
-
-/* The points and edges of the file. */
-static bool read_direct(kt_mjcf *m, flex *f) {
-    double *points, *ends, scale[3] = {1.0, 1.0, 1.0};
-    const int numbers = read_all_numbers(m, f->element, "point", &points),
-              count = read_all_numbers(m, f->element, "element", &ends);
-    (void)kt_mjcf_numbers(m, f->element, NULL, "scale", 3, 3, scale);
-    f->count = numbers / 3;
-    f->edge_count = count / 2;
-    if (f->count > POINTS_MOST)
-        return kt_mjcf_fault(m, f->element, "point: expected up to %d points", (int)POINTS_MOST);
-    if (numbers < 6 || numbers % 3 != 0 || count < 2 || count % 2 != 0)
-        return kt_mjcf_fault(m, f->element, "expected `point` with three numbers each, `element` with two points each");
-    if (!take_flex(m, f))
-        return false;
-    for (int i = 0; i < numbers; i++)
-        f->points[i] = scale[i % 3] * points[i];
-    for (int i = 0; i < count; i++) {
-        if (!(ends[i] >= 0.0 && ends[i] < f->count))
-            return kt_mjcf_fault(m, f->element, "element: there is no point %g", ends[i]);
-        f->edges[i] = (int)ends[i];
-    }
-    return check_edges(m, f);
-}
-
-static bool read_pins(kt_mjcf *m, flex *f) {
-    for (const kt_element *pin = kt_xml_child(f->element, "pin"); pin != NULL; pin = kt_xml_next(pin, "pin"))
-        for (int is_range = 0; is_range < 2; is_range++) {
-            double *ids;
-            const int count = read_all_numbers(m, pin, is_range ? "range" : "id", &ids);
-            for (int i = 0; i + is_range < count; i += 1 + is_range) {
-                if (!(ids[i] >= 0.0 && ids[i] < f->count && ids[i + is_range] >= 0.0 && ids[i + is_range] < f->count))
-                    return kt_mjcf_fault(m, pin, "there is no such point");
-                for (int k = (int)ids[i]; k <= (int)ids[i + is_range]; k++)
-                    f->pinned[k] = true;
-            }
-        }
-    return true;
-}
 
 /* Keeps the name of a flexcomp that is left out. */
 static void lose_flex(kt_mjcf *m, const kt_element *e) {
@@ -139,64 +41,121 @@ bool kt_mjcf_is_lost_point(const kt_mjcf *m, const char *body) {
     return false;
 }
 
-/* Returns whether a flexcomp is a cable. Others are counted. */
-static bool is_flex_cable(kt_mjcf *m, const kt_element *e, const char *type) {
-    const char *dof = kt_xml_attribute(e, "dof");
-    const bool is_known = type == NULL || kt_mjcf_is_equal(type, "grid") || kt_mjcf_is_equal(type, "circle") ||
-                          kt_mjcf_is_equal(type, "direct");
-    if (kt_mjcf_number(m, e, NULL, "dim", 2.0) != 1.0 || !is_known)
-        kt_unknown_count(&m->changes,
-                         "flexcomps that are surfaces or solids, whose elasticity is no force between two points, left "
-                         "out; those with dim 1 and the type grid, circle or direct are read",
-                         e);
-    else if (dof != NULL && !kt_mjcf_is_equal(dof, "full"))
-        kt_unknown_count(&m->changes, "flexcomps of points without three slides, left out", e);
-    else
-        return true;
-    lose_flex(m, e);
-    return false;
-}
-
-/* False if it is left out, or after reporting. */
-static bool read_flex(kt_mjcf *m, const kt_element *e, flex *f) {
-    const char *type = kt_xml_attribute(e, "type");
-    if (!is_flex_cable(m, e, type))
+/* Makes the points and elements. False after reporting, or if it is left out. */
+static bool make_flex_shape(kt_mjcf *m, kt_flex *f) {
+    static const char *const words[] = {"grid",      "circle", "square", "disc", "box", "cylinder",
+                                        "ellipsoid", "direct", "mesh",   "gmsh", NULL};
+    enum { BOX = 4, DIRECT = 7, MESH, GMSH };
+    const int type = kt_mjcf_choice(m, f->element, NULL, "type", words, 0);
+    f->type = words[type];
+    f->is_given = type >= DIRECT;
+    if (!(type < BOX       ? kt_flex_grid(m, f)
+          : type < DIRECT  ? kt_flex_box(m, f)
+          : type == DIRECT ? kt_flex_direct(m, f)
+          : type == MESH   ? kt_flex_mesh(m, f)
+                           : kt_flex_gmsh(m, f))) {
+        lose_flex(m, f->element);
         return false;
-    *f = (flex){.element = e,
-                .name = kt_xml_attribute(e, "name"),
-                .mass = kt_mjcf_number(m, e, NULL, "mass", 1.0),
-                .radius = kt_mjcf_number(m, e, NULL, "radius", 0.005)};
-    if (f->name == NULL)
-        return kt_mjcf_fault(m, e, "the attribute 'name' is missing");
-    if (!(kt_mjcf_is_equal(type, "direct") ? read_direct(m, f) : make_line(m, f, kt_mjcf_is_equal(type, "circle"))) ||
-        !read_pins(m, f))
-        return false;
-    const double size = kt_mjcf_number(m, e, NULL, "inertiabox", 0.005);
-    const kt_pose pose = kt_mjcf_pose(m, e, NULL);
-    f->mass /= f->count;
-    f->inertia = f->mass * 2.0 * size * size / 3.0;
-    for (int i = 0; i < f->count; i++) {
-        double *p = f->points + 3 * (size_t)i;
-        const kt_vec3 at = kt_pose_apply(pose, kt_vec3_make(p[0], p[1], p[2]));
-        p[0] = at.x;
-        p[1] = at.y;
-        p[2] = at.z;
-        f->pinned[i] = f->pinned[i] || kt_mjcf_flag(m, e, NULL, "rigid", false);
     }
     return true;
 }
 
-/* ---- elements ---------------------------------------------------------------------------------------------------- */
+/* Moves the points to their place in the parent. */
+static void place_flex(kt_mjcf *m, kt_flex *f) {
+    const kt_pose pose = kt_mjcf_pose(m, f->element, NULL);
+    double scale[3] = {1.0, 1.0, 1.0};
+    if (f->is_given)
+        (void)kt_mjcf_numbers(m, f->element, NULL, "scale", 3, 3, scale);
+    for (int i = 0; i < f->count; i++) {
+        double *p = f->points[i].at;
+        const kt_vec3 at = kt_pose_apply(pose, kt_vec3_make(scale[0] * p[0], scale[1] * p[1], scale[2] * p[2]));
+        p[0] = at.x;
+        p[1] = at.y;
+        p[2] = at.z;
+        for (int k = 0; k < 3; k++) {
+            f->low[k] = i == 0 ? p[k] : fmin(f->low[k], p[k]);
+            f->high[k] = i == 0 ? p[k] : fmax(f->high[k], p[k]);
+        }
+    }
+}
 
 /* "NAME_3", and "NAME_3__site" of its site. */
-static const char *name_flex_point(kt_mjcf *m, const flex *f, int i, const char *suffix) {
+static const char *name_flex_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix) {
     char text[48];
     (void)snprintf(text, sizeof text, "_%d%s", i, suffix);
     return kt_mjcf_join(m, f->element, f->name, text);
 }
 
+/* Gives the points their names, masses and pins. */
+static bool name_flex_points(kt_mjcf *m, kt_flex *f, const bool *pinned) {
+    const double mass = kt_mjcf_number(m, f->element, NULL, "mass", 1.0) / f->count;
+    for (int i = 0; i < f->count; i++) {
+        kt_flex_point *p = &f->points[i];
+        p->mass = mass;
+        p->is_pinned = pinned[i];
+        p->name = name_flex_point(m, f, i, "");
+        if (p->name == NULL)
+            return false;
+    }
+    return true;
+}
+
+/* Counts what the force of an edge does not show. */
+static void note_elasticity(kt_mjcf *m, const kt_flex *f) {
+    const kt_element *elasticity = kt_xml_child(f->element, "elasticity"), *edge = kt_xml_child(f->element, "edge");
+    const bool is_elastic = elasticity != NULL && kt_mjcf_number(m, elasticity, NULL, "young", 0.0) > 0.0;
+    if ((is_elastic && f->dim > 1) || kt_xml_child(f->element, "plugin") != NULL)
+        kt_unknown_count(
+            &m->changes,
+            "elasticity of surfaces and solids (flexcomp), which is no force between two points, left out, "
+            "so that nothing but edges holds their points together; rigid=\"true\" fixes them",
+            f->element);
+    if (edge != NULL && f->motion >= KT_FLEX_TRILINEAR && kt_xml_attribute(edge, "equality") != NULL &&
+        !kt_mjcf_is_equal(kt_xml_attribute(edge, "equality"), "false"))
+        kt_unknown_count(&m->changes,
+                         "equalities of cells of a flexcomp, left out, so that nothing holds their nodes together; "
+                         "rigid=\"true\" fixes them",
+                         f->element);
+}
+
+/* False if it is left out or has no point that moves, or after reporting. */
+static bool read_flex(kt_mjcf *m, const kt_element *e, kt_flex *f) {
+    static const char *const motions[] = {"full", "radial", "2d", "trilinear", "quadratic", NULL};
+    const double dim = kt_mjcf_number(m, e, NULL, "dim", 2.0);
+    *f = (kt_flex){.element = e,
+                   .name = kt_xml_attribute(e, "name"),
+                   .motion = (kt_flex_motion)kt_mjcf_choice(m, e, NULL, "dof", motions, 0),
+                   .dim = (int)fmin(fmax(dim, 0.0), 4.0),
+                   .radius = kt_mjcf_number(m, e, NULL, "radius", 0.005)};
+    if (f->name == NULL)
+        return kt_mjcf_fault(m, e, "the attribute 'name' is missing");
+    if (f->dim < 1 || f->dim > 3)
+        return kt_mjcf_fault(m, e, "dim: expected 1, 2 or 3");
+    if (!make_flex_shape(m, f))
+        return false;
+    if (f->element_count == 0)
+        return kt_mjcf_fault(m, e, "it has no elements");
+    place_flex(m, f);
+    const int nodes = kt_flex_node_count(m, f), room = f->count > nodes ? f->count : nodes;
+    bool *pinned = kt_pool_take(&m->r->scratch, (size_t)room, sizeof *pinned);
+    if (pinned == NULL)
+        return kt_reader_out_of_memory(m->r);
+    if (!kt_flex_pin(m, f, pinned, room))
+        return false;
+    int moving = 0;
+    for (int i = 0; i < (nodes > 0 ? nodes : f->count); i++)
+        moving += !pinned[i];
+    if (moving > KT_FLEX_POINTS_MOST || nodes > KT_FLEX_POINTS_MOST)
+        return kt_mjcf_fault(m, e, "expected up to %d points that move", (int)KT_FLEX_POINTS_MOST);
+    if (moving > 0)
+        note_elasticity(m, f);
+    return moving > 0 && (nodes > 0 ? kt_flex_nodes(m, f, pinned) : name_flex_points(m, f, pinned));
+}
+
+/* ---- elements ---------------------------------------------------------------------------------------------------- */
+
 /* An element to which default classes do not apply. */
-static kt_element *add_bare(kt_mjcf *m, const flex *f, kt_element *parent, const char *name,
+static kt_element *add_bare(kt_mjcf *m, const kt_flex *f, kt_element *parent, const char *name,
                             const char *const *attributes) {
     kt_element *e = kt_mjcf_add_element(m, parent, f->element, name, attributes, NULL);
     if (e != NULL)
@@ -204,7 +163,7 @@ static kt_element *add_bare(kt_mjcf *m, const flex *f, kt_element *parent, const
     return e;
 }
 
-static bool add_site_of_point(kt_mjcf *m, const flex *f, int i, kt_element *parent, const double at[3]) {
+static bool add_site_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *parent, const double at[3]) {
     const char *name = name_flex_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
     if (name == NULL || place == NULL)
         return false;
@@ -213,7 +172,7 @@ static bool add_site_of_point(kt_mjcf *m, const flex *f, int i, kt_element *pare
 }
 
 /* A sphere without mass, for contacts and pictures. */
-static bool add_geom_of_point(kt_mjcf *m, const flex *f, kt_element *body) {
+static bool add_geom_of_point(kt_mjcf *m, const kt_flex *f, kt_element *body) {
     static const char *const taken[] = {"contype", "conaffinity", "condim", "priority", "friction",
                                         "solmix",  "solref",      "solimp", "margin",   "gap"};
     const char *attributes[2 * (sizeof taken / sizeof *taken) + 9] = {"type", "sphere", "mass", "0", "size"};
@@ -229,29 +188,86 @@ static bool add_geom_of_point(kt_mjcf *m, const flex *f, kt_element *body) {
     return attributes[5] != NULL && add_bare(m, f, body, "geom", attributes) != NULL;
 }
 
-static bool add_body_of_point(kt_mjcf *m, const flex *f, int i, kt_element *chain) {
+/* The axes of the slides of a point; returns how many. */
+static int slides_of(const kt_flex *f, const kt_flex_point *p, kt_vec3 axes[3]) {
+    const kt_vec3 at = kt_vec3_make(p->at[0], p->at[1], p->at[2]);
+    const double norm = kt_vec3_norm(at);
+    axes[0] = kt_vec3_make(1.0, 0.0, 0.0);
+    axes[1] = kt_vec3_make(0.0, 1.0, 0.0);
+    axes[2] = kt_vec3_make(0.0, 0.0, 1.0);
+    if (p->is_pinned)
+        return 0;
+    if (f->motion == KT_FLEX_RADIAL && norm > 0.0)
+        axes[0] = kt_vec3_scale(1.0 / norm, at);
+    return f->motion == KT_FLEX_RADIAL ? 1 : f->motion == KT_FLEX_PLANE ? 2 : 3;
+}
+
+static bool add_body_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *chain) {
     static const double origin[3] = {0.0, 0.0, 0.0};
-    static const char *const axes[] = {"1 0 0", "0 1 0", "0 0 1"};
-    const char *name = name_flex_point(m, f, i, ""), *place = kt_mjcf_write_numbers(m, 3, f->points + 3 * (size_t)i);
-    const char *mass = kt_mjcf_write_numbers(m, 1, &f->mass);
-    const char *moments = kt_mjcf_write_numbers(m, 3, (const double[]){f->inertia, f->inertia, f->inertia});
-    if (name == NULL || place == NULL || mass == NULL || moments == NULL)
+    const kt_flex_point *p = &f->points[i];
+    const double size = kt_mjcf_number(m, f->element, NULL, "inertiabox", 0.005),
+                 inertia = p->mass * 2.0 * size * size / 3.0;
+    const char *place = kt_mjcf_write_numbers(m, 3, p->at), *mass = kt_mjcf_write_numbers(m, 1, &p->mass);
+    const char *moments = kt_mjcf_write_numbers(m, 3, (const double[]){inertia, inertia, inertia});
+    if (place == NULL || mass == NULL || moments == NULL)
         return false;
-    const char *const own[] = {"name", name, "pos", place, NULL};
+    const char *const own[] = {"name", p->name, "pos", place, NULL};
     const char *const inertial[] = {"pos", "0 0 0", "mass", mass, "diaginertia", moments, NULL};
+    kt_vec3 axes[3];
     kt_element *body = kt_mjcf_add_element(m, chain, f->element, "body", own, NULL);
     if (body == NULL || kt_mjcf_add_element(m, body, f->element, "inertial", inertial, NULL) == NULL)
         return false;
-    for (int k = 0; k < 3; k++) {
-        const char *const sliding[] = {"type", "slide", "axis", axes[k], NULL};
-        if (kt_mjcf_add_element(m, body, f->element, "joint", sliding, NULL) == NULL)
+    for (int k = 0, count = slides_of(f, p, axes); k < count; k++) {
+        const char *axis = kt_mjcf_write_numbers(m, 3, (const double[]){axes[k].x, axes[k].y, axes[k].z});
+        const char *const sliding[] = {"type", "slide", "axis", axis, NULL};
+        if (axis == NULL || kt_mjcf_add_element(m, body, f->element, "joint", sliding, NULL) == NULL)
             return false;
     }
-    return add_geom_of_point(m, f, body) && add_site_of_point(m, f, i, body, origin);
+    return f->motion >= KT_FLEX_TRILINEAR ||
+           (add_geom_of_point(m, f, body) && add_site_of_point(m, f, i, body, origin));
+}
+
+/* ---- edges ------------------------------------------------------------------------------------------------------- */
+
+/* What acts in the edges of a flexcomp. */
+typedef struct flex_law {
+    bool is_soft, is_rigid; /* equalities: springs and dampers, or constant lengths */
+    double stiffness, damping;
+    kt_contact_law law;
+    double shortest, force;
+} flex_law;
+
+static flex_law read_flex_law(kt_mjcf *m, const kt_flex *f, const kt_element *edge) {
+    static const char *const words[] = {"false", "true", "vert", "strain", NULL};
+    const kt_element *root = kt_mjcf_document_at(m, 0)->root;
+    const int equality = kt_mjcf_choice(m, edge, NULL, "equality", words, 0);
+    double step = 0.002;
+    flex_law l = {.law = kt_contact_law_standard(),
+                  .is_rigid = equality > 0 && f->dim == 1,
+                  .is_soft = equality > 0 && f->dim > 1,
+                  .stiffness = kt_mjcf_number(m, edge, NULL, "stiffness", 0.0),
+                  .damping = kt_mjcf_number(m, edge, NULL, "damping", 0.0),
+                  .force = 9.81 / 8.0 * kt_mjcf_number(m, f->element, NULL, "mass", 1.0)};
+    for (const kt_element *e = kt_xml_child(root, "option"); e != NULL; e = kt_xml_next(e, "option"))
+        step = kt_mjcf_number(m, e, NULL, "timestep", step);
+    (void)kt_mjcf_numbers(m, edge, NULL, "solref", 1, 2, l.law.reference);
+    (void)kt_mjcf_numbers(m, edge, NULL, "solimp", 1, 5, l.law.impedance);
+    l.shortest = 2.0 * step;
+    return l;
+}
+
+/* The acceleration of a point along a direction by a unit force along it. */
+static double mobility_of_point(const kt_flex *f, const kt_flex_point *p, kt_vec3 along) {
+    double sum = 0.0;
+    kt_vec3 axes[3];
+    for (int k = 0, count = slides_of(f, p, axes); k < count; k++)
+        sum += pow(kt_vec3_dot(axes[k], along), 2.0) / p->mass;
+    return sum;
 }
 
 /* The length of an edge does not change. */
-static void add_rigid_edge(kt_mjcf *m, const flex *f, const char *const sites[2], double length, kt_element *section) {
+static void add_rigid_edge(kt_mjcf *m, const kt_flex *f, const char *const sites[2], double length,
+                           kt_element *section) {
     const char *text = kt_mjcf_write_numbers(m, 1, &length);
     if (text == NULL)
         return;
@@ -259,47 +275,96 @@ static void add_rigid_edge(kt_mjcf *m, const flex *f, const char *const sites[2]
     (void)add_bare(m, f, section, KT_MJCF_EDGE, attributes);
 }
 
-static void add_elastic_edge(kt_mjcf *m, const flex *f, const kt_element *edge, const char *const sites[2],
+static void add_elastic_edge(kt_mjcf *m, const kt_flex *f, double stiffness, double damping, const char *const sites[2],
                              kt_element *section) {
-    const char *stiffness = kt_xml_attribute(edge, "stiffness"), *damping = kt_xml_attribute(edge, "damping");
-    const char *const attributes[] = {"stiffness", stiffness != NULL ? stiffness : "0", "damping",
-                                      damping != NULL ? damping : "0", NULL};
+    const char *k = kt_mjcf_write_numbers(m, 1, &stiffness), *d = kt_mjcf_write_numbers(m, 1, &damping);
+    if (k == NULL || d == NULL)
+        return;
+    const char *const attributes[] = {"stiffness", k, "damping", d, NULL};
     kt_element *tendon = add_bare(m, f, section, "spatial", attributes);
-    for (int k = 0; k < 2 && tendon != NULL; k++) {
-        const char *const site[] = {"site", sites[k], NULL};
+    for (int i = 0; i < 2 && tendon != NULL; i++) {
+        const char *const site[] = {"site", sites[i], NULL};
         (void)kt_mjcf_add_element(m, tendon, f->element, "site", site, NULL);
     }
 }
 
-static void add_flex_edges(kt_mjcf *m, const flex *f) {
+static void add_flex_edge(kt_mjcf *m, const kt_flex *f, const flex_law *l, const int ends[2], kt_element *section) {
+    const kt_flex_point *a = &f->points[ends[0]], *b = &f->points[ends[1]];
+    const kt_vec3 way = kt_vec3_make(b->at[0] - a->at[0], b->at[1] - a->at[1], b->at[2] - a->at[2]);
+    const double length = kt_vec3_norm(way);
+    const char *sites[2] = {name_flex_point(m, f, ends[0], "__site"), name_flex_point(m, f, ends[1], "__site")};
+    double stiffness = l->stiffness, damping = l->damping, k, c;
+    if (sites[0] == NULL || sites[1] == NULL || (a->is_pinned && b->is_pinned))
+        return;
+    if (l->is_rigid) {
+        add_rigid_edge(m, f, sites, length, section);
+        return;
+    }
+    const kt_vec3 along = kt_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, way);
+    const double mobility = mobility_of_point(f, a, along) + mobility_of_point(f, b, along);
+    if (l->is_soft && mobility * a->mass > 1e-9) {
+        const double d = kt_contact_law_yield(&l->law, l->shortest, mobility, l->force, &k, &c);
+        stiffness += k;
+        damping += c;
+        m->flex_haste = fmax(m->flex_haste, 1.0 / sqrt(1.0 - d));
+        kt_left_count(&m->flex_edges, f->element);
+    }
+    if (stiffness != 0.0 || damping != 0.0)
+        add_elastic_edge(m, f, stiffness, damping, sites, section);
+}
+
+static int order_flex_ends(const void *a, const void *b) {
+    const int *x = a, *y = b;
+    return x[0] != y[0] ? (x[0] > y[0]) - (x[0] < y[0]) : (x[1] > y[1]) - (x[1] < y[1]);
+}
+
+/* All pairs of points of an element, each once; returns how many. NULL: no memory. */
+static int *list_flex_edges(kt_mjcf *m, const kt_flex *f, int *count) {
+    int *ends = kt_pool_take(&m->r->scratch, 12 * (size_t)f->element_count + 1, sizeof *ends), all = 0;
+    *count = 0;
+    if (ends == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    for (int i = 0; i < f->element_count; i++)
+        for (int a = 0; a <= f->dim; a++)
+            for (int b = a + 1; b <= f->dim; b++) {
+                const int x = f->elements[i * (f->dim + 1) + a], y = f->elements[i * (f->dim + 1) + b];
+                ends[2 * all] = f->dim > 1 && x > y ? y : x;
+                ends[2 * all++ + 1] = f->dim > 1 && x > y ? x : y;
+            }
+    if (f->dim > 1)
+        qsort(ends, (size_t)all, 2 * sizeof *ends, order_flex_ends);
+    for (int i = 0; i < all; i++)
+        if (f->dim == 1 || i == 0 || order_flex_ends(ends + 2 * (size_t)i, ends + 2 * ((size_t)i - 1)) != 0)
+            memmove(ends + 2 * (size_t)(*count)++, ends + 2 * (size_t)i, 2 * sizeof *ends);
+    return ends;
+}
+
+static void add_flex_edges(kt_mjcf *m, const kt_flex *f) {
     kt_element *root = kt_mjcf_document_at(m, f->element->document)->root;
     const kt_element *edge = kt_xml_child(f->element, "edge");
-    const bool is_rigid = edge != NULL && kt_mjcf_is_equal(kt_xml_attribute(edge, "equality"), "true");
-    if (edge == NULL)
+    int count;
+    if (edge == NULL || f->element_count == 0)
         return;
-    kt_element *section =
-        kt_mjcf_add_element(m, root, f->element, is_rigid ? "equality" : "tendon", no_attributes, NULL);
-    for (int i = 0; i < f->edge_count && section != NULL && !kt_draft_is_wrong(&m->draft); i++) {
-        const int *ends = f->edges + 2 * (size_t)i;
-        const double *a = f->points + 3 * (size_t)ends[0], *b = f->points + 3 * (size_t)ends[1];
-        const char *sites[2] = {name_flex_point(m, f, ends[0], "__site"), name_flex_point(m, f, ends[1], "__site")};
-        if (sites[0] == NULL || sites[1] == NULL || (f->pinned[ends[0]] && f->pinned[ends[1]]))
-            continue;
-        if (is_rigid)
-            add_rigid_edge(m, f, sites, kt_vec3_norm(kt_vec3_make(b[0] - a[0], b[1] - a[1], b[2] - a[2])), section);
-        else
-            add_elastic_edge(m, f, edge, sites, section);
-    }
+    const flex_law law = read_flex_law(m, f, edge);
+    const char *name = law.is_rigid ? "equality" : "tendon";
+    const int *ends = list_flex_edges(m, f, &count);
+    kt_element *section = ends != NULL ? kt_mjcf_add_element(m, root, f->element, name, no_attributes, NULL) : NULL;
+    for (int i = 0; i < count && section != NULL && !kt_draft_is_wrong(&m->draft); i++)
+        add_flex_edge(m, f, &law, ends + 2 * (size_t)i, section);
 }
 
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain) {
-    flex f;
+    kt_flex f;
     bool is_whole = read_flex(m, e, &f);
     if (!is_whole)
         return;
     for (int i = 0; i < f.count && is_whole; i++)
-        is_whole = f.pinned[i] ? add_site_of_point(m, &f, i, chain, f.points + 3 * (size_t)i)
-                               : add_body_of_point(m, &f, i, chain);
+        if (!f.points[i].is_pinned)
+            is_whole = add_body_of_point(m, &f, i, chain);
+        else if (f.motion < KT_FLEX_TRILINEAR)
+            is_whole = add_site_of_point(m, &f, i, chain, f.points[i].at);
     if (is_whole)
         add_flex_edges(m, &f);
 }

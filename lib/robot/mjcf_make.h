@@ -13,9 +13,21 @@ kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element
 /* The text of up to seven numbers; NULL: no memory. */
 const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
 
+/* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
+
+/* The file that an element names, without the folder where the compiler strips paths; NULL: it names none. */
+const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e);
+
+/* The path of a file of a mesh; NULL after setting the error. */
+const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error);
+kt_status kt_mjcf_read_surface(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error);
+
+/* Counts an element whose file cannot be read, with the reason of the first. */
+void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error);
+
 /* ---- mjcf_flex.c ------------------------------------------------------------------------------------------------- */
 
-/* The points of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. A
+/* The points or nodes of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. A
  * flexcomp that is left out is counted. */
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain);
 

@@ -3,14 +3,14 @@
  * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
 #include "document/file.h"
 #include "document/number.h"
-#include "robot/mjcf.h"
+#include "robot/mjcf_make.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* The file's name, without the folder where the compiler strips paths. */
-static const char *mesh_file_of(const kt_mjcf *m, const kt_element *e) {
+const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e) {
     const char *file = kt_xml_attribute(e, "file");
     const char *slash = file != NULL && kt_mjcf_settings_of(m, e)->strip_path ? strrchr(file, '/') : NULL;
     return slash != NULL ? slash + 1 : file;
@@ -45,7 +45,7 @@ static const char *mesh_path_of(kt_mjcf *m, const kt_element *e, const char *fil
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
-static void count_unread_mesh(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error) {
+void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error) {
     kt_phrase what = {.length = 0};
     if (error->code == KT_ERROR_MEMORY) {
         (void)kt_reader_out_of_memory(m->r);
@@ -59,14 +59,25 @@ static void count_unread_mesh(kt_mjcf *m, kt_left *left, const kt_element *e, co
     kt_left_count(left, e);
 }
 
-static kt_status read_file(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
-    char *text = NULL;
-    size_t size = 0;
-    if (m->source->folder == NULL)
-        return kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
+const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error) {
+    if (m->source->folder == NULL) {
+        (void)kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
+        return NULL;
+    }
     const char *path = mesh_path_of(m, e, file);
     path = path != NULL ? path_in(m, m->source->folder, path) : NULL;
-    kt_status status = path != NULL ? kt_file_read(path, &text, &size, error) : KT_ERROR_MEMORY;
+    if (path == NULL)
+        (void)kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
+    return path;
+}
+
+kt_status kt_mjcf_read_surface(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
+    const char *path = kt_mjcf_whole_path(m, e, file, error);
+    char *text = NULL;
+    size_t size = 0;
+    if (path == NULL)
+        return error->code;
+    kt_status status = kt_file_read(path, &text, &size, error);
     if (status == KT_OK)
         status = kt_triangles_parse(text, size, mesh, error);
     if (status == KT_ERROR_SCENE)
@@ -159,7 +170,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
 
 /* A mesh without a name has that of its file, without folder and ending. */
 static const char *mesh_name_of(kt_mjcf *m, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "name"), *file = mesh_file_of(m, e);
+    const char *name = kt_xml_attribute(e, "name"), *file = kt_mjcf_file_of_mesh(m, e);
     if (name != NULL || file == NULL)
         return name;
     const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
@@ -190,10 +201,10 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
-    const char *file = mesh_file_of(m, e), *builtin = builtin_of_asset(e);
+    const char *file = kt_mjcf_file_of_mesh(m, e), *builtin = builtin_of_asset(e);
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
-    kt_status status = file != NULL      ? read_file(m, e, file, &triangles, &error)
+    kt_status status = file != NULL      ? kt_mjcf_read_surface(m, e, file, &triangles, &error)
                        : builtin != NULL ? read_builtin(e, builtin, &triangles, &error)
                                          : read_inline(m, e, &triangles, &error);
     if (status == KT_OK)
@@ -201,7 +212,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
-        count_unread_mesh(m, file == NULL && builtin != NULL ? &m->builtins : &m->mesh_files, e, &error);
+        kt_mjcf_count_unread(m, file == NULL && builtin != NULL ? &m->builtins : &m->mesh_files, e, &error);
     }
 }
 
@@ -266,7 +277,7 @@ static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
  * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
-    const char *file = mesh != NULL ? mesh_file_of(m, mesh->element) : NULL,
+    const char *file = mesh != NULL ? kt_mjcf_file_of_mesh(m, mesh->element) : NULL,
                *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL,
                *builtin = mesh != NULL && file == NULL ? builtin_text_of(m, mesh->element) : NULL;
     if (path == NULL && builtin == NULL) {

@@ -218,57 +218,8 @@ KT_TEST(faults_of_cables_are_told_at_their_places) {
     }
 }
 
-/* ---- point masses ------------------------------------------------------------------------------------------------ */
-
-#define FLEX(attributes, content)                                                                                      \
-    "<mujoco><worldbody><body name='b'><flexcomp name='f' " attributes ">" content "</flexcomp></body></worldbody>"    \
-    "</mujoco>"
-
-/* A circle of seven points, of which one is pinned, and edges of constant length. */
-KT_TEST(edges_of_constant_length_are_distances) {
-    kt_scene scene;
-    if (!parse_right(
-            FLEX("type='circle' dim='1' count='8 1 1' spacing='.1 .1 .1'", "<edge equality='true'/><pin id='2'/>"),
-            NULL, &scene))
-        return;
-    const kt_description *d = &scene.description;
-    kt_check_equal_int("bodies", d->body_count, 1 + 6 * 3);
-    kt_check_equal_int("edges", d->loop_count, 7);
-    for (int i = 0; i < d->loop_count; i++) {
-        double length[3] = {0.0};
-        kt_check_equal_int("type", (int)d->loops[i].type, KT_LOOP_DISTANCE);
-        kt_check_equal_int("function", kt_function_evaluate(&d->loops[i].function, 0.0, length, NULL), KT_OK);
-        kt_check_near("length", length[0], 0.1, 1e-15);
-    }
-    kt_scene_free(&scene);
-}
-
-/* Contacts are those of a sphere at each point that moves. */
-KT_TEST(points_of_cables_touch_planes) {
-    static const char text[] =
-        "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='b' pos='0 0 1'><flexcomp name='f' dim='1' "
-        "type='grid' count='5 1 1' radius='.004'><contact friction='.4'/><pin id='0'/></flexcomp></body></worldbody>"
-        "</mujoco>";
-    const kt_robot_options options = {.contacts = true};
-    kt_scene scene;
-    if (!parse_right(text, &options, &scene))
-        return;
-    kt_check_equal_int("contacts", scene.description.effect_count, 4);
-    for (int i = 0; i < scene.description.effect_count; i++)
-        kt_check_near("radius", scene.description.effects[i].radius, 0.004, 0.0);
-    kt_scene_free(&scene);
-}
-
-KT_TEST(what_is_no_cable_is_told) {
-    static const struct {
-        const char *text, *note;
-    } table[] = {
-        {FLEX("dim='2' type='grid' count='3 3 1'", ""), "surfaces or solids"},
-        {FLEX("type='square' count='3 3 1'", ""), "surfaces or solids"},
-        {FLEX("dim='1' type='grid' count='4 1 1' dof='radial'", ""), "without three slides"},
-        {"<mujoco><worldbody><body name='a'><flexcomp name='f' count='3 3 1'/></body></worldbody><equality>"
-         "<connect body1='f_0' anchor='0 0 0'/><weld body1='a' body2='f_8'/></equality></mujoco>",
-         "equality of a point of a flexcomp that is left out: 2"},
+KT_TEST(composites_that_mujoco_removed_have_a_warning) {
+    static const char *const table[][2] = {
         {"<mujoco><worldbody><body><composite type='rope' count='4 1 1' spacing='.1'/></body></worldbody></mujoco>",
          "give the type cable, or a flexcomp with dim 1: 1"},
         {"<mujoco><worldbody><body><composite type='cloth' count='4 4 1' spacing='.1'/></body></worldbody></mujoco>",
@@ -276,39 +227,10 @@ KT_TEST(what_is_no_cable_is_told) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
-        bool found = false;
-        if (!parse_right(table[i].text, NULL, &scene))
+        if (!parse_right(table[i][0], NULL, &scene))
             continue;
-        for (int k = 0; k < scene.note_count; k++)
-            found = found || (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, table[i].note));
-        kt_check_true(table[i].note, found);
+        kt_check_true(table[i][1], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i][1]));
         kt_check_equal_int("bodies", scene.description.body_count, 1);
         kt_scene_free(&scene);
-    }
-}
-
-KT_TEST(faults_of_cables_of_points_have_their_place) {
-    static const struct {
-        const char *text, *message;
-    } table[] = {
-        {FLEX("dim='1' type='grid' count='1 1 1'", ""), "count: expected 2 to 1000 points"},
-        {FLEX("dim='1' type='circle' count='2 1 1'", ""), "count: expected 3 to 1000 points"},
-        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='3e9 2'/>"), "there is no such point"},
-        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='2 -3e9'/>"), "there is no such point"},
-        {FLEX("dim='1' type='direct' point='0 0 0 .1 0 0 .2 0 0' element='0 1'", ""), "the point 2 is in no edge"},
-        {FLEX("dim='1' type='grid' count='4 1 1'", "<pin id='4'/>"), "there is no such point"},
-        {FLEX("dim='1' type='direct' point='0 0 0 1 0' element='0 1'", ""), "expected `point` with three numbers"},
-        {FLEX("dim='1' type='direct' point='0 0 0 1 0 0' element='0 2'", ""), "element: there is no point 2"},
-        {FLEX("dim='1' type='direct' point='0 0 0 1 0 a' element='0 1'", ""), "point: expected numbers"},
-        {"<mujoco><worldbody><flexcomp dim='1' type='grid' count='4 1 1'/></worldbody></mujoco>",
-         "the attribute 'name' is missing"},
-    };
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        kt_error error = {0};
-        kt_check_equal_int("status",
-                           kt_robot_parse("m", table[i].text, strlen(table[i].text), NULL, &scene, NULL, NULL, &error),
-                           KT_ERROR_SCENE);
-        kt_check_contains("message", error.message, table[i].message);
     }
 }

@@ -1,0 +1,352 @@
+/* Flexible bodies of MJCF: points, edges, files and faults. Masses, bias forces and dampers are compared with those of
+ * MuJoCo (mujoco_wasm.c, flex.xml and flexes.xml). */
+#define ROBOT "m"
+#include "robot.h"
+
+#include "folder.h"
+
+#include "kinetree/kinetree.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#define FLEX(attributes, content)                                                                                      \
+    "<mujoco><worldbody><body name='b'><flexcomp name='f' " attributes ">" content "</flexcomp></body></worldbody>"    \
+    "</mujoco>"
+
+/* ---- points and edges -------------------------------------------------------------------------------------------- */
+
+/* A circle of seven points, of which one is pinned, and edges of constant length. */
+KT_TEST(edges_of_constant_length_are_distances) {
+    kt_scene scene;
+    if (!parse_right(
+            FLEX("type='circle' dim='1' count='8 1 1' spacing='.1 .1 .1'", "<edge equality='true'/><pin id='2'/>"),
+            NULL, &scene))
+        return;
+    const kt_description *d = &scene.description;
+    kt_check_equal_int("bodies", d->body_count, 1 + 6 * 3);
+    kt_check_equal_int("edges", d->loop_count, 7);
+    for (int i = 0; i < d->loop_count; i++) {
+        double length[3] = {0.0};
+        kt_check_equal_int("type", (int)d->loops[i].type, KT_LOOP_DISTANCE);
+        kt_check_equal_int("function", kt_function_evaluate(&d->loops[i].function, 0.0, length, NULL), KT_OK);
+        kt_check_near("length", length[0], 0.1, 1e-15);
+    }
+    kt_scene_free(&scene);
+}
+
+/* Contacts are those of a sphere at each point that moves. */
+KT_TEST(points_of_cables_touch_planes) {
+    static const char text[] =
+        "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='b' pos='0 0 1'><flexcomp name='f' dim='1' "
+        "type='grid' count='5 1 1' radius='.004'><contact friction='.4'/><pin id='0'/></flexcomp></body></worldbody>"
+        "</mujoco>";
+    const kt_robot_options options = {.contacts = true};
+    kt_scene scene;
+    if (!parse_right(text, &options, &scene))
+        return;
+    kt_check_equal_int("contacts", scene.description.effect_count, 4);
+    for (int i = 0; i < scene.description.effect_count; i++)
+        kt_check_near("radius", scene.description.effects[i].radius, 0.004, 0.0);
+    kt_scene_free(&scene);
+}
+
+/* A square has five edges, of which a damper acts in each that a pin does not hold at both ends. */
+KT_TEST(edges_of_surfaces_are_those_of_all_triangles) {
+    kt_scene scene;
+    if (!parse_right(FLEX("count='3 2 1' spacing='.1 .1 .1'", "<edge damping='1'/><pin grid='0 0 0 1'/>"), NULL,
+                     &scene))
+        return;
+    kt_check_equal_int("bodies", scene.description.body_count, 1 + 4 * 3);
+    kt_check_equal_int("dampers", scene.description.effect_count, 9 - 1);
+    kt_scene_free(&scene);
+}
+
+/* Points 1 and 3 are in no element. The pin is that of point 2. */
+KT_TEST(points_without_an_element_vanish) {
+    kt_scene scene;
+    if (!parse_right(FLEX("type='direct' dim='2' mass='3' point='0 0 0 9 9 9 .1 0 0 8 8 8 0 .2 0' element='0 2 4'",
+                          "<pin id='2'/>"),
+                     NULL, &scene))
+        return;
+    kt_check_equal_int("bodies", scene.description.body_count, 1 + 2 * 3);
+    kt_check_near("mass", find_body(&scene, "f_2")->mass, 1.0, 1e-15);
+    kt_scene_free(&scene);
+}
+
+/* ---- soft equalities --------------------------------------------------------------------------------------------- */
+
+enum { SPRINGS_NV = 3 };
+
+/* A triangle with two pins, whose third point is stretched by x along its edge to the first: the force along it. */
+static double force_of_edge(const char *text, double x) {
+    const double q[SPRINGS_NV] = {x, 0.0, 0.0}, v[SPRINGS_NV] = {0.0};
+    double forces[SPRINGS_NV] = {(double)NAN, 0.0, 0.0};
+    kt_scene scene;
+    kt_model *model = NULL;
+    kt_data *data = NULL;
+    kt_error error = {0};
+    if (!parse_right(text, NULL, &scene))
+        return (double)NAN;
+    const bool fits = kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK &&
+                      kt_data_create(model, &data, &error) == KT_OK && kt_model_nv(model) == SPRINGS_NV &&
+                      kt_effect_forces(model, data, 0.0, q, v, forces, &error) == KT_OK;
+    kt_data_free(data);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    (void)kt_check_true("the edge has a force", fits);
+    return -forces[0];
+}
+
+/* MuJoCo's law at rest: k d(x)^2 x = (1 - d(x)) A f with the mobility A of both ends, k = 1 / (dmax^2 T^2 z^2). Here the
+ * impedance is constant, so that x follows at once. The second edge is at a right angle and adds nothing to first
+ * order. */
+KT_TEST(soft_edges_yield_as_much_as_those_of_mujoco) {
+    static const struct {
+        const char *text;
+        double d, time, ratio, mass;
+    } table[] = {
+        {FLEX("type='direct' dim='2' mass='6' point='0 0 0 .5 0 0 .5 .7 0' element='0 1 2'",
+              "<edge equality='true' solimp='.8 .8 .001' solref='.05 .7'/><pin id='0 2'/>"),
+         0.8, 0.05, 0.7, 2.0},
+        {FLEX("type='direct' dim='2' mass='6' point='0 0 0 .5 0 0 .5 .7 0' element='0 1 2'",
+              "<edge equality='vert' solimp='.95 .95 .001' solref='.001 1'/><pin id='0 2'/>"),
+         0.95, 0.004, 1.0, 2.0}, /* at least two steps of 2 ms */
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const double d = table[i].d, t = table[i].time, z = table[i].ratio, k = 1.0 / (d * d * t * t * z * z);
+        const double stiffness = table[i].mass * k * d * d / (1.0 - d), x = 1e-6;
+        kt_check_near("force, N", force_of_edge(table[i].text, x), stiffness * x, 1e-5 * stiffness * x);
+    }
+}
+
+/* ---- files of Gmsh ----------------------------------------------------------------------------------------------- */
+
+/* A file of Gmsh while it is written, as text or bytes. */
+typedef struct gmsh_file {
+    char text[4000];
+    size_t size;
+    bool is_binary;
+} gmsh_file;
+
+static void put_word(gmsh_file *g, const char *word) {
+    g->size += (size_t)snprintf(g->text + g->size, sizeof g->text - g->size, "%s", word);
+}
+
+static void put_bytes(gmsh_file *g, const void *from, size_t size) {
+    memcpy(g->text + g->size, from, size);
+    g->size += size;
+}
+
+/* An integer of 4 or 8 bytes. */
+static void put_integer(gmsh_file *g, int value, int bytes, const char *after) {
+    const int32_t small = value;
+    const uint64_t large = (uint64_t)value;
+    if (g->is_binary) {
+        put_bytes(g, bytes == 4 ? (const void *)&small : (const void *)&large, (size_t)bytes);
+        return;
+    }
+    char word[40];
+    (void)snprintf(word, sizeof word, "%d%s", value, after);
+    put_word(g, word);
+}
+
+static void put_point(gmsh_file *g, const double *p) {
+    char word[120];
+    if (g->is_binary) {
+        put_bytes(g, p, 3 * sizeof *p);
+        return;
+    }
+    (void)snprintf(word, sizeof word, "%.17g %.17g %.17g\n", p[0], p[1], p[2]);
+    put_word(g, word);
+}
+
+static const double gmsh_points[5][3] = {
+    {0.0, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.12, 0.0}, {0.0, 0.0, 0.3}, {0.1, 0.2, 0.3}};
+static const int gmsh_elements[2][4] = {{1, 2, 3, 4}, {2, 3, 4, 5}};
+
+static void write_gmsh_2(gmsh_file *g) {
+    put_word(g, g->is_binary ? "$MeshFormat\n2.2 1 8\n\1\n$EndMeshFormat\n" : "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
+    put_word(g, "$Nodes\n5\n");
+    for (int i = 0; i < 5; i++) {
+        put_integer(g, i + 1, 4, " ");
+        put_point(g, gmsh_points[i]);
+    }
+    put_word(g, "\n$EndNodes\n$Elements\n2\n");
+    for (int i = 0; i < 2; i++) {
+        if (!g->is_binary)
+            put_integer(g, i + 1, 4, " ");
+        put_integer(g, 4, 4, " "); /* a tetrahedron */
+        if (g->is_binary)
+            put_integer(g, 1, 4, " ");
+        put_integer(g, 2, 4, " ");
+        if (g->is_binary)
+            put_integer(g, i + 1, 4, " ");
+        put_integer(g, 0, 4, " ");
+        put_integer(g, 1, 4, " ");
+        for (int k = 0; k < 4; k++)
+            put_integer(g, gmsh_elements[i][k], 4, k < 3 ? " " : "\n");
+    }
+    put_word(g, "\n$EndElements\n");
+}
+
+static void put_block(gmsh_file *g, int count, int type) {
+    const int sizes[4] = {1, count, 1, count};
+    for (int i = 0; i < 4; i++)
+        put_integer(g, sizes[i], 8, " ");
+    put_integer(g, 3, 4, " ");
+    put_integer(g, 1, 4, " ");
+    put_integer(g, type, 4, " ");
+    put_integer(g, count, 8, "\n");
+}
+
+static void write_gmsh_4(gmsh_file *g) {
+    put_word(g, g->is_binary ? "$MeshFormat\n4.1 1 8\n\1\n$EndMeshFormat\n" : "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
+    put_word(g, "$Nodes\n");
+    put_block(g, 5, 0);
+    for (int i = 0; i < 5; i++)
+        put_integer(g, i + 1, 8, "\n");
+    for (int i = 0; i < 5; i++)
+        put_point(g, gmsh_points[i]);
+    put_word(g, "\n$EndNodes\n$Elements\n");
+    put_block(g, 2, 4);
+    for (int i = 0; i < 2; i++) {
+        put_integer(g, i + 1, 8, " ");
+        for (int k = 0; k < 4; k++)
+            put_integer(g, gmsh_elements[i][k], 8, k < 3 ? " " : "\n");
+    }
+    put_word(g, "\n$EndElements\n");
+}
+
+/* A model with the first `size` bytes of a file. */
+static kt_status read_gmsh(const char *folder, const gmsh_file *g, size_t size, kt_scene *scene) {
+    char path[400];
+    kt_error error = {0};
+    (void)snprintf(path, sizeof path, "%s/part.msh", folder);
+    FILE *file = fopen(path, "wb");
+    kt_check_true("the file is written", file != NULL && fwrite(g->text, 1, size, file) == size && fclose(file) == 0);
+    put_file(folder, "m.xml",
+             FLEX("type='gmsh' dim='3' file='part.msh' mass='5' scale='1 2 1'", "<edge damping='1'/>"));
+    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+    return kt_robot_read(path, NULL, scene, NULL, NULL, &error);
+}
+
+static void check_gmsh(const kt_scene *scene) {
+    kt_check_equal_int("bodies", scene->description.body_count, 1 + 5 * 3);
+    kt_check_equal_int("edges", scene->description.effect_count, 9);
+    for (int i = 0; i < 5; i++) {
+        char name[20];
+        (void)snprintf(name, sizeof name, "f_%d", i);
+        const kt_body *b = find_body(scene, name);
+        kt_check_near("mass", b->mass, 1.0, 1e-15);
+    }
+}
+
+/* Sums the places of the bodies that the file of a folder makes. */
+static double place_sum(const kt_scene *scene) {
+    double sum = 0.0;
+    for (int i = 0; i < scene->description.body_count; i++) {
+        const kt_vec3 p = scene->description.bodies[i].joint.at;
+        sum += p.x + 3.0 * p.y + 7.0 * p.z;
+    }
+    return sum;
+}
+
+/* Both formats of Gmsh, as text and as bytes. Each file that is cut short is left out, with a warning. */
+KT_TEST(files_of_gmsh_have_points_and_elements_in_both_formats) {
+    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (int kind = 0; kind < 4; kind++) {
+        gmsh_file g = {.is_binary = kind % 2 == 1};
+        kt_scene scene;
+        int left_out = 0, cuts = 0;
+        (kind < 2 ? write_gmsh_2 : write_gmsh_4)(&g);
+        kt_note("%s, %s", kind < 2 ? "2.2" : "4.1", g.is_binary ? "bytes" : "text");
+        if (kt_check_equal_int("status", read_gmsh(folder, &g, g.size, &scene), KT_OK)) {
+            double expected = 0.0;
+            check_gmsh(&scene);
+            for (int i = 0; i < 5; i++)
+                expected += gmsh_points[i][0] + 6.0 * gmsh_points[i][1] + 7.0 * gmsh_points[i][2];
+            kt_check_near("places", place_sum(&scene), expected, 1e-14);
+            kt_scene_free(&scene);
+        }
+        for (size_t size = 0; size + strlen("$EndElements\n") < g.size; size += 3, cuts++)
+            if (read_gmsh(folder, &g, size, &scene) == KT_OK) {
+                left_out += has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "flexcomps whose file cannot be read");
+                kt_scene_free(&scene);
+            }
+        kt_check_equal_int("files that are cut short, left out", left_out, cuts);
+    }
+    (void)snprintf(path, sizeof path, "%s/part.msh", folder);
+    (void)remove(path);
+    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
+/* ---- warnings and faults ----------------------------------------------------------------------------------------- */
+
+KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
+    static const struct {
+        const char *text, *note;
+        int bodies;
+    } table[] = {
+        {FLEX("count='2 2 1'", "<elasticity young='1e4'/>"), "elasticity of surfaces and solids (flexcomp)", 13},
+        {FLEX("count='2 2 1'", "<edge equality='true'/>"), "springs and dampers that yield as much; a single edge", 13},
+        {FLEX("count='2 2 1'", "<edge equality='true'/>"), "as fast: 5", 13},
+        {FLEX("count='2 2 2' dim='3' dof='trilinear'", "<edge equality='strain'/>"), "equalities of cells", 25},
+        {FLEX("type='mesh' file='none.stl'", ""), "flexcomps whose file cannot be read, left out: 1; the first: ", 1},
+        {FLEX("type='gmsh' file='none.msh'", ""), "flexcomps whose file cannot be read, left out: 1; the first: ", 1},
+        {"<mujoco><worldbody><body name='a'><flexcomp name='f' type='gmsh' "
+         "file='none.msh'/></body></worldbody><equality>"
+         "<connect body1='f_0' anchor='0 0 0'/><weld body1='a' body2='f_8'/></equality></mujoco>",
+         "equality of a point of a flexcomp that is left out: 2", 1},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        if (!parse_right(table[i].text, NULL, &scene))
+            continue;
+        kt_check_true(table[i].note, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+        kt_check_equal_int("bodies", scene.description.body_count, table[i].bodies);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(faults_of_flexcomps_have_their_place) {
+    static const struct {
+        const char *text, *message;
+    } table[] = {
+        {FLEX("dim='1' type='grid' count='1 1 1'", ""), "count: expected 2 or more points along axis 1"},
+        {FLEX("dim='1' type='circle' count='2 1 1'", ""), "count: expected 3 or more points along axis 1"},
+        {FLEX("dim='1' type='grid' count='3001 1 1'", ""), "expected up to 3000 points that move"},
+        {FLEX("dim='3' type='grid' count='1e4 1e4 1e4'", ""), "expected 1 to 16777216 points and elements"},
+        {FLEX("dim='2' type='grid' count='3 3 3'", ""), "count: a surface has 1 point along axis 3"},
+        {FLEX("dim='1' type='box'", ""), "dim: a box is a surface (2) or a volume (3)"},
+        {FLEX("dim='4'", ""), "dim: expected 1, 2 or 3"},
+        {FLEX("count='3 3 1' dof='most'", ""), "dof: there is no 'most'"},
+        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='3e9 2'/>"), "range: there is no such point"},
+        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin range='2 -3e9'/>"), "range: there is no such point"},
+        {FLEX("dim='1' type='grid' count='6 1 1'", "<pin grid='2'/>"), "a line has no grid"},
+        {FLEX("count='3 3 1'", "<pin grid='2 3'/>"), "grid: there is no such point"},
+        {FLEX("count='3 3 1'", "<pin gridrange='0 0 1'/>"), "gridrange: expected a multiple of 4 numbers"},
+        {FLEX("dim='1' type='grid' count='4 1 1'", "<pin id='4'/>"), "id: there is no such point"},
+        {FLEX("dim='1' type='direct' point='0 0 0 1 0' element='0 1'", ""), "expected `point` with three numbers"},
+        {FLEX("dim='1' type='direct' point='0 0 0 1 0 0' element='0 2'", ""), "element: there is no point 2"},
+        {FLEX("dim='1' type='direct' point='0 0 0 1 0 a' element='0 1'", ""), "point: expected numbers"},
+        {FLEX("dim='3' type='direct' point='0 0 0 1 0 0' element='0 1 0'", ""), "`element` with four points each"},
+        {FLEX("type='mesh'", ""), "the attribute 'file' is missing"},
+        {"<mujoco><worldbody><flexcomp dim='1' type='grid' count='4 1 1'/></worldbody></mujoco>",
+         "the attribute 'name' is missing"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        kt_error error = {0};
+        kt_check_equal_int("status",
+                           kt_robot_parse("m", table[i].text, strlen(table[i].text), NULL, &scene, NULL, NULL, &error),
+                           KT_ERROR_SCENE);
+        kt_check_contains("message", error.message, table[i].message);
+    }
+}
