@@ -82,10 +82,10 @@ static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, con
 
 /* Names of elements, and references to them. Classes need no prefix: each document has its own. */
 static bool has_prefix(const char *attribute) {
-    static const char *const names[] = {"name",      "body",       "body1",         "body2",  "joint",
-                                        "joint1",    "joint2",     "jointinparent", "tendon", "tendon1",
-                                        "tendon2",   "site",       "site1",         "site2",  "refsite",
-                                        "cranksite", "slidersite", "mesh",          "geom",   "sidesite"};
+    static const char *const names[] = {"name",   "body",          "body1",   "body2",     "joint",      "joint1",
+                                        "joint2", "jointinparent", "tendon",  "tendon1",   "tendon2",    "site",
+                                        "site1",  "site2",         "refsite", "cranksite", "slidersite", "mesh",
+                                        "geom",   "sidesite",      "hfield"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strcmp(attribute, names[i]) == 0)
             return true;

@@ -58,10 +58,27 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
         g->size[1] = g->size[0];
 }
 
+/* MuJoCo weighs a field of heights as a box of the quarter of its heights and half of its base. */
+static void read_field_size(kt_mjcf *m, const kt_element *field_geom, double size[3]) {
+    const char *name = kt_mjcf_text(m, field_geom, "geom", "hfield");
+    double field[4];
+    for (const kt_element *e = kt_mjcf_section(m, "asset", NULL); e != NULL; e = kt_mjcf_section(m, "asset", e)) {
+        if (strcmp(e->name, "hfield") != 0 || !kt_mjcf_is_equal(name, kt_xml_attribute(e, "name")) ||
+            kt_mjcf_numbers(m, e, NULL, "size", 4, 4, field) != 4)
+            continue;
+        size[0] = field[0];
+        size[1] = field[1];
+        size[2] = 0.25 * field[2] + 0.5 * field[3];
+    }
+}
+
+/* The solid whose mass a geom has. */
+static kt_solid weighed_solid_of(const geom *g) { return g->type == HFIELD ? KT_SOLID_BOX : solids[g->type]; }
+
 static double geom_volume_of(const geom *g) {
     if (g->type == MESH)
         return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
-    return g->is_shell ? kt_shell_area(solids[g->type], g->size) : kt_solid_volume(solids[g->type], g->size);
+    return g->is_shell ? kt_shell_area(weighed_solid_of(g), g->size) : kt_solid_volume(weighed_solid_of(g), g->size);
 }
 
 /* Whether `shellinertia` makes a shell of a geom. An ellipsoid keeps the mass of a solid, and is counted. */
@@ -82,7 +99,7 @@ static bool counts(kt_mjcf *m, const kt_element *e) {
 }
 
 static void set_moments(geom *g, double volume) {
-    const kt_solid solid = solids[g->type];
+    const kt_solid solid = weighed_solid_of(g);
     const kt_vec3 moments =
         kt_vec3_scale(g->mass, g->is_shell ? kt_shell_moments(solid, g->size) : kt_solid_moments(solid, g->size));
     g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
@@ -106,7 +123,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
         g->mesh = kt_mjcf_find_mesh(m, e);
     g->is_shell = is_shell(m, e, g);
     const double volume = geom_volume_of(g);
-    g->is_lost = g->type == MESH && !(volume > 0.0);
+    g->is_lost = (g->type == MESH || g->type == HFIELD) && !(volume > 0.0);
     if (!(volume > 0.0))
         return;
     g->mass = has_mass ? mass : density * volume;
@@ -124,6 +141,8 @@ static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
         g.type = MESH; /* a solid that MuJoCo fits to the mesh */
     if (geom_sizes_of(g.type, false) > 0)
         read_size(m, e, &g);
+    if (g.type == HFIELD)
+        read_field_size(m, e, g.size);
     set_mass(m, e, &g, is_fitted);
     return g;
 }
