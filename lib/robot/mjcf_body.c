@@ -8,8 +8,7 @@
  * the body's origin. Else the body is fixed to the last one. The joint frame is turned back by ref, so that coordinates
  * are those of MuJoCo.
  */
-#include "algebra/principal.h"
-#include "robot/mjcf.h"
+#include "robot/mjcf_axes.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -170,15 +169,15 @@ static void align_free(kt_mjcf *m, kt_mjcf_body *b) {
     if (align == 0 || (align == 2 && !kt_mjcf_settings_of(m, b->element)->align_free))
         return;
     b->frame = b->inertial;
-    if (b->has_axes)
-        return;
-    b->frame.position = b->com;
-    b->frame.rotation = kt_principal_axes(b->inertia);
-    kt_unknown_count(
-        &m->changes,
-        "a free body whose frame is that of an inertia without axes of its own (align): positions of a keyframe "
-        "may be about other axes",
-        j->element);
+    if (!b->has_axes)
+        b->frame.position = b->com;
+    b->frame.rotation = kt_mjcf_axes_of_body(b);
+    if (kt_mjcf_has_doubtful_axes(b))
+        kt_unknown_count(
+            &m->changes,
+            "a free body whose frame is that of a mesh with equal moments of inertia (align): positions of a keyframe "
+            "may be about other axes",
+            j->element);
 }
 
 void kt_mjcf_collect(kt_mjcf *m) {

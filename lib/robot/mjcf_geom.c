@@ -1,6 +1,6 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
 #include "algebra/principal.h"
-#include "robot/mjcf.h"
+#include "robot/mjcf_axes.h"
 
 #include <float.h>
 #include <math.h>
@@ -184,6 +184,11 @@ static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
 
 /* ---- all geoms of a body ----------------------------------------------------------------------------------------- */
 
+/* The axes of a mesh are those of its inertia. */
+static kt_mat3 inertia_axes_of(const geom *g) {
+    return g->mesh != NULL ? kt_mat3_multiply(g->pose.rotation, kt_mjcf_axes(g->mesh->inertia)) : g->pose.rotation;
+}
+
 /* Adds a geom to the mass, first moment and inertia about the body's origin. */
 static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
@@ -191,7 +196,7 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     b->heavy_geoms += g.mass > 0.0;
     b->has_mesh = b->has_mesh || g.mesh != NULL;
     if (g.mass > 0.0)
-        b->inertial = (kt_pose){.rotation = g.pose.rotation, .position = g.com};
+        b->inertial = (kt_pose){.rotation = inertia_axes_of(&g), .position = g.com};
     b->mass += g.mass;
     b->com = kt_vec3_add(b->com, kt_vec3_scale(g.mass, g.com));
     b->inertia = kt_sym3_add(b->inertia, kt_sym3_shift(g.inertia, g.mass, g.com));
@@ -208,7 +213,7 @@ static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
         return;
     b->com = kt_vec3_scale(1.0 / b->mass, b->com);
     b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
-    b->has_axes = b->heavy_geoms == 1 && !b->has_mesh;
+    b->has_axes = b->heavy_geoms == 1;
     kt_left_count(&m->by_geoms, b->element);
 }
 

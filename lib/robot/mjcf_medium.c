@@ -7,8 +7,7 @@
  *     quadratic:  rho b_j b_k / 2      along, and   rho b_i (b_j^4 + b_k^4) / 64  about the axis i.
  * The force acts at the centre of mass. Source: MuJoCo's documentation, Computation, "Inertia model" of fluid forces.
  */
-#include "algebra/principal.h"
-#include "robot/mjcf.h"
+#include "robot/mjcf_axes.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -23,14 +22,6 @@ static void find_ellipsoid(kt_mjcf *m, const kt_element *geom, int body, kt_pose
     (void)frame;
     if (shape != NULL && strcmp(shape, "ellipsoid") == 0)
         kt_mjcf_body_at(m, body)->has_ellipsoids = true;
-}
-
-/* Whether two of three moments are equal, apart from rounding, so that their axes are any in a plane. */
-static bool has_equal_moments(const double moments[3]) {
-    bool found = false;
-    for (int i = 0; i < 3; i++)
-        found = found || fabs(moments[i] - moments[(i + 1) % 3]) <= 1e-9 * moments[i];
-    return found;
 }
 
 /* The principal moments of a body, in its axes. */
@@ -53,8 +44,7 @@ static const char *name_marker(kt_mjcf *m, const kt_mjcf_body *b) {
 
 /* Adds a marker at the centre of mass, along the axes of the inertia. */
 static void place_marker(kt_mjcf *m, kt_mjcf_body *b) {
-    const kt_mat3 axes = b->has_axes ? b->inertial.rotation : kt_principal_axes(b->inertia);
-    double moments[3];
+    const kt_mat3 axes = kt_mjcf_axes_of_body(b);
     const char *name = name_marker(m, b);
     kt_marker *marker = kt_list_add(m->r, &m->r->keep, &b->markers, sizeof *marker);
     if (name == NULL || marker == NULL) {
@@ -64,11 +54,11 @@ static void place_marker(kt_mjcf *m, kt_mjcf_body *b) {
     *marker = (kt_marker){.name = name, .at = b->com, .rotation = kt_rotation_of_matrix(axes)};
     b->medium = name;
     b->medium_axes = axes;
-    moments_of(b, axes, moments);
-    if (!b->has_axes && m->density > 0.0 && has_equal_moments(moments))
-        kt_unknown_count(&m->changes,
-                         "drag of a medium on a body with equal moments of inertia, whose axes may be others",
-                         b->element);
+    if (m->density > 0.0 && kt_mjcf_has_doubtful_axes(b))
+        kt_unknown_count(
+            &m->changes,
+            "drag of a medium on a body with a mesh and equal moments of inertia, whose axes may be others",
+            b->element);
 }
 
 void kt_mjcf_place_media(kt_mjcf *m) {

@@ -292,6 +292,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/armature.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/flexes.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/fields.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
