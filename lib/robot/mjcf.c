@@ -124,7 +124,7 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_note_put(
         &n, KT_NOTE_RANK_MOTION, &m->flex_edges,
         "edges of surfaces and solids (flexcomp), which MuJoCo holds by soft equalities, are springs and dampers "
-        "that yield as much; a single edge swings up to %.2g times as fast: %d",
+        "that yield as much; a single edge swings up to %.2g times as fast; rigid=\"true\" fixes their points: %d",
         m->flex_haste, m->flex_edges.count);
     kt_note_changes(&n, &m->changes);
     kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,

@@ -1,8 +1,8 @@
 /* The axes of an inertia in MuJoCo's order, since some frames of MJCF are those axes: of free bodies with `align`, and
  * of the drag of a medium.
  *
- * MuJoCo turns the axes by Jacobi rotations of a quaternion. Each annuls the largest entry D_rc beside the diagonal of
- * D = R' S R, with the angle a that is at most 45 degrees:
+ * MuJoCo turns the axes by Jacobi rotations of a quaternion. Each annuls the largest entry D_rc off the diagonal of
+ * D = R' S R, with the smaller of two angles a:
  *     t = tan a = sign(tau) / (|tau| + sqrt(1 + tau^2)),   tau = (D_cc - D_rr) / (2 D_rc).
  * It stops when that entry is rounding. Quarter turns then sort the moments, the largest first; equal ones keep their
  * order. Source: user_util.cc. */

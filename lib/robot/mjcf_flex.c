@@ -5,9 +5,9 @@
  * of the parent. With "trilinear" and "quadratic" the bodies are nodes (mjcf_flex_node.c). Source: user_flexcomp.cc.
  *
  * Edges join the points of an element: a line, a triangle or a tetrahedron. A line has a spring and a damper, as a
- * tendon between two sites, or a constant length. In surfaces and solids MuJoCo holds the lengths by soft equalities,
- * which are too many to be exact: four points in a plane have six edges and five degrees of freedom. MuJoCo's force in
- * an edge that is longer by r, with the mobility A of its ends along it, is
+ * tendon between two sites, or a constant length. In surfaces and solids MuJoCo holds the lengths by soft equalities.
+ * They are too many to be exact. MuJoCo's force in an edge that is longer by r, with the mobility A of its ends along
+ * it, is
  *     f = -(k d r + b r' + r'') d / ((1 - d) A)
  * Here it is a spring and a damper, without r''. Steady loads have the same effect, and without loads a single edge
  * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. Elasticity of surfaces and
@@ -290,8 +290,8 @@ static void add_elastic_edge(kt_mjcf *m, const kt_flex *f, double stiffness, dou
 
 static void add_flex_edge(kt_mjcf *m, const kt_flex *f, const flex_law *l, const int ends[2], kt_element *section) {
     const kt_flex_point *a = &f->points[ends[0]], *b = &f->points[ends[1]];
-    const kt_vec3 way = kt_vec3_make(b->at[0] - a->at[0], b->at[1] - a->at[1], b->at[2] - a->at[2]);
-    const double length = kt_vec3_norm(way);
+    const kt_vec3 span = kt_vec3_make(b->at[0] - a->at[0], b->at[1] - a->at[1], b->at[2] - a->at[2]);
+    const double length = kt_vec3_norm(span);
     const char *sites[2] = {name_flex_point(m, f, ends[0], "__site"), name_flex_point(m, f, ends[1], "__site")};
     double stiffness = l->stiffness, damping = l->damping, k, c;
     if (sites[0] == NULL || sites[1] == NULL || (a->is_pinned && b->is_pinned))
@@ -300,7 +300,7 @@ static void add_flex_edge(kt_mjcf *m, const kt_flex *f, const flex_law *l, const
         add_rigid_edge(m, f, sites, length, section);
         return;
     }
-    const kt_vec3 along = kt_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, way);
+    const kt_vec3 along = kt_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, span);
     const double mobility = mobility_of_point(f, a, along) + mobility_of_point(f, b, along);
     if (l->is_soft && mobility * a->mass > 1e-9) {
         const double d = kt_contact_law_yield(&l->law, l->shortest, mobility, l->force, &k, &c);

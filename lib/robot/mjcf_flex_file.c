@@ -4,9 +4,9 @@
  * that faces away from it. Vertices are single-precision numbers, and equal ones are one, as in MuJoCo.
  *
  * Gmsh writes two formats, as text or as bytes of this machine. Sections are between "$Nodes" and "$EndNodes". Format
- * 2.2 has the number of points, then of each its tag and coordinates. Its elements are in blocks with their type (2:
- * triangle, 4: tetrahedron) and number of tags; as text each element is a block. Format 4.1 has one block of points,
- * first all tags, then all coordinates, and one block of elements. Source: gmsh.info/doc/texinfo/gmsh.html, chapter on
+ * 2.2 has the number of points, then of each its tag and coordinates. Its elements are in blocks with their type and
+ * number of tags; as text each element is a block. Format 4.1 has one block of points, first all tags, then all
+ * coordinates, and one block of elements. Source: gmsh.info/doc/texinfo/gmsh.html, chapter on
  * file formats; user_flexcomp.cc. */
 #include "document/file.h"
 #include "robot/mjcf_flex.h"

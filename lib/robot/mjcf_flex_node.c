@@ -1,10 +1,10 @@
 /* Nodes of a <flexcomp> whose points follow a polynomial: dof="trilinear" or "quadratic".
  *
- * The box around all points has cells, by `cellcount`. A cell has 2 nodes along each axis, or 3, which neighbours share.
- * Each node has three slides, and the points follow. A node of a trilinear cell has an equal part of the mass. A node of
- * a quadratic cell has the weights 1/6, 2/3, 1/6 of Simpson's rule along each axis, of each cell that it is in. Nodes do
- * not move that are in empty cells alone, or, for a shell, within the box. A cell is empty if the box around each
- * element misses it. For a surface it must also be reached from outside through empty cells. Source: user_flexcomp.cc,
+ * The box around all points has cells, by `cellcount`. A cell has two or three nodes along each axis. Neighbours share
+ * them. Each node has three slides, and the points follow. A node of a trilinear cell has an equal part of the mass. A
+ * node of a quadratic cell has the weights of Simpson's rule along each axis, for each of its cells. Two kinds of nodes
+ * do not move: those in empty cells alone, and those within the box of a shell. A cell is empty if the boxes around all
+ * elements miss it. For a surface it must also be reached from outside through empty cells. Source: user_flexcomp.cc,
  * user_mesh.cc. */
 #include "robot/mjcf_flex.h"
 

@@ -1,10 +1,12 @@
 /* Points and elements of a <flexcomp> by a formula: grids, circles, squares and discs; surfaces or volumes of boxes,
  * cylinders and ellipsoids.
  *
- * Points have the order of MuJoCo, whose numbers name the bodies. With n_k points along axis k and spacings s_k, a grid
- * has the coordinates s_k (i_k - (n_k - 1)/2). A box has points on its surface alone, at u_k = 2 i_k/(n_k - 1) - 1, so
- * that the half sides h_k = s_k (n_k - 1)/2 give
- *     box h_k u_k,   cylinder and disc: (x, y) = max(|u_x|, |u_y|) (h_x, h_y) along (u_x, u_y),   ellipsoid h_k u_k/|u|
+ * Points have the order of MuJoCo, whose numbers name the bodies. There are n_k points along axis k, with the spacing
+ * s_k and the half side h_k = s_k (n_k - 1)/2. A grid has the coordinates s_k i_k - h_k. A box has points on its
+ * surface alone, at the coordinates u_k from -1 to 1, and
+ *     box:                h_k u_k
+ *     cylinder and disc:  max(|u_x|, |u_y|) h_k u_k / |(u_x, u_y)|  along x and y
+ *     ellipsoid:          h_k u_k / |u|
  * A volume also has the centre, and each of its tetrahedra has a triangle of the surface and the centre. A surface is
  * open where z is largest. Source: user_flexcomp.cc. */
 #include "robot/mjcf_flex.h"

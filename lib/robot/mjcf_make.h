@@ -27,8 +27,8 @@ void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const 
 
 /* ---- mjcf_flex.c ------------------------------------------------------------------------------------------------- */
 
-/* The points or nodes of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document. A
- * flexcomp that is left out is counted. */
+/* The points or nodes of a <flexcomp> as bodies below `chain`, and its edges as tendons or equalities of the document.
+ * A flexcomp that is left out is counted. */
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain);
 
 /* Whether a body may be a point of a flexcomp that is left out, by its name. */

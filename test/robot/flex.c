@@ -100,8 +100,8 @@ static double force_of_edge(const char *text, double x) {
     return -forces[0];
 }
 
-/* MuJoCo's law at rest: k d(x)^2 x = (1 - d(x)) A f with the mobility A of both ends, k = 1 / (dmax^2 T^2 z^2). Here the
- * impedance is constant, so that x follows at once. The second edge is at a right angle and adds nothing to first
+/* MuJoCo's law at rest: k d(x)^2 x = (1 - d(x)) A f with the mobility A of both ends, k = 1 / (dmax^2 T^2 z^2). The
+ * impedance is constant here, so that x follows at once. The second edge is at a right angle and adds nothing to first
  * order. */
 KT_TEST(soft_edges_yield_as_much_as_those_of_mujoco) {
     static const struct {
@@ -296,7 +296,7 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
     } table[] = {
         {FLEX("count='2 2 1'", "<elasticity young='1e4'/>"), "elasticity of surfaces and solids (flexcomp)", 13},
         {FLEX("count='2 2 1'", "<edge equality='true'/>"), "springs and dampers that yield as much; a single edge", 13},
-        {FLEX("count='2 2 1'", "<edge equality='true'/>"), "as fast: 5", 13},
+        {FLEX("count='2 2 1'", "<edge equality='true'/>"), "fixes their points: 5", 13},
         {FLEX("count='2 2 2' dim='3' dof='trilinear'", "<edge equality='strain'/>"), "equalities of cells", 25},
         {FLEX("type='mesh' file='none.stl'", ""), "flexcomps whose file cannot be read, left out: 1; the first: ", 1},
         {FLEX("type='gmsh' file='none.msh'", ""), "flexcomps whose file cannot be read, left out: 1; the first: ", 1},
