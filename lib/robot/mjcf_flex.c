@@ -7,7 +7,7 @@
  * Edges join the points of an element: a line, a triangle or a tetrahedron. A line has a spring and a damper, as a
  * tendon between two sites, or a constant length. In surfaces and solids MuJoCo holds the lengths by soft equalities.
  * They are too many to be exact. MuJoCo's force in an edge that is longer by r, with the mobility A of its ends along
- * it, is
+ * it (half of it for some points), is
  *     f = -(k d r + b r' + r'') d / ((1 - d) A)
  * Here it is a spring and a damper, without r''. Steady loads have the same effect, and without loads a single edge
  * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. Elasticity of surfaces and
@@ -232,10 +232,28 @@ static bool add_body_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *c
 /* What acts in the edges of a flexcomp. */
 typedef struct flex_law {
     bool is_soft, is_rigid; /* equalities: springs and dampers, or constant lengths */
+    bool is_halved;         /* MuJoCo has half the mobility of edges between points that are bodies */
     double stiffness, damping;
     kt_contact_law law;
     double shortest, force;
 } flex_law;
+
+/* The nearest body around an element; NULL: the world. */
+static const kt_element *body_around(const kt_element *e) {
+    do
+        e = e->parent;
+    while (e != NULL && strcmp(e->name, "body") != 0);
+    return e;
+}
+
+/* Whether MuJoCo calls the points simple bodies: their slides are along its axes, and the parent is the world or fixed
+ * to it. */
+static bool has_simple_points(const kt_flex *f) {
+    const kt_element *parent = body_around(f->element);
+    return f->motion != KT_FLEX_RADIAL &&
+           (parent == NULL || (body_around(parent) == NULL && kt_xml_child(parent, "joint") == NULL &&
+                               kt_xml_child(parent, "freejoint") == NULL));
+}
 
 static flex_law read_flex_law(kt_mjcf *m, const kt_flex *f, const kt_element *edge) {
     static const char *const words[] = {"false", "true", "vert", "strain", NULL};
@@ -245,6 +263,7 @@ static flex_law read_flex_law(kt_mjcf *m, const kt_flex *f, const kt_element *ed
     flex_law l = {.law = kt_contact_law_standard(),
                   .is_rigid = equality > 0 && f->dim == 1,
                   .is_soft = equality > 0 && f->dim > 1,
+                  .is_halved = has_simple_points(f),
                   .stiffness = kt_mjcf_number(m, edge, NULL, "stiffness", 0.0),
                   .damping = kt_mjcf_number(m, edge, NULL, "damping", 0.0),
                   .force = 9.81 / 8.0 * kt_mjcf_number(m, f->element, NULL, "mass", 1.0)};
@@ -301,7 +320,8 @@ static void add_flex_edge(kt_mjcf *m, const kt_flex *f, const flex_law *l, const
         return;
     }
     const kt_vec3 along = kt_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, span);
-    const double mobility = mobility_of_point(f, a, along) + mobility_of_point(f, b, along);
+    const bool is_mean = l->is_halved && !a->is_pinned && !b->is_pinned;
+    const double mobility = is_mean ? 1.0 / a->mass : mobility_of_point(f, a, along) + mobility_of_point(f, b, along);
     if (l->is_soft && mobility * a->mass > 1e-9) {
         const double d = kt_contact_law_yield(&l->law, l->shortest, mobility, l->force, &k, &c);
         stiffness += k;
