@@ -4,6 +4,7 @@
 #include "robot.h"
 
 #include "folder.h"
+#include "node.h"
 
 #include "kinetree/kinetree.h"
 
@@ -120,6 +121,44 @@ KT_TEST(soft_edges_yield_as_much_as_those_of_mujoco) {
         const double stiffness = table[i].mass * k * d * d / (1.0 - d), x = 1e-6;
         kt_check_near("force, N", force_of_edge(table[i].text, x), stiffness * x, 1e-5 * stiffness * x);
     }
+}
+
+/* A cloth that hangs from its upper edge, at rest after 4 s here and in MuJoCo: the lowest corner, m. */
+KT_TEST(a_hanging_cloth_sags_as_in_mujoco) {
+    enum { COORDINATES = 12 * 3 };
+    static const char text[] =
+        "<mujoco><worldbody><body name='b' pos='0 0 1' euler='90 0 0'><flexcomp name='f' count='4 4 1' dim='2' "
+        "spacing='.1 .1 .1' radius='.001' mass='1'><edge equality='true'/><pin gridrange='0 3 3 3'/><contact "
+        "selfcollide='none' internal='false'/></flexcomp></body></worldbody><keyframe><key name='k' time='0'/>"
+        "</keyframe></mujoco>";
+    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[60];
+    const char *const paths[] = {path};
+    const kt_run run = {.duration = 4.0, .integrator = "radau5", .relative = 1e-9, .absolute = 1e-9};
+    double theirs[1 + COORDINATES] = {0.0}, ours = (double)NAN;
+    int count = 0;
+    kt_mechanism m;
+    kt_error error = {0};
+    if (!has_mujoco() || !kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    put_file(folder, "m.xml", text);
+    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+    FILE *from = ask_mujoco("rest=4", paths, 1);
+    if (from != NULL && is_read_by_mujoco(from, path))
+        for (int i = 0; i <= COORDINATES && count == i; i++)
+            count += fscanf(from, "%lf", &theirs[i]);
+    kt_check_equal_int("numbers", count, 1 + COORDINATES);
+    if (from != NULL)
+        end_answers(from);
+    if (kt_check_equal_int(error.message, kt_mechanism_load(path, NULL, &run, &m, &error), KT_OK)) {
+        kt_check_equal_int("status", kt_simulation_advance(m.simulation, 4.0, &error), KT_OK);
+        const int body = kt_body_find(m.model, "f_0_joint_2");
+        ours = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, body).q];
+        kt_mechanism_free(&m);
+    }
+    kt_check_above("theirs", -theirs[2], 1e-3);
+    kt_check_near("ours", ours, theirs[2], 0.05 * fabs(theirs[2]));
+    (void)remove(path);
+    (void)rmdir(folder);
 }
 
 /* ---- files of Gmsh ----------------------------------------------------------------------------------------------- */
