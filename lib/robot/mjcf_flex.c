@@ -171,13 +171,15 @@ static bool add_site_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *p
     return add_bare(m, f, parent, "site", attributes) != NULL;
 }
 
-/* A sphere without mass, for contacts and pictures. */
+/* A sphere without mass, for contacts and pictures; none without a radius. */
 static bool add_geom_of_point(kt_mjcf *m, const kt_flex *f, kt_element *body) {
     static const char *const taken[] = {"contype", "conaffinity", "condim", "priority", "friction",
                                         "solmix",  "solref",      "solimp", "margin",   "gap"};
     const char *attributes[2 * (sizeof taken / sizeof *taken) + 9] = {"type", "sphere", "mass", "0", "size"};
     const kt_element *contact = kt_xml_child(f->element, "contact");
     int count = 6;
+    if (!(f->radius > 0.0))
+        return true;
     attributes[5] = kt_mjcf_write_numbers(m, 1, &f->radius);
     for (size_t i = 0; i < sizeof taken / sizeof *taken && contact != NULL; i++)
         if (kt_xml_attribute(contact, taken[i]) != NULL) {

@@ -77,6 +77,15 @@ KT_TEST(points_without_an_element_vanish) {
     kt_scene_free(&scene);
 }
 
+KT_TEST(points_without_a_radius_have_no_shape) {
+    kt_scene scene;
+    if (!parse_right(FLEX("count='3 3 1' radius='0'", ""), NULL, &scene))
+        return;
+    kt_check_equal_int("bodies", scene.description.body_count, 1 + 9 * 3);
+    kt_check_true("no contact is left out", !has_note(&scene, "could touch"));
+    kt_scene_free(&scene);
+}
+
 /* ---- soft equalities --------------------------------------------------------------------------------------------- */
 
 enum { SPRINGS_NV = 3 };
