@@ -200,9 +200,9 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
     const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
-    kt_list wraps;      /* kt_mjcf_wrap */
-    kt_list reaches;    /* kt_mjcf_reach */
-    kt_left cables;     /* bodies whose elastic torque differs from MuJoCo's */
+    kt_list wraps;                  /* kt_mjcf_wrap */
+    kt_list reaches;                /* kt_mjcf_reach */
+    kt_left cables;                 /* bodies whose elastic torque differs from MuJoCo's */
     double cable_share, flex_haste; /* the largest such difference, as a part of the torque; see mjcf_flex.c */
     kt_left activations;
     int ctrl_count;
