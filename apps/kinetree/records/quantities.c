@@ -6,7 +6,8 @@
  *     hard contact        F = N n + T      N n: reaction of NAME      T: reaction of NAME.stick, or -mu N s / |s|
  *
  * with the slip velocity s at the lowest point of the sphere. The power of a contact that slips is -mu N |s|. A
- * constraint at rest has no power.
+ * constraint at rest has no power. With time stepping, T is the reaction of NAME.stick also during slip, and the power
+ * is T . s.
  */
 #include "records/quantities.h"
 
@@ -108,14 +109,18 @@ static kt_vec3 body_velocity_at(const kt_record *record, int body, kt_vec3 point
     return kt_point_velocity(record->model, record->data, body, at);
 }
 
-/* Returns the unit vector of the sphere's slip; NaN if the slip has just begun. */
-static kt_vec3 direction_of_slip(const kt_record *record, int index, kt_vec3 normal, const double *values) {
+/* Returns the velocity of the sphere's slip. */
+static kt_vec3 velocity_of_slip(const kt_record *record, int index, kt_vec3 normal, const double *values) {
     const kt_vec3 point = {quantity_of(record, index, KT_QUANTITY_POINT_X, values),
                            quantity_of(record, index, KT_QUANTITY_POINT_Y, values),
                            quantity_of(record, index, KT_QUANTITY_POINT_Z, values)};
     const kt_vec3 speed = kt_vec3_sub(body_velocity_at(record, kt_effect_body(record->model, index, 0), point),
                                       body_velocity_at(record, kt_effect_body(record->model, index, 1), point));
-    const kt_vec3 slip = kt_vec3_sub(speed, kt_vec3_scale(kt_vec3_dot(normal, speed), normal));
+    return kt_vec3_sub(speed, kt_vec3_scale(kt_vec3_dot(normal, speed), normal));
+}
+
+/* Returns the unit vector of a slip; NaN if the slip has just begun. */
+static kt_vec3 direction_of_slip(kt_vec3 slip) {
     const double norm = kt_vec3_norm(slip);
     return kt_vec3_scale(norm < slow ? (double)NAN : 1.0 / norm, slip);
 }
@@ -129,16 +134,17 @@ static contact_force contact_force_of(const kt_record *record, const kt_effect *
     f.normal = kt_vec3_norm(f.force);
     if (!(effect->friction > 0.0) || f.normal == 0.0)
         return f;
+    const kt_vec3 slip = velocity_of_slip(record, index, kt_vec3_scale(1.0 / f.normal, f.force), values);
     if (loop_is_closed(record, loop + 1)) {
         const kt_vec3 held = force_on_sphere(record, loop + 1);
         f.friction = kt_vec3_norm(held);
         f.force = kt_vec3_add(f.force, held);
+        f.power = kt_vec3_norm(slip) < slow ? 0.0 : kt_vec3_dot(held, slip);
         return f;
     }
     f.friction = coefficient_of(record, effect) * f.normal;
     f.power = 0.0 - f.friction * quantity_of(record, index, KT_QUANTITY_SLIP, values);
-    const kt_vec3 along = direction_of_slip(record, index, kt_vec3_scale(1.0 / f.normal, f.force), values);
-    f.force = kt_vec3_sub(f.force, kt_vec3_scale(f.friction, along));
+    f.force = kt_vec3_sub(f.force, kt_vec3_scale(f.friction, direction_of_slip(slip)));
     return f;
 }
 
