@@ -91,7 +91,8 @@ typedef struct kt_contact_memory {
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; how often it left in the instant */
-    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential */
+    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential; of dry
+                              friction in joints, the dry and the viscous force */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */
 } kt_contact_memory;

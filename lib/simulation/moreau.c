@@ -170,16 +170,34 @@ static kt_status take_pass(kt_simulation *simulation, double t, double h, const 
     return status == KT_OK ? add_impulses(simulation, h, v, error) : status;
 }
 
-/* Adds the works of the step to those of the state. */
-static void add_works(const kt_simulation *simulation, double h, kt_power power, double *next) {
+/* The energy that viscous parts of dry friction dissipate in the step. */
+static double viscous_loss_of(const kt_simulation *simulation, double h, const double *v) {
+    const kt_moreau *m = simulation->moreau;
+    double lost = 0.0;
+    for (int i = 0; i < m->dry; i++) {
+        const int j = simulation->contacts->item[m->item[i]].v;
+        lost += 0.5 * h * m->viscous[i] * (v[j] + m->after[j]);
+    }
+    return lost;
+}
+
+/* The work of contacts whose boundaries move: p . b'. */
+static double carried_work_of(const kt_simulation *simulation) {
     const kt_moreau *m = simulation->moreau;
     const struct kt_contacts *c = simulation->contacts;
     double carried = 0.0;
     for (int i = 0; i < m->count; i++)
         for (int r = m->first[i], k = 0; k < kt_moreau_rows(m, i); r++, k++)
             carried += m->p[3 * i + k] * c->item[m->item[i]].sign * kt_moreau_right(c, c->rows[r], c->components[r]);
-    next[simulation->size.work] += h * power.dissipated + fmax(m->counts.dissipated, 0.0);
-    next[simulation->size.work + 1] += h * power.supplied + carried + fmax(-m->counts.dissipated, 0.0);
+    return carried;
+}
+
+/* Adds the works of the step to those of the state. */
+static void add_works(const kt_simulation *simulation, double h, const double *v, kt_power power, double *next) {
+    const double lost = simulation->moreau->counts.dissipated, viscous = viscous_loss_of(simulation, h, v),
+                 carried = carried_work_of(simulation);
+    next[simulation->size.work] += h * power.dissipated + fmax(lost, 0.0) + viscous;
+    next[simulation->size.work + 1] += h * power.supplied + carried + fmax(-lost, 0.0);
 }
 
 static kt_status take_step(kt_simulation *simulation, double t, double h, double end, const double *y, double *next,
@@ -205,7 +223,7 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
     kt_copy(next, m->y, n * sizeof *y);
     kt_copy(next + nq, m->after, nv * sizeof *y);
     if (balanced)
-        add_works(simulation, h, power, next);
+        add_works(simulation, h, y + nq, power, next);
     status = move_half(simulation, end, h, m->after, false, next, error);
     return status == KT_OK ? kt_simulation_project(simulation, end, next, &changed, error) : status;
 }
@@ -230,6 +248,7 @@ static void store_force(kt_simulation *simulation, int k, int i) {
     const bool was_closed = state->closed != 0, is_dry = k >= c->sides;
     for (int r = 0; r < 3; r++)
         state->force[r] = i >= 0 ? m->p[3 * i + r] / m->h : 0.0;
+    state->force[1] -= is_dry ? m->viscous[i] : 0.0;
     state->closed = i >= 0 && (is_dry ? fabs(m->p[3 * i]) < m->limit[i] : m->p[3 * i] > 0.0);
     if (is_dry) {
         counts->sticks += state->closed && !was_closed;

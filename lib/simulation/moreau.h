@@ -33,6 +33,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
     X(double, mu, s->items, "coefficients of friction")                                                                \
     X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
+    X(double, viscous, s->items, "of dry friction: the viscous force")                                                 \
     X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
     X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
     X(double, b, 3 * s->most, "of the cone solver")                                                                    \

@@ -91,7 +91,7 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     m->mu[i] = m->bound[i] = m->e[i] = 0.0;
     m->limit[i] = -1.0;
     for (int r = 0; r < 3; r++)
-        m->p[3 * i + r] = m->h * force[r];
+        m->p[3 * i + r] = k < c->sides || r == 0 ? m->h * force[r] : 0.0;
     add_moreau_row(simulation, k, 0, v);
     if (k < c->sides && of >= 0) {
         m->mu[i] = kt_contact_coefficient(simulation->model, &c->item[of]);
@@ -306,9 +306,9 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     double *free = m->y + simulation->size.nq;
     for (int i = 0; i < m->dry; i++) {
         const kt_contact *item = &c->item[m->item[i]];
-        const double viscous = kt_effect_record_find(simulation->model, item->effect)->viscous;
+        m->viscous[i] = kt_effect_record_find(simulation->model, item->effect)->viscous * m->middle[item->v];
         (void)kt_contacts_select(c, item->island);
-        kt_moreau_add_response(simulation, i, 0, -h * viscous * m->middle[item->v], free);
+        kt_moreau_add_response(simulation, i, 0, -h * m->viscous[i], free);
     }
     for (int i = 0; i < m->count; i++)
         for (int r = m->first[i], end = r + kt_moreau_rows(m, i); r < end; r++)

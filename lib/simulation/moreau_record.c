@@ -26,8 +26,9 @@ static void find_contact_multipliers(const kt_simulation *simulation) {
         const kt_contact *item = &c->item[k];
         const kt_contact_memory *normal = &simulation->contact_state[kt_contact_rubs(c, k) ? item->of : k];
         for (int r = 0; r < c->all->loop[item->loop].row_count; r++)
-            multiplier[kt_contact_row(c->all, item) + r] =
-                kt_contact_rubs(c, k) ? normal->force[1 + r] : item->sign * normal->force[0];
+            multiplier[kt_contact_row(c->all, item) + r] = kt_contact_rubs(c, k) ? normal->force[1 + r]
+                                                           : k < c->sides        ? item->sign * normal->force[0]
+                                                                                 : normal->force[0] + normal->force[1];
     }
 }
 

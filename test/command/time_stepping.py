@@ -61,5 +61,29 @@ def sliding():
         yield from off(f"t = {row['time']}: power", row["effect.shoe.power"], -0.2 * 2 * G * v, 1e-9)
 
 
+BRAKED = """kinetree: 1
+bodies:
+  - {name: wheel, joint: {type: revolute, velocity: 3}, mass: 2, inertia: [1, 1, 1]}
+effects:
+  - {name: brake, type: joint_friction, joint: wheel, coulomb: 1, viscous: 0.5, stick: true}
+simulate: {duration: 4, contact: steps, step: 1e-3}
+output: {interval: 0.5, record: [position, velocity, energy, balance, effect]}
+"""
+
+
+def braked():
+    """The torque of a brake with a viscous part, and the energy that it dissipates, of a wheel with v = 5 exp(-t/2) - 2."""
+    rows, _, messages = run(BRAKED)
+    yield from off("records", len(rows), 9, 0)
+    for row in rows[1:]:
+        v = max(5 * math.exp(-row["time"] / 2) - 2, 0.0)
+        torque = -1 - 0.5 * v if v > 0 else 0.0
+        yield from off(f"t = {row['time']}: torque", row["effect.brake.torque"], torque, STEP)
+        yield from off(f"t = {row['time']}: dissipated", row["energy.dissipated"], 4.5 - 0.5 * v * v, 5 * STEP)
+    if messages:
+        yield messages
+
+
 claim("friction_of_contacts_has_a_power", list(sliding()))
+claim("friction_of_joints_keeps_its_viscous_part", list(braked()))
 finish()

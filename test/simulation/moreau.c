@@ -232,6 +232,25 @@ KT_TEST(records_have_forces_as_impulses_over_steps) {
     end(&s);
 }
 
+/* v = 5 exp(-t / 2) - 2. The brake dissipates the energy of the wheel, and turns it back with 1 + v / 2. */
+KT_TEST(dry_friction_of_joints_keeps_its_viscous_part) {
+    kt_stepped s;
+    kt_error error = {0};
+    if (begin(KT_MOREAU_WHEEL, 1e-3, &s) && advance(&s, 1.0)) {
+        kt_record record;
+        const double torque = -2.5 * exp(-0.5);
+        if (kt_fine("sense", kt_simulation_sense(s.simulation, &record, &error), &error)) {
+            const int loop = kt_loop_find(record.model, "brake.stick");
+            kt_check_near("torque", record.multipliers[kt_loop_rows_of(record.model, loop).first], torque, 1e-3);
+            kt_check_near("acceleration", record.a[0], torque, 1e-3);
+        }
+        (void)advance(&s, 4.0);
+        kt_check_near("dissipated", kt_simulation_work(s.simulation).dissipated, 4.5, 1e-12);
+        kt_check_near("rest", kt_simulation_velocities(s.simulation)[0], 0.0, 1e-14);
+    }
+    end(&s);
+}
+
 /* ---- continuing -------------------------------------------------------------------------------------------------- */
 
 /* A run from a checkpoint has the bits of a run without a break, and no step allocates. */

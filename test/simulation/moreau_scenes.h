@@ -95,4 +95,66 @@
     "  - {name: c, type: contact, point: box.c, plane: world, friction: 0.4, restitution: 0.2}\n"                      \
     "  - {name: d, type: contact, point: box.d, plane: world, friction: 0.4, restitution: 0.2}\n"
 
+/* A belt with a constant speed takes a block along. */
+#define KT_MOREAU_BELT                                                                                                 \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: belt, joint: {type: prismatic, axis: x}, mass: 5}\n"                                                   \
+    "  - {name: block, joint: {type: planar, axis: y}, mass: 2, inertia: [0.01, 0.01, 0.01],"                          \
+    " markers: {c: [0, 0, 0]}}\n"                                                                                      \
+    "loops:\n"                                                                                                         \
+    "  - {name: drive, type: motion, joint: belt, position: \"0.5*t\"}\n"                                              \
+    "effects:\n"                                                                                                       \
+    "  - {name: shoe, type: contact, point: block.c, plane: belt, restitution: 0, friction: 0.4}\n"
+
+/* A table lifts a block, which lies on it. */
+#define KT_MOREAU_LIFT                                                                                                 \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: table, joint: {type: prismatic, axis: z}, mass: 5}\n"                                   \
+                   "  - {name: block, parent: table, joint: {type: prismatic, axis: z}, mass: 2}\n"                    \
+                   "loops:\n"                                                                                          \
+                   "  - {name: drive, type: motion, joint: table, position: \"0.5*t\"}\n"                              \
+                   "effects:\n"                                                                                        \
+                   "  - {type: joint_limit, joint: block, lower: 0, restitution: 0}\n"
+
+/* A crank drives a slider against dry and viscous friction of two joints, with a closed loop. */
+#define KT_MOREAU_CRANK                                                                                                \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: crank, joint: {type: revolute, axis: y, position: 0.4}, mass: 1, com: [0.2, 0, 0],"     \
+                   " markers: {end: [0.4, 0, 0]}}\n"                                                                   \
+                   "  - {name: rod, parent: crank, joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: -0.6}," \
+                   " mass: 1, com: [0.5, 0, 0], markers: {end: [1, 0, 0]}}\n"                                          \
+                   "  - {name: slider, joint: {type: prismatic, axis: x, position: 1.3}, mass: 3,"                     \
+                   " markers: {pin: [0, 0, 0]}}\n"                                                                     \
+                   "loops:\n"                                                                                          \
+                   "  - {name: pin, type: revolute, between: [rod.end, slider.pin], axis: y}\n"                        \
+                   "  - {name: drive, type: motion, joint: crank, position: \"0.4+3*t\"}\n"                            \
+                   "effects:\n"                                                                                        \
+                   "  - {type: joint_friction, joint: slider, coulomb: 4, viscous: 2, stick: true}\n"
+
+/* A brake holds a shaft with a constant driven speed back. */
+#define KT_MOREAU_SHAFT                                                                                                \
+    "kinetree: 1\n"                                                                                                    \
+    "bodies:\n"                                                                                                        \
+    "  - {name: shaft, joint: {type: revolute}, mass: 5, inertia: [1, 1, 1]}\n"                                        \
+    "loops:\n"                                                                                                         \
+    "  - {name: drive, type: motion, joint: shaft, position: \"3*t\"}\n"                                               \
+    "effects:\n"                                                                                                       \
+    "  - {name: brake, type: joint_friction, joint: shaft, coulomb: 4, stick: true}\n"
+
+/* A wheel with dry and viscous friction comes to rest. */
+#define KT_MOREAU_WHEEL                                                                                                \
+    "kinetree: 1\n"                                                                                                    \
+    "bodies:\n"                                                                                                        \
+    "  - {name: wheel, joint: {type: revolute, velocity: 3}, mass: 2, inertia: [1, 1, 1]}\n"                           \
+    "effects:\n"                                                                                                       \
+    "  - {name: brake, type: joint_friction, joint: wheel, coulomb: 1, viscous: 0.5, stick: true}\n"
+
+/* A block lies on a stop. */
+#define KT_MOREAU_LYING                                                                                                \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: block, joint: {type: prismatic, axis: z}, mass: 2}\n"                                   \
+                   "effects:\n"                                                                                        \
+                   "  - {name: floor, type: joint_limit, joint: block, lower: 0, restitution: 0}\n"
+
 #endif
