@@ -192,12 +192,42 @@ static double carried_work_of(const kt_simulation *simulation) {
     return carried;
 }
 
-/* Adds the works of the step to those of the state. */
-static void add_works(const kt_simulation *simulation, double h, const double *v, kt_power power, double *next) {
-    const double lost = simulation->moreau->counts.dissipated, viscous = viscous_loss_of(simulation, h, v),
+/* vm . M dv, with the mean velocity vm = (v + v+) / 2 and the change dv of the velocities by impulses. */
+static kt_status find_impulsive_work(kt_simulation *simulation, double h, const double *v, double *work,
+                                     kt_error *error) {
+    const kt_moreau *m = simulation->moreau;
+    const size_t nv = simulation->size.nv;
+    double *weight = m->change, *sum = m->middle; /* M dv + weight */
+    for (size_t j = 0; j < nv; j++)
+        sum[j] = m->after[j] - v[j] - h * simulation->a[j];
+    kt_status status = kt_inverse_trusted(simulation->model, simulation->data, m->y, NULL, NULL, NULL, weight, error);
+    if (status == KT_OK)
+        status = kt_inverse_trusted(simulation->model, simulation->data, m->y, NULL, sum, NULL, sum, error);
+    *work = 0.0;
+    for (size_t j = 0; status == KT_OK && j < nv; j++)
+        *work += 0.5 * (v[j] + m->after[j]) * (sum[j] - weight[j]);
+    return status;
+}
+
+/* Adds the works of the step to those of the state. Impulses p of contacts and of dry friction change the velocities by
+ * dv. Driven loops then have impulses, too, with the work
+ *
+ *     vm . A'l = vm . (M dv - J'p),    -vm . J'p = dissipated energy - p . b'
+ */
+static kt_status add_works(kt_simulation *simulation, double h, const double *v, kt_power power, double *next,
+                           kt_error *error) {
+    const kt_moreau *m = simulation->moreau;
+    const double lost = m->counts.dissipated, viscous = viscous_loss_of(simulation, h, v),
                  carried = carried_work_of(simulation);
+    double driven = 0.0;
+    kt_status status = KT_OK;
+    if (simulation->model->driven && m->count > 0) {
+        status = find_impulsive_work(simulation, h, v, &driven, error);
+        driven += lost + viscous - carried;
+    }
     next[simulation->size.work] += h * power.dissipated + fmax(lost, 0.0) + viscous;
-    next[simulation->size.work + 1] += h * power.supplied + carried + fmax(-lost, 0.0);
+    next[simulation->size.work + 1] += h * power.supplied + carried + driven + fmax(-lost, 0.0);
+    return status;
 }
 
 static kt_status take_step(kt_simulation *simulation, double t, double h, double end, const double *y, double *next,
@@ -223,8 +253,9 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
     kt_copy(next, m->y, n * sizeof *y);
     kt_copy(next + nq, m->after, nv * sizeof *y);
     if (balanced)
-        add_works(simulation, h, y + nq, power, next);
-    status = move_half(simulation, end, h, m->after, false, next, error);
+        status = add_works(simulation, h, y + nq, power, next, error);
+    if (status == KT_OK)
+        status = move_half(simulation, end, h, m->after, false, next, error);
     return status == KT_OK ? kt_simulation_project(simulation, end, next, &changed, error) : status;
 }
 

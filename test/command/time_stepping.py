@@ -84,6 +84,29 @@ def braked():
         yield messages
 
 
+CARRIED = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: belt, joint: {type: prismatic, axis: x}, mass: 5, inertia: [1, 1, 1]}
+  - {name: block, joint: {type: planar, axis: y}, mass: 2, inertia: [0.01, 0.01, 0.01], markers: {c: [0, 0, 0]}}
+loops:
+  - {name: drive, type: motion, joint: belt, position: "0.5*t"}
+effects:
+  - {name: shoe, type: contact, point: block.c, plane: belt, restitution: 0, friction: 0.4}
+simulate: {duration: 1, contact: steps, step: 1e-3}
+output: {interval: 0.1, record: [position, velocity, energy, balance, reaction]}
+"""
+
+
+def carried():
+    """A belt supplies m v^2 to a block that it takes along. Nothing is reported about the step."""
+    rows, _, messages = run(CARRIED)
+    yield from off("supplied", rows[-1]["energy.supplied"] if rows else math.nan, 0.5, 1e-12)
+    if messages:
+        yield messages
+
+
 claim("friction_of_contacts_has_a_power", list(sliding()))
 claim("friction_of_joints_keeps_its_viscous_part", list(braked()))
+claim("drives_supply_work_against_contacts", list(carried()))
 finish()

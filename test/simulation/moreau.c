@@ -232,6 +232,52 @@ KT_TEST(records_have_forces_as_impulses_over_steps) {
     end(&s);
 }
 
+/* The works of a scene after `duration`, and the change of the balance, relative to the energy that was supplied. */
+static kt_work works_of(const char *text, double duration, double *imbalance) {
+    kt_stepped s;
+    kt_work work = {(double)NAN, (double)NAN};
+    *imbalance = (double)NAN;
+    if (begin(text, 1e-3, &s)) {
+        const double before = kt_scene_balance(s.simulation);
+        if (advance(&s, duration)) {
+            work = kt_simulation_work(s.simulation);
+            *imbalance = kt_scene_balance(s.simulation) - before;
+        }
+    }
+    end(&s);
+    return work;
+}
+
+/* A belt gives the block v^2 m / 2 and loses as much in friction. A lift raises both weights. A shaft turns against its
+ * brake. */
+KT_TEST(drives_supply_the_work_against_forces_of_contacts) {
+    double imbalance;
+    kt_work work = works_of(KT_MOREAU_BELT, 1.0, &imbalance);
+    kt_check_near("belt, supplied", work.supplied, 0.5 * 2.0 * 0.5, 1e-14);
+    kt_check_near("belt, dissipated", work.dissipated, 0.5 * 2.0 * 0.5 * 0.5, 1e-14);
+    kt_check_near("belt, balance", imbalance, 0.0, 1e-14);
+    work = works_of(KT_MOREAU_LIFT, 1.0, &imbalance);
+    kt_check_near("lift, supplied", work.supplied, 7.0 * g * 0.5, 1e-11);
+    kt_check_near("lift, balance", imbalance, 0.0, 1e-11);
+    work = works_of(KT_MOREAU_SHAFT, 1.0, &imbalance);
+    kt_check_near("shaft, supplied", work.supplied, 4.0 * 3.0, 1e-13);
+    kt_check_near("shaft, balance", imbalance, 0.0, 1e-13);
+}
+
+/* The works of a driven crank against friction and a stop, with events and with steps. */
+KT_TEST(works_of_a_driven_loop_are_those_of_events) {
+    kt_stepped exact;
+    double imbalance;
+    const kt_work work = works_of(KT_MOREAU_CRANK, 1.0, &imbalance);
+    if (begin(KT_MOREAU_CRANK, 0.0, &exact) && advance(&exact, 1.0)) {
+        const kt_work expected = kt_simulation_work(exact.simulation);
+        kt_check_near("supplied", work.supplied, expected.supplied, 1e-5 * expected.supplied);
+        kt_check_near("dissipated", work.dissipated, expected.dissipated, 1e-5 * expected.dissipated);
+        kt_check_near("balance", imbalance, 0.0, 1e-5 * expected.supplied);
+    }
+    end(&exact);
+}
+
 /* v = 5 exp(-t / 2) - 2. The brake dissipates the energy of the wheel, and turns it back with 1 + v / 2. */
 KT_TEST(dry_friction_of_joints_keeps_its_viscous_part) {
     kt_stepped s;
