@@ -22,6 +22,7 @@
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "simulation/renew.h"
+#include "simulation/response.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -351,6 +352,22 @@ kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) 
     return KT_OK;
 }
 
+/* With time stepping: the accelerations of a record of the present state, under these forces. */
+static kt_status respond_to_inputs(kt_simulation *simulation, const double *tau, const kt_wrench *external, double *a,
+                                   kt_error *error) {
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_instant at = {.t = kt_integrator_time(simulation->integrator),
+                           .q = y,
+                           .v = y + simulation->size.nq,
+                           .x = y + simulation->size.nq + simulation->size.nv};
+    kt_simulation_response response = {.record = KT_RECORD_ACCELERATION, .a = a};
+    simulation->tau = tau;
+    simulation->external = external;
+    const kt_status status = kt_simulation_respond(simulation, &at, &response, &simulation->cause);
+    kt_simulation_inputs_use(simulation);
+    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &simulation->cause, error);
+}
+
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
         return KT_ERROR_ARGUMENT;
@@ -363,6 +380,8 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     if (status != KT_OK)
         return status;
     simulation->cause.code = KT_OK;
+    if (kt_simulation_is_stepped(simulation))
+        return respond_to_inputs(simulation, tau, external, a, error);
     if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);

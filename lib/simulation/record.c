@@ -4,8 +4,10 @@
  * the ends of a step, the norm of interpolated quaternions is wrong by the interpolation's error. They are scaled in
  * the record, not in the state.
  */
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
+#include "simulation/response.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -53,11 +55,28 @@ static kt_status move_kinematics(kt_simulation *simulation, double t, const doub
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
+bool kt_simulation_is_stepped(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->steps_over_contacts;
+#else
+    (void)simulation;
+    return false;
+#endif
+}
+
+/* The time of the forces of a record. With time stepping, it is the middle of the last step, where the forces of
+ * contacts balance them. */
+static double time_of_forces(const kt_simulation *simulation, double t) {
+    return kt_simulation_is_stepped(simulation) ? 0.5 * (kt_integrator_previous_time(simulation->integrator) +
+                                                         kt_integrator_time(simulation->integrator))
+                                                : t;
+}
+
 /* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends there. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
-    double t = record->time;
+    double t = time_of_forces(simulation, record->time);
 #if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
+    if (simulation->contacts != NULL && !simulation->steps_over_contacts)
         t = kt_simulation_time_inside(simulation, t);
 #endif
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
@@ -143,8 +162,8 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
     kt_status status = begin_loads(simulation, record->time, error);
     simulation->cached = KT_CACHED_NOTHING;
     if (status == KT_OK && accelerates &&
-        kt_simulation_accelerate(simulation, record->time, simulation->y, simulation->tau, simulation->external,
-                                 simulation->a, error) != 0)
+        kt_simulation_accelerate(simulation, time_of_forces(simulation, record->time), simulation->y, simulation->tau,
+                                 simulation->external, simulation->a, error) != 0)
         status = error->code;
     if (status == KT_OK)
         status = report_record(simulation, accelerates, record, error);
@@ -222,6 +241,36 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
     simulation->cause.code = KT_OK;
     const kt_status status = read_dense_state(simulation, record.time, &from);
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
+}
+
+kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at, kt_simulation_response *response,
+                                kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    const kt_simulation_response own = {
+        simulation->record, NULL, simulation->reaction, simulation->loop_reaction, simulation->multiplier, NULL, NULL};
+    const bool kinematics = simulation->kinematics;
+    kt_record record = empty_record(simulation, KT_INDEX_EVENT, at->t);
+    memmove(simulation->y, at->q, size->nq * sizeof(double));
+    memmove(simulation->y + size->nq, at->v, size->nv * sizeof(double));
+    if (size->x > 0)
+        memmove(simulation->y + size->nq + size->nv, at->x, size->x * sizeof(double));
+    simulation->record = response->record | KT_RECORD_ACCELERATION;
+    simulation->kinematics = true;
+    simulation->reaction = response->joint;
+    simulation->loop_reaction = response->loop;
+    simulation->multiplier = response->multiplier;
+    const kt_status status = evaluate_record(simulation, &record, error);
+    simulation->record = own.record;
+    simulation->kinematics = kinematics;
+    simulation->reaction = own.joint;
+    simulation->loop_reaction = own.loop;
+    simulation->multiplier = own.multiplier;
+    if (status != KT_OK)
+        return status;
+    kt_copy(response->a, record.a, size->user_nv * sizeof(double));
+    response->model = record.model;
+    response->data = record.data;
+    return KT_OK;
 }
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
@@ -319,22 +368,13 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
                : from->code;
 }
 
-static bool steps_over_contacts(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->steps_over_contacts;
-#else
-    (void)simulation;
-    return false;
-#endif
-}
-
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     if (KT_HAS_JACOBIAN && simulation->watches_works)
         kt_simulation_complete_powers(simulation);
-    if (KT_HAS_EVENTS && steps_over_contacts(simulation)) /* data do not hold results of the state */
+    if (KT_HAS_EVENTS && kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status =

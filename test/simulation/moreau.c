@@ -297,6 +297,21 @@ KT_TEST(dry_friction_of_joints_keeps_its_viscous_part) {
     end(&s);
 }
 
+/* The acceleration of the present state is that of its record, and includes a torque that was just set. */
+KT_TEST(accelerations_of_the_present_state_have_forces_of_contacts) {
+    kt_stepped s;
+    kt_error error = {0};
+    double a = (double)NAN;
+    if (begin(KT_MOREAU_LYING, 1e-3, &s) && advance(&s, 0.1)) {
+        if (kt_fine("acceleration", kt_simulation_acceleration(s.simulation, &a, &error), &error))
+            kt_check_near("at rest", a, 0.0, 1e-12);
+        if (kt_fine("torque", kt_simulation_set_torque(s.simulation, (double[]){6.0}, &error), &error) &&
+            kt_fine("acceleration", kt_simulation_acceleration(s.simulation, &a, &error), &error))
+            kt_check_near("pulled", a, 3.0, 1e-12);
+    }
+    end(&s);
+}
+
 /* ---- continuing -------------------------------------------------------------------------------------------------- */
 
 /* A run from a checkpoint has the bits of a run without a break, and no step allocates. */
