@@ -212,7 +212,7 @@ int kt_bound_evaluate(kt_bound_formula *f, const kt_instant *at, double *value, 
          kt_dynamics_inverse(at->model, at->data, at->q, NULL, NULL, NULL, f->gravity, error) != KT_OK))
         return 1;
     for (int k = 0; k < f->count; k++)
-        f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response, at)
+        f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response)
                                                 : bound_value_of(at, f->gravity, &f->variables[k]);
     *value = f->sign * kt_expression_evaluate(f->expression, f->values);
     return 0;

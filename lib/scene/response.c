@@ -10,7 +10,9 @@
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/joint_name.h"
+#include "model/switching.h"
 #include "scene/part.h"
+#include "simulation/response.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -213,10 +215,20 @@ kt_status kt_response_bind(const kt_description *d, const kt_model *model, const
                                          name);
 }
 
+/* The largest number of equations of any set of switches. */
+static size_t most_equations(const kt_model *model) {
+    size_t most = (size_t)kt_model_mobility(model).equations;
+    for (uint64_t k = 0; model->variants != NULL && k < kt_variants_count(model->variants); k++) {
+        const size_t rows = kt_variants_model(model->variants, k)->n.row;
+        most = rows > most ? rows : most;
+    }
+    return most;
+}
+
 bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *responses) {
     const size_t loops = (size_t)kt_loop_count(model);
     responses->a = kt_pool_take(pool, (size_t)kt_model_nv(model) + 1, sizeof(double));
-    responses->multiplier = kt_pool_take(pool, (size_t)kt_model_mobility(model).equations + 1, sizeof(double));
+    responses->multiplier = kt_pool_take(pool, most_equations(model) + 1, sizeof(double));
     responses->joint = kt_pool_take(pool, (size_t)kt_model_body_count(model) + 1, sizeof(kt_wrench));
     responses->loop = kt_pool_take(pool, loops + 1, sizeof(kt_wrench));
     return responses->a != NULL && responses->multiplier != NULL && responses->joint != NULL && responses->loop != NULL;
@@ -224,12 +236,34 @@ bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *respo
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
+static const unsigned velocities = 1U << KT_RESPONSE_ANGULAR_VELOCITY, multipliers = 1U << KT_RESPONSE_MULTIPLIER,
+                      reactions = 1U << KT_RESPONSE_JOINT_REACTION | 1U << KT_RESPONSE_LOOP_REACTION;
+
+bool kt_responses_are_stepped(const kt_responses *responses, unsigned bits) {
+    return (bits & ~velocities) != 0 && kt_simulation_is_stepped(responses->simulation);
+}
+
+/* With time stepping, no evaluation of the model finds the forces of contacts. Records have them. */
+static kt_status respond_as_records(kt_responses *responses, unsigned bits, const kt_instant *at, kt_error *error) {
+    kt_simulation_response r = {.record = (bits & (reactions | multipliers)) != 0 ? KT_RECORD_REACTION : 0U,
+                                .a = responses->a,
+                                .joint = responses->joint,
+                                .loop = responses->loop,
+                                .multiplier = responses->multiplier};
+    const kt_status status = kt_simulation_respond(responses->simulation, at, &r, error);
+    responses->model = r.model;
+    responses->data = r.data;
+    return status == KT_OK ? kt_kinematics_update(at->model, at->data, at->q, at->v, NULL, error) : status;
+}
+
 kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt_instant *at, kt_error *error) {
-    static const unsigned velocities = 1U << KT_RESPONSE_ANGULAR_VELOCITY, multipliers = 1U << KT_RESPONSE_MULTIPLIER,
-                          reactions = 1U << KT_RESPONSE_JOINT_REACTION | 1U << KT_RESPONSE_LOOP_REACTION;
     const bool accelerates = (bits & ~velocities) != 0;
+    if (kt_responses_are_stepped(responses, bits))
+        return respond_as_records(responses, bits, at, error);
     double *x = kt_own_states(at->model, at->data);
     kt_status status = KT_OK;
+    responses->model = at->model;
+    responses->data = at->data;
     if (x != NULL && at->x != NULL && x != at->x)
         memmove(x, at->x, (size_t)kt_own_state_count(at->model) * sizeof *x);
     if (accelerates)
@@ -249,9 +283,9 @@ kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt
 static double response_component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
 
 /* In world axes, or in those of the body. */
-static double turning(const kt_event_response *r, const kt_instant *at, kt_vec3 u) {
+static double turning(const kt_responses *of, const kt_event_response *r, kt_vec3 u) {
     const kt_vec3 w =
-        r->component < 3 ? u : kt_mat3_apply_transposed(kt_body_pose(at->model, at->data, r->item).rotation, u);
+        r->component < 3 ? u : kt_mat3_apply_transposed(kt_body_pose(of->model, of->data, r->item).rotation, u);
     return response_component(w, r->component % 3);
 }
 
@@ -259,17 +293,19 @@ static double of_wrench(const kt_wrench *wrench, int k) {
     return response_component(k < 3 ? wrench->force : wrench->moment, k % 3);
 }
 
-double kt_response_value(const kt_responses *responses, const kt_event_response *r, const kt_instant *at) {
+double kt_response_value(const kt_responses *responses, const kt_event_response *r) {
+    const kt_model *model = responses->model;
+    const kt_data *data = responses->data;
     kt_loop_rows rows;
     switch (r->type) {
     case KT_RESPONSE_ACCELERATION:
         return responses->a[r->item];
     case KT_RESPONSE_MARKER_ACCELERATION:
-        return response_component(kt_point_acceleration(at->model, at->data, r->item, r->point), r->component);
+        return response_component(kt_point_acceleration(model, data, r->item, r->point), r->component);
     case KT_RESPONSE_ANGULAR_VELOCITY:
-        return turning(r, at, kt_body_twist(at->model, at->data, r->item).angular);
+        return turning(responses, r, kt_body_twist(model, data, r->item).angular);
     case KT_RESPONSE_ANGULAR_ACCELERATION:
-        return turning(r, at, kt_body_acceleration(at->model, at->data, r->item).angular);
+        return turning(responses, r, kt_body_acceleration(model, data, r->item).angular);
     case KT_RESPONSE_JOINT_REACTION:
         return of_wrench(&responses->joint[r->item], r->component);
     case KT_RESPONSE_LOOP_REACTION:
@@ -277,6 +313,6 @@ double kt_response_value(const kt_responses *responses, const kt_event_response 
     case KT_RESPONSE_MULTIPLIER:
         break;
     }
-    rows = kt_loop_rows_of(at->model, r->item);
+    rows = kt_loop_rows_of(model, r->item);
     return rows.count > 0 ? responses->multiplier[rows.first] : 0.0;
 }

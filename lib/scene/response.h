@@ -37,8 +37,11 @@ KT_CHECKED kt_status kt_response_bind(const kt_description *description, const k
 
 /* The values of all responses at an instant. */
 typedef struct kt_responses {
+    kt_simulation *simulation;
     double *a, *multiplier;
     kt_wrench *joint, *loop;
+    const kt_model *model; /* that they belong to */
+    const kt_data *data;   /* with the motion */
 } kt_responses;
 
 /* Memory for a model; false if there is not enough. */
@@ -47,11 +50,15 @@ bool kt_responses_take(kt_pool *pool, const kt_model *model, kt_responses *respo
 /* The bit of a response among those that have to be evaluated. All but angular velocities need the accelerations. */
 static inline unsigned kt_response_bit(const kt_event_response *response) { return 1U << response->type; }
 
-/* Evaluates the responses of these bits. Errors: those of kt_acceleration_evaluate. */
+/* Whether responses of these bits belong to whole steps (KT_EVENT_HOLDS). */
+bool kt_responses_are_stepped(const kt_responses *responses, unsigned bits);
+
+/* Evaluates the responses of these bits, and the motion in the data of `at`. Errors: those of kt_acceleration_evaluate,
+ * and with time stepping those of records. */
 KT_CHECKED kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt_instant *at,
                                            kt_error *error);
 
 /* The value of a response that was evaluated. */
-double kt_response_value(const kt_responses *responses, const kt_event_response *response, const kt_instant *at);
+double kt_response_value(const kt_responses *responses, const kt_event_response *response);
 
 #endif

@@ -13,6 +13,7 @@
 #include "scene/impulse.h"
 #include "simulation/feature.h"
 #include "simulation/renew.h"
+#include "simulation/response.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -64,6 +65,9 @@ static double next_watch_breakpoint(void *user, double t) {
 
 static int evaluate_watched(const kt_instant *at, double *value, kt_error *error, void *user) {
     watched *w = user;
+    if (at->t < kt_simulation_time(w->simulation) &&
+        kt_responses_are_stepped(&w->watch->responses, w->formula.responds))
+        return KT_EVENT_HOLDS;
     return w->coupled != NULL ? kt_coupled_clock(w->coupled, at, value, error)
                               : kt_bound_evaluate(&w->formula, at, value, error);
 }
@@ -304,6 +308,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
                            ? find_fmu(watch, in->scene, event->fmu, to, error)
                            : kt_formula_bind(&watch->binding, in->scene, event->when, true, &to->formula, error);
     to->simulation = in->simulation;
+    to->watch = watch;
     if (status == KT_OK)
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)
@@ -351,6 +356,7 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     if (status == KT_OK) {
         made->model = model;
+        made->responses.simulation = simulation;
         made->binding = (kt_binding){.pool = &made->pool, .model = model, .responses = &made->responses};
         status = kt_assignments_create(&made->pool, scene, model, &made->assignments, error);
     }

@@ -9,6 +9,7 @@
  */
 #include "simulation/event_root.h"
 #include "integrator/integrator.h"
+#include "simulation/response.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -56,6 +57,10 @@ kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const
     simulation->cached = KT_CACHED_NOTHING; /* data are the function's scratch */
     simulation->event_search[k].spent++;
     const int code = event->function(&at, value, &from, event->user);
+    if (code == KT_EVENT_HOLDS && t < kt_integrator_time(simulation->integrator)) {
+        *value = simulation->event_value[KT_EVENT_SAMPLES * simulation->size.event + k];
+        return KT_OK;
+    }
     if (code != 0 || isnan(*value)) {
         if (code == 0)
             (void)kt_error_set(&from, KT_ERROR_NOT_FINITE, NULL, "its value is NaN");

@@ -474,7 +474,8 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     const bool balanced = kt_simulation_is_balanced(simulation);
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
+    const bool keeps_forces = simulation->steps_over_contacts && change->q == NULL; /* those of the last step */
+    if (simulation->contacts != NULL && !keeps_forces)
         simulation->contact_calls->open(simulation);
 #endif
     kt_status status = close_jump_state(simulation, change->q, change->v, error);

@@ -41,6 +41,80 @@ def times_of(summary, name):
     return [mark["time"] for mark in summary["marks"] if mark["name"] == name]
 
 
+PRESSED = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: block, joint: {type: prismatic, axis: z}, mass: 2, inertia: [1, 1, 1], markers: {m: [0, 0, 0]}}
+effects:
+  - {name: floor, type: joint_limit, joint: block, lower: 0, restitution: 0}
+  - {name: press, type: motor, joint: block, force: "-20*t"}
+states:
+  peak: {rate: 0}
+  still: {rate: 0, initial: 7}
+events:
+  - {name: overload, when: reaction.floor.lower.multiplier > 30, then: record}
+  - {name: sample, when: t > 1.5, then: {set: {peak: reaction.floor.lower.multiplier, still: acceleration.block + marker.block.m.az}}}
+  - {name: jerk, when: acceleration.block < -20, then: record}
+simulate: {duration: 2, contact: steps, step: 1e-3}
+output: {interval: 0.25, record: [position, acceleration, reaction, state]}
+"""
+
+
+def pressed():
+    """A floor bears N = m g + 20 t. Nothing moves."""
+    rows, summary, _ = run(PRESSED)
+    yield from off("overloads", len(times_of(summary, "overload")), 1, 0)
+    for time in times_of(summary, "overload"):
+        yield from off("overload, s", time, (30 - 2 * G) / 20, 1.001 * STEP)
+    yield from off("jerks", len(times_of(summary, "jerk")), 0, 0)
+    yield from off("records", len(rows), 9 + 1 + 2, 0)
+    if "acceleration" in summary:
+        yield from off("peak", rows[-1]["state.peak"], 2 * G + 20 * 1.5, 20 * STEP)
+        yield from off("still", rows[-1]["state.still"], 0, 20 * STEP)
+        yield from off("the acceleration of the summary", summary["acceleration"]["block"], rows[-1]["acceleration.block"], 1e-12)
+
+
+def struck():
+    """A force of 1000 N jumps within a step, which the floor bears."""
+    for force in ("-1000*(t>1)", "-1000*(t>1.0003)", "-1000*(t>1.0008)"):
+        scene = PRESSED.replace('"-20*t"', f'"{force}"').replace("  - {name: sample", "  - {name: pull, when: acceleration.block > 1, then: record}\n  - {name: sample")
+        rows, summary, _ = run(scene)
+        yield from off("overloads", len(times_of(summary, "overload")), 1, 0)
+        for time in times_of(summary, "overload"):
+            yield from off("overload, s", time, 1, 2.001 * STEP)
+        yield from off("jerks", len(times_of(summary, "jerk")) + len(times_of(summary, "pull")), 0, 0)
+        yield from off("peak", rows[-1]["state.peak"] if rows else math.nan, 2 * G + 1000, 1e-9)
+
+
+DROPPED = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: z, position: 1}, mass: 2, inertia: [1, 1, 1], markers: {m: [0, 0, 0]}}
+effects:
+  - {name: floor, type: contact, point: ball.m, plane: world, restitution: 0.5}
+events:
+  - {name: hit, when: reaction.floor.fz > 500, then: record}
+  - {name: spike, when: acceleration.ball > 500, then: record}
+  - {name: low, when: position.ball < 0.5, then: record}
+simulate: {duration: 1.1, contact: steps, step: 1e-3}
+output: {interval: 0.1, record: [position, reaction]}
+"""
+
+
+def dropped():
+    """Impulses over steps pass any limit at once. The event is at the end of the step of the impact, and no step is taken in vain."""
+    rows, summary, _ = run(DROPPED)
+    first = math.sqrt(2 / G)
+    for name in ("hit", "spike"):
+        times = times_of(summary, name)
+        yield from off(f"{name}: number", len(times), 2, 0)
+        for time, expected in zip(times, (first, 2 * first)):
+            yield from off(f"{name}, s", time, expected, 2 * STEP)
+    for time in times_of(summary, "low")[:1]:
+        yield from off("low, s", time, math.sqrt(1 / G), 1e-6)
+    yield from off("steps", summary.get("cost", {}).get("steps", 0), 1100, 10)
+
+
 SLIDING = """kinetree: 1
 gravity: [0, 0, -9.81]
 bodies:
@@ -106,6 +180,9 @@ def carried():
         yield messages
 
 
+claim("events_have_the_reactions_and_accelerations_of_records", list(pressed()))
+claim("a_force_that_jumps_is_borne_without_an_acceleration", list(struck()))
+claim("an_impact_is_one_event_at_the_end_of_its_step", list(dropped()))
 claim("friction_of_contacts_has_a_power", list(sliding()))
 claim("friction_of_joints_keeps_its_viscous_part", list(braked()))
 claim("drives_supply_work_against_contacts", list(carried()))
