@@ -80,6 +80,8 @@ static kt_status react(kt_simulation *simulation, const kt_record *record, kt_er
         t = kt_simulation_time_inside(simulation, t);
 #endif
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
+    if (status == KT_OK && kt_simulation_is_stepped(simulation))
+        status = kt_simulation_date_masses(simulation, record->time, error);
 #if KT_HAS_EVENTS
     if (status == KT_OK && simulation->contacts != NULL && record->index >= 0)
         status = simulation->contact_calls->check(simulation, record->time, error);
@@ -246,8 +248,10 @@ kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *
 kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at, kt_simulation_response *response,
                                 kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
-    const kt_simulation_response own = {
-        simulation->record, NULL, simulation->reaction, simulation->loop_reaction, simulation->multiplier, NULL, NULL};
+    const kt_simulation_response own = {.record = simulation->record,
+                                        .joint = simulation->reaction,
+                                        .loop = simulation->loop_reaction,
+                                        .multiplier = simulation->multiplier};
     const bool kinematics = simulation->kinematics;
     kt_record record = empty_record(simulation, KT_INDEX_EVENT, at->t);
     memmove(simulation->y, at->q, size->nq * sizeof(double));

@@ -16,16 +16,16 @@ typedef struct kt_simulation_response {
     const kt_data *data;   /* result: its data, with the motion */
 } kt_simulation_response;
 
-/* What the function of an event returns within a step if its value belongs to whole steps. The value is then that of the
- * beginning, and changes at the end, where the event happens. A number that no function returns by chance. */
+/* The result of an event's function within a step if its value belongs to whole steps. The value is then that of the
+ * beginning. It changes at the end, where the event happens. No function returns this number by chance. */
 enum { KT_EVENT_HOLDS = -20264 };
 
 /* Whether contacts are resolved by time stepping. Their forces then belong to steps, and no evaluation of the model
  * finds them. */
 KT_INNER bool kt_simulation_is_stepped(const kt_simulation *simulation);
 
-/* Evaluates a state at the present time with the function that evaluates records. With time stepping, forces of contacts
- * are those of the last step. Errors: those of records. */
+/* Evaluates a state at the present time with the function that evaluates records. With time stepping, forces of
+ * contacts are those of the last step. Errors: those of records. */
 KT_INNER KT_CHECKED kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at,
                                                     kt_simulation_response *response, kt_error *error);
 
