@@ -279,7 +279,7 @@ static void store_force(kt_simulation *simulation, int k, int i) {
     const bool was_closed = state->closed != 0, is_dry = k >= c->sides;
     for (int r = 0; r < 3; r++)
         state->force[r] = i >= 0 ? m->p[3 * i + r] / m->h : 0.0;
-    state->force[1] -= is_dry ? m->viscous[i] : 0.0;
+    state->force[1] -= is_dry && i >= 0 ? m->viscous[i] : 0.0;
     state->closed = i >= 0 && (is_dry ? fabs(m->p[3 * i]) < m->limit[i] : m->p[3 * i] > 0.0);
     if (is_dry) {
         counts->sticks += state->closed && !was_closed;
