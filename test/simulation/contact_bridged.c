@@ -13,8 +13,8 @@
 #include "random.h"
 #include "scenes.h"
 
-/* A run ends before a part that takes more than LONGEST tries of steps. The longest parts take 1269. Slow slip that
- * turns round a rest which friction does not hold takes some 1e5. */
+/* A run ends before a part that takes more than LONGEST tries of steps, or 10,000 instants of events. The longest parts
+ * take 1269 tries. Slow slip that turns round a rest which friction does not hold takes some 1e5. */
 enum { BODIES = 4, NQ = 7, NV = 6, SCENES = 16, PARTS = 8, LONGEST = 2000 };
 
 /* Adds corners of a body. even: they touch the floor together; rough: some have friction. */
@@ -167,7 +167,8 @@ static bool run_scene(const kt_description *description, const char *method, boo
     for (int part = 0; part < PARTS && fine && !ends; part++) {
         fine = switch_loops(simulation, part, to);
         const kt_status status = fine ? kt_simulation_advance(simulation, 0.02 * (part + 1), &error) : KT_OK;
-        ends = status == KT_ERROR_STEP && strstr(error.message, "steps_per_call") != NULL;
+        ends = status == KT_ERROR_STEP &&
+               (strstr(error.message, "steps_per_call") != NULL || strstr(error.message, "instants of events") != NULL);
         fine = fine && (ends || kt_fine(method, status, &error));
         to->parts += fine && !ends;
         to->nq = kt_model_nq(model);
