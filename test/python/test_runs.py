@@ -76,6 +76,7 @@ def test_time_stepping_of_a_scene_holds_in_python(held):
     simulation = scene.simulation()
     simulation.run()
     held(abs(simulation.positions[0]), 1e-13, "the ball lies, m")
+    held(np.abs(simulation.acceleration()).max(), 1e-12, "and does not accelerate, m/s^2")
     assert simulation.integrator == "moreau-jean" and simulation.step_size == 1e-3
     assert scene.simulation(step=2e-3).integrator == "moreau-jean"
     for wrong in ({"integrator": "rk4"}, {"tolerance": 1e-6}):
