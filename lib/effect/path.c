@@ -102,8 +102,8 @@ static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple sid
 /* A point on the circle is on it up to rounding. */
 static const double on_circle = 1.0 - 16.0 * DBL_EPSILON;
 
-/* The length of a tangent to the circle. It has no derivative on the circle, where L has the direction of the tangent. */
-static kt_real tangent_to(kt_real square, double r) {
+/* The distance from a point to where its line touches the circle. It has no derivative on the circle itself. */
+static kt_real reach_of(kt_real square, double r) {
     return kt_value(square) > r * r ? kt_sqrt(square - r * r) : kt_real_of(0.0);
 }
 
@@ -114,7 +114,7 @@ static bool wrap_outside(kt_triple p, kt_triple q, kt_triple n, const kt_triple 
     const kt_real square[2] = {kt_triple_dot(p, p), kt_triple_dot(q, q)};
     if (kt_value(square[0]) < on_circle * r * r || kt_value(square[1]) < on_circle * r * r)
         return false;
-    const kt_real s[2] = {tangent_to(square[0], r), tangent_to(square[1], r)};
+    const kt_real s[2] = {reach_of(square[0], r), reach_of(square[1], r)};
     const kt_real free_angle = kt_atan2(s[0], kt_real_of(r)) + kt_atan2(s[1], kt_real_of(r));
     const kt_real angle = kt_atan2(kt_triple_dot(n, kt_triple_cross(p, q)), kt_triple_dot(p, q));
     const double shorter = fabs(kt_value(angle)) > kt_value(free_angle) ? kt_value(angle) < 0.0 ? -1.0 : 1.0 : 0.0;
