@@ -507,8 +507,10 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     made->functions = functions;
     kt_graph_init(&made->graph);
     bool fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
-    if (fine)
+    if (fine) {
+        kt_code_tree_place_origins(&made->tree);
         kt_code_tree_regroup(&made->tree);
+    }
     for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
         if (functions & 1u << k && !kind_of(k)->is_text)
             fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);

@@ -281,7 +281,6 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     }
     chain_coordinates(tree);
     size_code_links(tree);
-    kt_code_tree_place_origins(tree);
     return !graph->failed;
 }
 

@@ -18,8 +18,8 @@
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
  * MISSED successive steps may be cut short for such a root. Each of them is accepted. The step behind it is no longer,
  * since a longer one would show such a root again. If the slope at its beginning leads to the event, it ends next to
- * that time: it takes this multiple of the remaining time. */
-static const double at_once = 1e-9, beyond = 1.1;
+ * that time: it takes a little more than the remaining time. */
+static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
@@ -102,6 +102,7 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
 
 kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error) {
 #if KT_HAS_EVENTS
+    static const double beyond = 1.1; /* of the remaining time */
     const double t = kt_integrator_time(simulation->integrator);
     char where[KT_WHERE_SIZE];
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;

@@ -277,6 +277,48 @@ kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at,
     return KT_OK;
 }
 
+/* ---- accelerations of the present state -------------------------------------------------------------------------- */
+
+/* With time stepping: the accelerations of a record of the present state, under these forces. */
+static kt_status respond_to_inputs(kt_simulation *simulation, const double *tau, const kt_wrench *external, double *a,
+                                   kt_error *error) {
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_instant at = {.t = kt_integrator_time(simulation->integrator),
+                           .q = y,
+                           .v = y + simulation->size.nq,
+                           .x = y + simulation->size.nq + simulation->size.nv};
+    kt_simulation_response response = {.record = KT_RECORD_ACCELERATION, .a = a};
+    simulation->tau = tau;
+    simulation->external = external;
+    const kt_status status = kt_simulation_respond(simulation, &at, &response, &simulation->cause);
+    kt_simulation_inputs_use(simulation);
+    return status == KT_OK ? KT_OK : kt_simulation_fail(simulation, &simulation->cause, error);
+}
+
+kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
+        return KT_ERROR_ARGUMENT;
+    const kt_simulation_memory *memory = &simulation->memory;
+    const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
+    const double *tau = memory->next.torque ? simulation->torque_next : NULL;
+    const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
+    double t = kt_integrator_time(simulation->integrator);
+    const kt_status status = kt_simulation_check_start(simulation, error);
+    if (status != KT_OK)
+        return status;
+    simulation->cause.code = KT_OK;
+    if (kt_simulation_is_stepped(simulation))
+        return respond_to_inputs(simulation, tau, external, a, error);
+    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
+        return kt_simulation_fail(simulation, &simulation->cause, error);
+    kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
+    kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
+    for (int k = 0; k < (int)simulation->size.nv && kt_simulation_balances_forces(simulation); k++)
+        if (kt_massless_moves(simulation->model, k))
+            a[k] = (double)NAN;
+    return KT_OK;
+}
+
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
 kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
