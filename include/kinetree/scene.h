@@ -172,7 +172,7 @@ typedef struct kt_scene_options {
     int variable_count;   /* length of variables */
 
     bool gives_step; /* the program sets run.step itself: a method with a fixed step needs no `step` in the file */
-    bool is_alone;   /* the text has no other files: tables and meshes of files are faults */
+    bool is_alone;   /* tables of files are faults, and meshes of files that have a density */
 } kt_scene_options;
 
 /* Returns options without settings and variables. */

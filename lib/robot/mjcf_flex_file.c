@@ -98,7 +98,7 @@ static bool add_flex_surface(kt_mjcf *m, kt_flex *f, const kt_triangles *mesh) {
     (void)kt_mjcf_numbers(m, f->element, NULL, "origin", 3, 3, origin);
     for (int i = 0; i < count; i++) {
         const kt_vec3 v = mesh->vertices[i];
-        corners[i] = (flex_corner){{(float)v.x, (float)v.y, (float)v.z}, i};
+        corners[i] = (flex_corner){{(float)v.x + 0.0F, (float)v.y + 0.0F, (float)v.z + 0.0F}, i}; /* -0 becomes 0 */
     }
     join_equal_vertices(corners, count, to);
     if (first > 0)
@@ -178,7 +178,9 @@ static int gmsh_integer(gmsh_text *g, int bytes) {
     }
     if (!(bytes == BYTES_OF_INT ? gmsh_bytes(g, &small, sizeof small) : gmsh_bytes(g, &large, sizeof large)))
         return -1;
-    return bytes == BYTES_OF_INT ? small : large <= (uint64_t)KT_FLEX_NUMBERS_MOST ? (int)large : -1;
+    if (bytes == BYTES_OF_INT)
+        return small >= 0 ? small : -1;
+    return large <= (uint64_t)KT_FLEX_NUMBERS_MOST ? (int)large : -1;
 }
 
 static double gmsh_real(gmsh_text *g) {

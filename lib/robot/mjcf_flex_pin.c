@@ -26,6 +26,8 @@ static bool read_flex_pins(kt_mjcf *m, const kt_flex *f, const kt_element *pin, 
     const int count = kt_flex_numbers(m, pin, name, &numbers);
     if (count > 0 && is_grid && f->dim == 1)
         return kt_mjcf_fault(m, pin, "%s: a line has no grid; give `id` or `range`", name);
+    if (count > 0 && is_grid && f->is_given)
+        return kt_mjcf_fault(m, pin, "%s: points of a file or of the text have no grid; give `id` or `range`", name);
     if (count < 0 || count % size != 0)
         return count >= 0 && kt_mjcf_fault(m, pin, "%s: expected a multiple of %d numbers", name, size);
     for (int i = 0; i < count; i += size) {

@@ -335,6 +335,30 @@ KT_TEST(files_of_gmsh_have_points_and_elements_in_both_formats) {
     (void)rmdir(folder);
 }
 
+/* Facets share the vertices of an edge on which -0 and 0 are both written: four points, not six. */
+KT_TEST(vertices_at_minus_zero_are_those_at_zero) {
+    static const char facets[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex -1 0 0\n"
+                                 "endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex -0 0 0\nvertex 1 0 0\n"
+                                 "vertex -0 1 -0\nendloop\nendfacet\nendsolid s\n";
+    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
+    kt_scene scene;
+    kt_error error = {0};
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    put_file(folder, "s.stl", facets);
+    put_file(folder, "m.xml", FLEX("type='mesh' dim='2' file='s.stl' mass='4'", "<edge damping='1'/>"));
+    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+    if (kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK)) {
+        kt_check_equal_int("bodies", scene.description.body_count, 1 + 4 * 3);
+        kt_check_equal_int("edges", scene.description.effect_count, 5);
+        kt_scene_free(&scene);
+    }
+    (void)remove(path);
+    (void)snprintf(path, sizeof path, "%s/s.stl", folder);
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
 /* ---- warnings and faults ----------------------------------------------------------------------------------------- */
 
 KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
@@ -381,6 +405,8 @@ KT_TEST(faults_of_flexcomps_have_their_place) {
         {FLEX("count='3 3 1'", "<pin grid='2 3'/>"), "grid: there is no such point"},
         {FLEX("count='3 3 1'", "<pin gridrange='0 0 1'/>"), "gridrange: expected a multiple of 4 numbers"},
         {FLEX("dim='1' type='grid' count='4 1 1'", "<pin id='4'/>"), "id: there is no such point"},
+        {FLEX("dim='2' type='direct' point='0 0 0 1 0 0 0 1 0' element='0 1 2'", "<pin gridrange='0 0 1 1'/>"),
+         "points of a file or of the text have no grid"},
         {FLEX("dim='1' type='direct' point='0 0 0 1 0' element='0 1'", ""), "expected `point` with three numbers"},
         {FLEX("dim='1' type='direct' point='0 0 0 1 0 0' element='0 2'", ""), "element: there is no point 2"},
         {FLEX("dim='1' type='direct' point='0 0 0 1 0 a' element='0 1'", ""), "point: expected numbers"},
