@@ -17,9 +17,11 @@
 static int axis_in_parent(const kt_code_tree *tree, int i, double *sign) {
     const kt_code_link *l = &tree->link[i];
     for (int row = 0; row < 3; row++)
-        for (*sign = -1.0; *sign <= 1.0; *sign += 2.0)
-            if (kt_op_is(tree->graph, l->rest.row[row].x[l->link->axis], *sign))
+        for (int s = -1; s <= 1; s += 2)
+            if (kt_op_is(tree->graph, l->rest.row[row].x[l->link->axis], s)) {
+                *sign = s;
                 return row;
+            }
     return -1;
 }
 

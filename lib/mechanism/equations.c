@@ -133,6 +133,7 @@ static kt_status find_equations(const kt_model *model, kt_data *data, double t, 
     return KT_OK;
 }
 
+/* NOLINTBEGIN(readability-non-const-parameter): results are written by way of the outputs */
 kt_status kt_loop_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             double *jacobian, double *residual, double *rate, double *drift, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
@@ -146,6 +147,7 @@ kt_status kt_loop_entries(const kt_model *model, kt_data *data, const kt_dynamic
     const kt_outputs out = {entries, true, residual, rate, drift};
     return find_equations(model, data, at->t, at->q, at->v, &out, error);
 }
+/* NOLINTEND(readability-non-const-parameter) */
 
 /* ---- the null space ---------------------------------------------------------------------------------------------- */
 

@@ -343,7 +343,8 @@ typedef struct kt_effect_batch {
 /* A link on which an effect has an end, or a link between such a link and the ground. */
 typedef struct kt_force_link {
     int32_t link, parent; /* the parent's index in model->force_link */
-    bool base;            /* it is part of the joint that connects its tree with the ground */
+    int32_t base;         /* its joint connects its tree with the ground; no bool: lanes compare
+                     all bytes */
 } kt_force_link;
 
 #endif

@@ -38,7 +38,8 @@ bool kt_flex_direct(kt_mjcf *m, kt_flex *f) {
     if (numbers < 3 * size || numbers % 3 != 0 || count < size || count % size != 0)
         return kt_mjcf_fault(m, f->element, "expected `point` with three numbers each, `element` with %s points each",
                              word_of_count(f->dim));
-    if (!kt_flex_take(m, f, numbers / 3, count / size))
+    const int given = numbers / 3, elements = count / size;
+    if (!kt_flex_take(m, f, given, elements))
         return false;
     for (int i = 0; i < numbers; i += 3)
         kt_flex_add_point(f, points[i], points[i + 1], points[i + 2]);
@@ -61,12 +62,18 @@ typedef struct flex_corner {
     int number;
 } flex_corner;
 
-static int order_corners_of_flex(const void *a, const void *b) {
-    const flex_corner *x = a, *y = b;
+/* -0 is 0. */
+static int compare_flex_places(const flex_corner *x, const flex_corner *y) {
     for (int k = 0; k < 3; k++)
         if (x->at[k] < y->at[k] || x->at[k] > y->at[k])
             return x->at[k] < y->at[k] ? -1 : 1;
-    return (x->number > y->number) - (x->number < y->number);
+    return 0;
+}
+
+static int order_corners_of_flex(const void *a, const void *b) {
+    const flex_corner *x = a, *y = b;
+    const int places = compare_flex_places(x, y);
+    return places != 0 ? places : (x->number > y->number) - (x->number < y->number);
 }
 
 /* `to` becomes the first vertex at the place of each vertex. */
@@ -75,7 +82,7 @@ static void join_equal_vertices(flex_corner *corners, int count, int *to) {
         to[i] = i;
     qsort(corners, (size_t)count, sizeof *corners, order_corners_of_flex);
     for (int i = 1; i < count; i++)
-        if (memcmp(corners[i].at, corners[i - 1].at, sizeof corners[i].at) == 0)
+        if (compare_flex_places(&corners[i], &corners[i - 1]) == 0)
             to[corners[i].number] = to[corners[i - 1].number];
 }
 
@@ -98,7 +105,7 @@ static bool add_flex_surface(kt_mjcf *m, kt_flex *f, const kt_triangles *mesh) {
     (void)kt_mjcf_numbers(m, f->element, NULL, "origin", 3, 3, origin);
     for (int i = 0; i < count; i++) {
         const kt_vec3 v = mesh->vertices[i];
-        corners[i] = (flex_corner){{(float)v.x + 0.0F, (float)v.y + 0.0F, (float)v.z + 0.0F}, i}; /* -0 becomes 0 */
+        corners[i] = (flex_corner){{(float)v.x, (float)v.y, (float)v.z}, i};
     }
     join_equal_vertices(corners, count, to);
     if (first > 0)
@@ -292,7 +299,8 @@ static gmsh_text find_gmsh_section(const char *text, size_t size, const char *be
     g.is_whole = g.at != NULL && g.end != NULL && g.at < g.end;
     while (g.is_whole && g.at < g.end && *g.at != '\n')
         g.at++;
-    g.at += g.is_whole && g.at < g.end;
+    if (g.is_whole && g.at < g.end)
+        g.at++;
     return g;
 }
 

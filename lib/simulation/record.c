@@ -280,6 +280,7 @@ kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at,
 /* ---- accelerations of the present state -------------------------------------------------------------------------- */
 
 /* With time stepping: the accelerations of a record of the present state, under these forces. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the response */
 static kt_status respond_to_inputs(kt_simulation *simulation, const double *tau, const kt_wrench *external, double *a,
                                    kt_error *error) {
     const double *y = kt_integrator_state(simulation->integrator);
