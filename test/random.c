@@ -12,6 +12,12 @@ uint64_t kt_random_seed(void) {
     return text != NULL && *text != '\0' ? strtoull(text, NULL, 0) : default_seed;
 }
 
+int kt_sample(int usual) {
+    const char *text = getenv("KT_SAMPLE");
+    const int wanted = text != NULL ? atoi(text) : usual;
+    return wanted > 2 ? wanted : 2;
+}
+
 static uint64_t splitmix(uint64_t *x) {
     uint64_t z = *x += 0x9E3779B97F4A7C15U;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;

@@ -18,6 +18,9 @@ uint64_t kt_random_seed(void);
 /* The stream of the test that is running. */
 kt_random kt_random_of_test(void);
 
+/* The number of random scenes of a test: KT_SAMPLE, two or more, if that is set. Sanitizers need a few alone. */
+int kt_sample(int usual);
+
 /* A stream of any name, and with another seed. */
 kt_random kt_random_named(const char *name);
 kt_random kt_random_seeded(uint64_t seed, const char *name);

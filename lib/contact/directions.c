@@ -26,9 +26,9 @@
  * comes to rest if friction can hold it.
  *
  * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Friction that cannot hold
- * a contact at rest may also turn its slip at once, in whatever direction that begins: next to a direction in which it
- * wedges the contact. Stick and slip that end TURNS times at intervals of at most `briefly` are therefore held at rest
- * for the time `hold`, or for the length of a fixed step if that is longer.
+ * a contact at rest may also turn its slip at once, in every direction: slip is then near a direction that wedges the
+ * contact. If stick or slip ends TURNS times, at intervals of at most `briefly`, friction therefore holds the contact
+ * for the time `hold`. With fixed steps it holds the contact for one step at least.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The

@@ -231,7 +231,7 @@ static bool add_body_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *c
 
 /* ---- edges ------------------------------------------------------------------------------------------------------- */
 
-/* What acts in the edges of a flexcomp. */
+/* The forces in the edges of a flexcomp. */
 typedef struct flex_law {
     bool is_soft, is_rigid; /* equalities: springs and dampers, or constant lengths */
     bool is_halved;         /* MuJoCo has half the mobility of edges between points that are bodies */

@@ -293,7 +293,7 @@ static const char *find_gmsh_word(const char *text, size_t size, const char *wor
     return NULL;
 }
 
-/* What is between two words, from the next line on. */
+/* Returns the text between two words, without the rest of the first line. */
 static gmsh_text find_gmsh_section(const char *text, size_t size, const char *begin, const char *end) {
     gmsh_text g = {.at = find_gmsh_word(text, size, begin), .end = find_gmsh_word(text, size, end)};
     g.is_whole = g.at != NULL && g.end != NULL && g.at < g.end;

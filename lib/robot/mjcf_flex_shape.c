@@ -2,8 +2,8 @@
  * cylinders and ellipsoids.
  *
  * Points have the order of MuJoCo, whose numbers name the bodies. There are n_k points along axis k, with the spacing
- * s_k and the half side h_k = s_k (n_k - 1)/2. A grid has the coordinates s_k i_k - h_k. A box has points on its
- * surface alone, at the coordinates u_k from -1 to 1, and
+ * s_k and the half side h_k = s_k (n_k - 1)/2. A grid has the coordinates s_k i_k - h_k. The others have points on a
+ * surface alone. With coordinates u_k from -1 to 1 on the surface of a cube, these are at
  *     box:                h_k u_k
  *     cylinder and disc:  max(|u_x|, |u_y|) h_k u_k / |(u_x, u_y)|  along x and y
  *     ellipsoid:          h_k u_k / |u|

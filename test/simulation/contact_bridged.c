@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -16,7 +15,7 @@
 
 /* A run ends before a part that takes more than LONGEST tries of steps, or 10,000 instants of events. The longest parts
  * take 1269 tries. Slow slip that turns round a rest which friction does not hold takes some 1e5. */
-enum { BODIES = 4, NQ = 7, NV = 6, SCENES = 16, PARTS = 8, LONGEST = 2000 };
+enum { BODIES = 4, NQ = 7, NV = 6, SCENES = 16, PARTS = 8, LONGEST = 2000, CUT_MOST = 2 };
 
 /* Adds corners of a body. even: they touch the floor together; rough: some have friction. */
 static void add_corners(masks_scene *s, const kt_body *body, bool even, bool rough, kt_random *random) {
@@ -200,7 +199,7 @@ static bool rest_differently(const island_states *a, const island_states *b) {
 
 typedef struct comparison {
     double most;
-    int compared, ambiguous;
+    int compared, ambiguous, cut; /* cut: runs that end early */
 } comparison;
 
 static void add_comparison(comparison *c, double off, bool ambiguous) {
@@ -212,6 +211,7 @@ static void add_comparison(comparison *c, double off, bool ambiguous) {
 static void check_comparison(const comparison *c, int least, double bound) {
     kt_note("%d are compared, and %d have several solutions", c->compared, c->ambiguous);
     kt_check_true("enough are compared", c->compared >= least);
+    kt_check_below("runs that end early", c->cut, CUT_MOST);
     kt_check_below("difference of states", c->most, bound);
 }
 
@@ -228,11 +228,8 @@ static void link_bodies(masks_scene *s, kt_loop *link) {
     s->description.loop_count = 1;
 }
 
-/* Half of KT_SAMPLE, or all. */
-static int scenes_to_bridge(void) {
-    const char *wanted = getenv("KT_SAMPLE");
-    return wanted != NULL ? atoi(wanted) / 2 : SCENES;
-}
+/* A scene takes as long as two of other tests. */
+static int scenes_to_bridge(void) { return kt_sample(2 * SCENES) / 2; }
 
 static void compare_with_whole(const char *method, bool rough, bool linked, double bound) {
     kt_random random = kt_random_of_test();
@@ -255,6 +252,7 @@ static void compare_with_whole(const char *method, bool rough, bool linked, doub
         for (int part = 0; part < apart.parts && part < whole.parts; part++)
             for (int i = 0; i < apart.nq + apart.nv; i++)
                 off = fmax(off, fabs(apart.y[part][i] - whole.y[part][i]));
+        c.cut += (apart.parts < PARTS) + (whole.parts < PARTS);
         add_comparison(&c, off, is_ambiguous(&apart) || is_ambiguous(&whole) || rest_differently(&apart, &whole));
     }
     check_comparison(&c, scenes_to_bridge() / 2, bound);
@@ -277,6 +275,7 @@ static void compare_with_alone(const char *method, double bound) {
             for (int part = 0; part < all.parts && part < alone.parts; part++)
                 for (int j = 0; j < NQ; j++)
                     off = fmax(off, fabs(all.y[part][NQ * i + j] - alone.y[part][j]));
+            c.cut += alone.parts < PARTS;
             add_comparison(&c, off, is_ambiguous(&alone));
         }
     }

@@ -3,7 +3,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -224,12 +223,6 @@ KT_TEST(box_at_rest_takes_few_steps) {
     kt_check_below("rejected steps", (double)rejected, 30.0);
 }
 
-/* The number of random scenes: KT_SAMPLE, or what is usual. */
-static int sample_of(int usual) {
-    const char *wanted = getenv("KT_SAMPLE");
-    return wanted != NULL ? atoi(wanted) : usual;
-}
-
 /* A box that is dropped comes to rest on its corners. While two of them hold it, rounding may move a third one to the
  * boundary at which it closes, and no farther: its gap has equal bits along whole steps. The contact is then reached.
  * Otherwise one of these runs fails, since no step reaches the contact. */
@@ -238,7 +231,7 @@ KT_TEST(dropped_boxes_come_to_rest) {
     static const double restitutions[] = {0.0, 0.3, 0.6};
     kt_random random = kt_random_of_test();
     int failed = 0;
-    for (int i = 0; i < sample_of(24); i++) {
+    for (int i = 0; i < kt_sample(24); i++) {
         double half[3], q[7] = {0.0, 0.0, 0.8}, v[6] = {0.0};
         crate s;
         for (int k = 0; k < 3; k++)
@@ -302,7 +295,7 @@ static double drop_flat(kt_random *random) {
 KT_TEST(corners_without_load_do_not_change_places_without_end) {
     kt_random random = kt_random_of_test();
     double most = 0.0;
-    for (int i = 0; i < sample_of(250); i++) {
+    for (int i = 0; i < kt_sample(250); i++) {
         const double closings = drop_flat(&random);
         most = closings <= most || isnan(most) ? most : closings;
     }

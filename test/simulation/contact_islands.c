@@ -4,11 +4,11 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
 #include "masks.h"
+#include "random.h"
 #include "scenes.h"
 
 enum { PLATES = 3, FEET = 3, NQ = 7, NV = 6 };
@@ -209,9 +209,9 @@ KT_TEST(simulations_of_boxes_grow_with_their_number) {
     }
 }
 
-/* Boxes fall by 1 cm, in groups of equal heights, and friction stops them. With KT_SAMPLE there are twenty. */
+/* Boxes fall by 1 cm, in groups of equal heights, and friction stops them. */
 KT_TEST(two_hundred_boxes_fall_and_come_to_rest) {
-    const int boxes = getenv("KT_SAMPLE") != NULL ? 20 : 200;
+    const int boxes = kt_sample(200);
     static masks_scene s;
     kt_error error = {0};
     double height = 0.0, speed = 0.0;
