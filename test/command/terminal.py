@@ -113,7 +113,7 @@ def runs():
 
 
 def sweeps():
-    sweep = ["sweep", "long.yaml", "--vary", "m=1:2:40", "--set", "simulate.duration=30", "--jobs", "2", "--quiet", "--out", "s.csv"]
+    sweep = ["sweep", "long.yaml", "--vary", "m=1:2:40", "--set", "simulate.duration=200", "--jobs", "2", "--quiet", "--out", "s.csv"]
     status, told = interrupt(sweep, lambda: lines_of("s.csv.partial") > 2)
     check_interrupted("an_interrupted_sweep_names_its_runs_and_resume", status, told, "s.csv.partial", ["repeat the command with --resume"], "run")
     left = lines_of("s.csv.partial")
