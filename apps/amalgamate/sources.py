@@ -13,7 +13,7 @@ CONDITIONS = {
 # for vectors of states; one file has one compilation.
 LEFT_OUT_FOLDERS = {'batch'}
 LEFT_OUT_FILES = {'sensitivity/rollout_lanes.c'}
-LAST_FOLDER = 'analysis'
+LAST_FOLDER = 'build'
 
 
 def folders_of(lib):

@@ -6,6 +6,7 @@
 #include "kinetree/analysis.h"
 #include "kinetree/batch.h"
 #include "kinetree/body.h"
+#include "kinetree/build.h"
 #include "kinetree/closure.h"
 #include "kinetree/codegen.h"
 #include "kinetree/control.h"

@@ -16,6 +16,8 @@
     X(kt_batch_options)                                                                                                \
     X(kt_batch_report)                                                                                                 \
     X(kt_batch_sensors)                                                                                                \
+    X(kt_beam)                                                                                                         \
+    X(kt_beam_property)                                                                                                \
     X(kt_body)                                                                                                         \
     X(kt_complex)                                                                                                      \
     X(kt_constraint_formulation_options)                                                                               \
@@ -58,6 +60,7 @@
     X(kt_key)                                                                                                          \
     X(kt_linear_system)                                                                                                \
     X(kt_linearization_options)                                                                                        \
+    X(kt_link_tree)                                                                                                    \
     X(kt_loop)                                                                                                         \
     X(kt_loop_disagreement)                                                                                            \
     X(kt_loop_group)                                                                                                   \
@@ -134,7 +137,6 @@
     X(kt_work_estimate)                                                                                                \
     X(kt_wrench)                                                                                                       \
     X(kt_wrench_derivatives)
-
 size_t kt_struct_size(const char *name) {
     static const struct {
         const char *name;

@@ -4,13 +4,13 @@
  *     value  = '{' [text ':' value {',' text ':' value}] '}' | '[' [value {',' value}] ']' | text
  *     text   = '"' characters with escapes '"' | "'" characters, '' for ' "'" | plain characters
  */
-#include "document/builder.h"
+#include "document/node_builder.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_flow {
-    kt_builder builder;
+    kt_node_builder builder;
     const char *at, *end, *line_begin;
     uint32_t line;
 } kt_flow;
@@ -94,7 +94,7 @@ static bool read_flow_text(kt_flow *f) {
     const uint32_t line = f->line, column = flow_column(f);
     const char *begin = f->at;
     const bool is_plain = *begin != '"' && *begin != '\'';
-    kt_node *node = kt_builder_add(&f->builder, KT_NODE_TEXT, line, column);
+    kt_node *node = kt_node_builder_add(&f->builder, KT_NODE_TEXT, line, column);
     if (node == NULL)
         return false;
     node->plain = is_plain;
@@ -104,7 +104,7 @@ static bool read_flow_text(kt_flow *f) {
         size_t length = (size_t)(f->at - begin);
         while (length > 0 && is_flow_blank(begin[length - 1]))
             length--;
-        return kt_builder_text(&f->builder, node, begin, length);
+        return kt_node_builder_text(&f->builder, node, begin, length);
     }
     char *text = kt_pool_take(&f->builder.r->scratch, (size_t)(f->end - f->at) + 1, 1);
     if (text == NULL)
@@ -135,7 +135,7 @@ static bool read_key(kt_flow *f) {
 /* Depth is bounded by KT_NODE_DEPTH_MAX. */
 static bool read_entries(kt_flow *f, kt_node_kind kind) {
     const char close = kind == KT_NODE_MAP ? '}' : ']';
-    if (!kt_builder_open(&f->builder, kind, f->line, flow_column(f)))
+    if (!kt_node_builder_open(&f->builder, kind, f->line, flow_column(f)))
         return false;
     f->at++;
     for (skip_flow_blanks(f); flow_next(f, 0) != close; skip_flow_blanks(f)) {
@@ -150,7 +150,7 @@ static bool read_entries(kt_flow *f, kt_node_kind kind) {
             return report_flow(f, "a ',' or a bracket is missing before this");
     }
     f->at++;
-    kt_builder_close(&f->builder);
+    kt_node_builder_close(&f->builder);
     return true;
 }
 
@@ -164,14 +164,14 @@ static bool begins_item(const kt_flow *f) { return flow_next(f, 0) == '-' && is_
 
 /* Reads a list whose items begin with "- ". */
 static bool read_items(kt_flow *f) {
-    if (!kt_builder_open(&f->builder, KT_NODE_LIST, f->line, flow_column(f)))
+    if (!kt_node_builder_open(&f->builder, KT_NODE_LIST, f->line, flow_column(f)))
         return false;
     for (; begins_item(f); skip_flow_blanks(f)) {
         f->at++;
         if (!read_flow_value(f))
             return false;
     }
-    kt_builder_close(&f->builder);
+    kt_node_builder_close(&f->builder);
     return true;
 }
 

@@ -1,5 +1,5 @@
 /* Trees of nodes: queries, and their construction from the events of a parser. */
-#include "document/builder.h"
+#include "document/node_builder.h"
 
 #include <string.h>
 
@@ -36,7 +36,7 @@ bool kt_node_is_faulty(const kt_node *node) {
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
 
-kt_node *kt_builder_add(kt_builder *b, kt_node_kind kind, uint32_t line, uint32_t column) {
+kt_node *kt_node_builder_add(kt_node_builder *b, kt_node_kind kind, uint32_t line, uint32_t column) {
     if (b->count == KT_NODE_COUNT_MAX) {
         (void)kt_fault_put(b->r, KT_ERROR_SCENE, line, column,
                            "the file has more values than a scene may have (8388608)");
@@ -62,12 +62,12 @@ kt_node *kt_builder_add(kt_builder *b, kt_node_kind kind, uint32_t line, uint32_
     return node;
 }
 
-bool kt_builder_open(kt_builder *b, kt_node_kind kind, uint32_t line, uint32_t column) {
+bool kt_node_builder_open(kt_node_builder *b, kt_node_kind kind, uint32_t line, uint32_t column) {
     if (b->depth == KT_NODE_DEPTH_MAX)
         return kt_fault_put(b->r, KT_ERROR_SCENE, line, column,
                             "lists and mappings are nested deeper than %d here; no scene needs that",
                             KT_NODE_DEPTH_MAX);
-    kt_node *node = kt_builder_add(b, kind, line, column);
+    kt_node *node = kt_node_builder_add(b, kind, line, column);
     if (node == NULL)
         return false;
     b->open[b->depth] = node;
@@ -76,7 +76,7 @@ bool kt_builder_open(kt_builder *b, kt_node_kind kind, uint32_t line, uint32_t c
     return true;
 }
 
-void kt_builder_close(kt_builder *b) {
+void kt_node_builder_close(kt_node_builder *b) {
     if (b->depth == 0) /* an end without a beginning: no parser gives any */
         return;
     b->depth--;
@@ -85,7 +85,7 @@ void kt_builder_close(kt_builder *b) {
         node->count /= 2;
 }
 
-bool kt_builder_text(kt_builder *b, kt_node *node, const char *text, size_t length) {
+bool kt_node_builder_text(kt_node_builder *b, kt_node *node, const char *text, size_t length) {
     node->of.text = kt_pool_text(&b->r->scratch, text, length);
     node->count = (uint32_t)length;
     return node->of.text != NULL || kt_reader_out_of_memory(b->r);

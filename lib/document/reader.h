@@ -3,9 +3,9 @@
 #define KT_DOCUMENT_READER_H
 
 #include "base/names.h"
+#include "base/pool.h"
 #include "document/emit.h"
 #include "document/node.h"
-#include "document/pool.h"
 #include "kinetree/descriptor.h"
 
 #include <stdint.h>

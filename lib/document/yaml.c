@@ -5,7 +5,7 @@
  * and anchors are rejected, so that time and memory of reading grow with the size of the file alone. Tags are rejected,
  * since a scene's own keys determine the type of each value.
  */
-#include "document/builder.h"
+#include "document/node_builder.h"
 
 #include "document/text.h"
 
@@ -162,16 +162,16 @@ static bool fault_at_mark(kt_reader *r, yaml_mark_t mark, const char *message) {
     return kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark), "%s", message);
 }
 
-static kt_node *add_yaml_node(kt_builder *b, kt_node_kind kind, yaml_mark_t mark) {
-    return kt_builder_add(b, kind, yaml_line_of(mark), yaml_column_of(mark));
+static kt_node *add_yaml_node(kt_node_builder *b, kt_node_kind kind, yaml_mark_t mark) {
+    return kt_node_builder_add(b, kind, yaml_line_of(mark), yaml_column_of(mark));
 }
 
-static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
+static bool add_scalar(kt_node_builder *b, const yaml_event_t *event) {
     kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
     if (node == NULL)
         return false;
     size_t length = event->data.scalar.length;
-    if (!kt_builder_text(b, node, (const char *)event->data.scalar.value, length))
+    if (!kt_node_builder_text(b, node, (const char *)event->data.scalar.value, length))
         return false;
     node->plain = event->data.scalar.style == YAML_PLAIN_SCALAR_STYLE;
     node->faulty = event->data.scalar.tag != NULL;
@@ -183,7 +183,7 @@ static bool add_scalar(kt_builder *b, const yaml_event_t *event) {
     return true;
 }
 
-static bool add_alias(kt_builder *b, const yaml_event_t *event) {
+static bool add_alias(kt_node_builder *b, const yaml_event_t *event) {
     kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
     if (node == NULL)
         return false;
@@ -195,7 +195,7 @@ static bool add_alias(kt_builder *b, const yaml_event_t *event) {
     return true;
 }
 
-static void check_properties(kt_builder *b, yaml_mark_t mark, const yaml_char_t *anchor, const yaml_char_t *tag) {
+static void check_properties(kt_node_builder *b, yaml_mark_t mark, const yaml_char_t *anchor, const yaml_char_t *tag) {
     if (anchor != NULL)
         (void)kt_fault_put(b->r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark),
                            "anchors are not part of a scene file; remove '&%.40s'", (const char *)anchor);
@@ -204,7 +204,7 @@ static void check_properties(kt_builder *b, yaml_mark_t mark, const yaml_char_t 
 }
 
 /* Adds the node of an event to the tree; returns false to stop. */
-static bool take_event(kt_builder *b, const yaml_event_t *event) {
+static bool take_event(kt_node_builder *b, const yaml_event_t *event) {
     yaml_mark_t mark = event->start_mark;
     switch (event->type) {
     case YAML_DOCUMENT_START_EVENT:
@@ -218,13 +218,13 @@ static bool take_event(kt_builder *b, const yaml_event_t *event) {
         return add_scalar(b, event);
     case YAML_SEQUENCE_START_EVENT:
         check_properties(b, mark, event->data.sequence_start.anchor, event->data.sequence_start.tag);
-        return kt_builder_open(b, KT_NODE_LIST, yaml_line_of(mark), yaml_column_of(mark));
+        return kt_node_builder_open(b, KT_NODE_LIST, yaml_line_of(mark), yaml_column_of(mark));
     case YAML_MAPPING_START_EVENT:
         check_properties(b, mark, event->data.mapping_start.anchor, event->data.mapping_start.tag);
-        return kt_builder_open(b, KT_NODE_MAP, yaml_line_of(mark), yaml_column_of(mark));
+        return kt_node_builder_open(b, KT_NODE_MAP, yaml_line_of(mark), yaml_column_of(mark));
     case YAML_SEQUENCE_END_EVENT:
     case YAML_MAPPING_END_EVENT:
-        kt_builder_close(b);
+        kt_node_builder_close(b);
         return true;
     case YAML_NO_EVENT:
     case YAML_STREAM_START_EVENT:
@@ -235,7 +235,7 @@ static bool take_event(kt_builder *b, const yaml_event_t *event) {
     return true;
 }
 
-static bool run_parser(kt_builder *b, yaml_parser_t *parser) {
+static bool run_parser(kt_node_builder *b, yaml_parser_t *parser) {
     for (bool going = true; going;) {
         yaml_event_t event;
         if (!yaml_parser_parse(parser, &event)) {
@@ -266,7 +266,7 @@ bool kt_node_parse(kt_reader *r, const char *text, size_t size, kt_node **root) 
         return kt_reader_out_of_memory(r);
     yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
-    kt_builder builder = {.r = r};
+    kt_node_builder builder = {.r = r};
     bool built = run_parser(&builder, &parser);
     yaml_parser_delete(&parser);
     if (!built)

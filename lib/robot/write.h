@@ -5,7 +5,7 @@
 #include "kinetree/export.h"
 
 #include "base/names.h"
-#include "document/pool.h"
+#include "base/pool.h"
 
 /* The forces in a joint of one coordinate. */
 typedef struct kt_export_forces {

@@ -2,7 +2,7 @@
 #ifndef KT_SCENE_BOUND_H
 #define KT_SCENE_BOUND_H
 
-#include "document/pool.h"
+#include "base/pool.h"
 #include "kinetree/expression.h"
 #include "kinetree/scene.h"
 #include "scene/response.h"

@@ -1,7 +1,7 @@
 /* Loops that events close where a body is (foothold.h). */
 #include "scene/foothold.h"
 
-#include "document/pool.h"
+#include "base/pool.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

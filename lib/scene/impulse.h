@@ -2,7 +2,7 @@
 #ifndef KT_SCENE_IMPULSE_H
 #define KT_SCENE_IMPULSE_H
 
-#include "document/pool.h"
+#include "base/pool.h"
 #include "kinetree/scene.h"
 
 /* Whether a name that an event sets is that of a velocity. */

@@ -3,7 +3,7 @@
 #ifndef KT_SCENE_RESPONSE_H
 #define KT_SCENE_RESPONSE_H
 
-#include "document/pool.h"
+#include "base/pool.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 

@@ -6,7 +6,7 @@
  * Loops that events close where a body is have the places that auxiliary states hold (foothold.h).
  */
 #include "base/require.h"
-#include "document/pool.h"
+#include "base/pool.h"
 #include "kinetree/closure.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"

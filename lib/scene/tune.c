@@ -3,7 +3,7 @@
  */
 #include "scene/tune.h"
 
-#include "document/pool.h"
+#include "base/pool.h"
 #include "scene/assignment.h"
 
 #include <stdlib.h>

@@ -71,6 +71,10 @@ typedef struct fixture {
     kt_description description;
     kt_body body;
     kt_loop loop;
+    kt_effect effect;
+    kt_beam beam;
+    kt_link_tree tree;
+    kt_builder *builder;
     kt_scene scene;
     kt_mechanism mechanism;
     FILE *stream;
@@ -466,6 +470,8 @@ static bool make_objects(fixture *f) {
         f->dae = NULL;
     if (kt_floquet_create(f->model, &f->floquet_options, &f->floquet, e) != KT_OK)
         f->floquet = NULL;
+    if (kt_builder_create(&f->builder, e) != KT_OK)
+        f->builder = NULL;
     if (kt_batch_create(f->model, &f->batch_options, &f->batch, e) != KT_OK)
         f->batch = NULL;
     if (kt_ensemble_create(f->model, &f->ensemble, e) != KT_OK)
@@ -487,6 +493,14 @@ static fixture *make(int which) {
     f->stream = fopen("/dev/null", "w");
     f->body = kt_body_default();
     f->loop = kt_loop_default();
+    f->effect = kt_effect_default();
+    f->beam = kt_beam_default();
+    f->beam.name = "beam";
+    f->beam.segments = 2;
+    f->beam.length = f->beam.mass.value = f->beam.EI[1].value = 1.0;
+    f->tree = kt_link_tree_default();
+    f->tree.name = "link";
+    f->tree.count = 2;
     f->rotation = kt_rotation_quaternion(1.0, 0.0, 0.0, 0.0);
     f->no_matrix.x.x = f->no_inertia.xx = (double)NAN;
     f->scene = kt_scene_default();

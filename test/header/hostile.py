@@ -62,6 +62,7 @@ BY_TYPE = {
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
     "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
     "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_batch_sensors *": "&f->sensors", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
+    "const kt_beam *": "&f->beam", "const kt_link_tree *": "&f->tree", "kt_builder *": "f->builder", "const kt_builder *": "f->builder", "const kt_effect *": "&f->effect",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "kt_native *": "&f->native", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
@@ -81,7 +82,7 @@ BY_TYPE = {
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble", "kt_scene_watch"]
+           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble", "kt_builder", "kt_scene_watch"]
 # What is wrong in one of the structs above: the fixture's right one, and assignments to a copy of it.
 SPOILT = {
     "kt_step_task *": ("step_task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "step.tau = f->no_numbers", "step.method = NULL", "step.h = (double)NAN")),

@@ -8,7 +8,7 @@
 
 #include "check.h"
 #include "collect.h"
-#include "document/pool.h"
+#include "base/pool.h"
 #include "interpose.h"
 
 #include "kinetree/import.h"

@@ -2,8 +2,10 @@
 #include "command.h"
 #include "text/arguments.h"
 
+#include "kinetree/build.h"
 #include "kinetree/descriptor.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -88,13 +90,8 @@ typedef struct kt_maker {
     kt_kind kind;
     kt_make_arguments settings; /* with the defaults of the kind filled in */
     uint64_t random;
-    kt_body *bodies;
     double *lengths;
-    char *names; /* NAME_SIZE each */
-    kt_marker tip;
 } kt_maker;
-
-enum { NAME_SIZE = 32 };
 
 static const double pi = 3.14159265358979323846;
 
@@ -171,17 +168,10 @@ static void set_shape(const kt_maker *maker, kt_body *body, double length) {
     body->inertia_of_shape = true;
 }
 
-/* Makes body i as a child of body `parent`, at its end; -1: of the world, at the origin. The children of a body in a
- * tree are fanned out over a right angle. */
-static void make_link(kt_maker *maker, long i, long parent) {
-    kt_body *body = &maker->bodies[i];
-    char *name = maker->names + (size_t)i * NAME_SIZE;
+/* Gives link i its joint, its shape and its numbers. The first link lies on the world, others on link `parent`. */
+static void set_link(kt_maker *maker, long i, kt_body *body, long parent) {
+    const int joint = maker->settings.joint;
     double *length = &maker->lengths[i];
-    int joint = maker->settings.joint;
-    *body = kt_body_default();
-    snprintf(name, NAME_SIZE, "link%ld", i + 1);
-    body->name = name;
-    body->mass = maker->settings.mass;
     *length = maker->settings.length;
     body->joint.type = joints[joint == JOINT_COUNT ? (int)(i % JOINT_COUNT) : joint];
     set_axis(maker, &body->joint, i);
@@ -190,30 +180,38 @@ static void make_link(kt_maker *maker, long i, long parent) {
     if (maker->settings.seed >= 0)
         make_random(maker, body, length);
     set_shape(maker, body, *length);
-    if (parent < 0)
-        return;
-    body->parent = maker->bodies[parent].name;
-    body->joint.at = link_end_of(maker->kind, maker->lengths[parent]);
-    long brothers = maker->settings.branching, place = (i - 1) % brothers;
-    if (maker->kind == KT_KIND_TREE && brothers > 1)
-        body->joint.rotation = kt_rotation_rpy(0.0, 0.0, 0.5 * pi * ((double)place / (double)(brothers - 1) - 0.5));
+    if (i > 0)
+        body->joint.at = link_end_of(maker->kind, maker->lengths[parent]);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static int write_made_scene(kt_maker *maker, const char *title) {
+static kt_status build_links(kt_maker *maker, kt_builder *builder, kt_marker *tip, kt_error *error) {
+    const kt_make_arguments *settings = &maker->settings;
+    kt_link_tree tree = kt_link_tree_default();
+    tree.name = "link";
+    tree.count = (int)settings->links;
+    if (maker->kind == KT_KIND_TREE)
+        tree.branching = settings->branching > INT_MAX ? INT_MAX : (int)settings->branching;
+    tree.link.mass = settings->mass;
+    const kt_status status = kt_builder_add_tree(builder, &tree, error);
+    if (status != KT_OK)
+        return status;
+    for (long i = 0; i < settings->links; i++)
+        set_link(maker, i, kt_builder_body(builder, (int)i), (i - 1) / tree.branching);
+    kt_body *last = kt_builder_body(builder, tree.count - 1);
+    *tip = (kt_marker){.name = "tip", .at = link_end_of(maker->kind, maker->lengths[tree.count - 1])};
+    last->markers = tip;
+    last->marker_count = 1;
+    return KT_OK;
+}
+
+static int write_made_scene(const kt_builder *builder, const char *title) {
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
-    long count = maker->settings.links;
-    for (long i = 0; i < count; i++)
-        make_link(maker, i, maker->kind == KT_KIND_TREE ? (i == 0 ? -1 : (i - 1) / maker->settings.branching) : i - 1);
-    maker->tip = (kt_marker){.name = "tip", .at = link_end_of(maker->kind, maker->lengths[count - 1])};
-    maker->bodies[count - 1].markers = &maker->tip;
-    maker->bodies[count - 1].marker_count = 1;
+    scene.description = kt_builder_describe(builder);
     scene.description.name = title;
     scene.description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    scene.description.bodies = maker->bodies;
-    scene.description.body_count = (int)count;
     if (kt_scene_write(&scene, stdout, &error) != KT_OK) {
         kt_say_error(&error);
         return KT_EXIT_INTEGRATION;
@@ -271,18 +269,19 @@ int kt_command_make(int argc, char **argv) {
         return code;
     char title[64];
     size_t count = (size_t)maker.settings.links;
+    kt_builder *builder = NULL;
+    kt_marker tip;
+    kt_error error = {0};
     snprintf(title, sizeof title, "%s of %ld link%s", argv[1], maker.settings.links, count == 1 ? "" : "s");
-    maker.bodies = malloc(count * sizeof *maker.bodies);
     maker.lengths = malloc(count * sizeof *maker.lengths);
-    maker.names = malloc(count * NAME_SIZE);
-    if (maker.bodies != NULL && maker.lengths != NULL && maker.names != NULL) {
-        code = write_made_scene(&maker, title);
+    if (maker.lengths != NULL && kt_builder_create(&builder, &error) == KT_OK &&
+        build_links(&maker, builder, &tip, &error) == KT_OK) {
+        code = write_made_scene(builder, title);
     } else {
         kt_say("there is not enough memory for %ld links", maker.settings.links);
         code = KT_EXIT_INTEGRATION;
     }
-    free(maker.bodies);
+    kt_builder_free(builder);
     free(maker.lengths);
-    free(maker.names);
     return code;
 }

@@ -1,6 +1,6 @@
 /* Memory that is allocated in small pieces and released all at once. */
-#ifndef KT_DOCUMENT_POOL_H
-#define KT_DOCUMENT_POOL_H
+#ifndef KT_BASE_POOL_H
+#define KT_BASE_POOL_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -3,7 +3,7 @@
  * Chunks double from 4 KB to 1 MB, so that a small scene takes little memory and a large one few allocations. A piece
  * that does not fit into the rest of a chunk begins a new one.
  */
-#include "document/pool.h"
+#include "base/pool.h"
 
 #include <stdint.h>
 #include <stdlib.h>

@@ -1,0 +1,138 @@
+/* Parts of mechanisms that repeat: beams of elastic segments, chains and trees of links. A builder collects bodies,
+ * loops and effects, and makes a description of them:
+ *
+ *     kt_beam blade = kt_beam_default();
+ *     blade.name = "blade";
+ *     blade.segments = 20;
+ *     blade.length = 2.0;
+ *     blade.mass.value = 0.8;
+ *     blade.EI[1].value = 50.0;
+ *     kt_builder *builder;
+ *     kt_model *compiled;
+ *     if (kt_builder_create(&builder, &error) == KT_OK && kt_builder_add_beam(builder, &blade, &error) == KT_OK) {
+ *         kt_description description = kt_builder_describe(builder);
+ *         status = kt_model_compile(&description, NULL, &compiled, &error);
+ *     }
+ *
+ * Everything may be released once the model is compiled. The page "Scene files" describes the same beams as a section
+ * of a file.
+ */
+#ifndef KINETREE_BUILD_H
+#define KINETREE_BUILD_H
+
+#include "kinetree/description.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- beams ------------------------------------------------------------------------------------------------------- */
+
+/* A number along a beam. It is `value`, or it is linear between evenly spaced stations, of which the first one lies at
+ * the beginning and the last one at the end. A struct of zeros is not given. */
+typedef struct kt_beam_property {
+    double value;           /* the same everywhere */
+    const double *stations; /* the caller's, used in place of `value`; NULL: none */
+    int station_count;      /* length of stations, 2 or more */
+} kt_beam_property;
+
+/* How an end of a beam is attached. */
+typedef enum kt_beam_end {
+    KT_BEAM_CLAMPED = 0, /* neither displaced nor turned */
+    KT_BEAM_HINGED,      /* not displaced; no moment */
+    KT_BEAM_FREE,        /* not attached */
+} kt_beam_end;
+
+/* The largest number of segments of a beam. */
+enum { KT_BEAM_SEGMENTS_MAX = 10000 /* segments */ };
+
+/* A beam along x, as a chain of rigid segments NAME-1, NAME-2, ... with elastic joints between them (effects
+ * NAME-joint-1, ...). Its frequencies and deflections converge with the second order in the length of a segment. Each
+ * segment has a marker `end`.
+ *
+ * The given stiffnesses determine how the segments move on one another:
+ *   EI[1] alone: the beam bends about z, in a plane.
+ *   EI and GJ: it bends and twists, and keeps its length.
+ *   EA, GA, GJ and EI: it stretches and shears as well. */
+typedef struct kt_beam {
+    const char *name;      /* as a body's */
+    kt_end from;           /* where the beam begins, along x of this frame; default: the world's origin */
+    kt_end to;             /* where the beam ends, unless that end is free */
+    kt_beam_end ends[2];   /* default: clamped, free */
+    int segments;          /* 2 to KT_BEAM_SEGMENTS_MAX */
+    double length;         /* along the axis, m */
+    kt_beam_property mass; /* per length, kg/m */
+    double polar_inertia; /* per length about the axis, kg m. 0: that of the section, which EA, EI and the mass imply */
+    kt_beam_property EA;  /* extension, N */
+    kt_beam_property GA[2]; /* shear along y and z, N */
+    kt_beam_property GJ;    /* torsion, N m^2 */
+    kt_beam_property EI[2]; /* bending about y and z, N m^2 */
+    kt_vec3 curvature;      /* of the unloaded beam: turns about x, y, z for each length, rad/m; default 0 */
+    double damping;         /* s; it multiplies each stiffness; default 0 */
+} kt_beam;
+
+/* Returns a struct with the default values. */
+KT_API kt_beam kt_beam_default(void);
+
+/* Checks all numbers of a beam. error.where is the key of the number in a scene file, or empty if numbers do not go
+ * together.
+ * Errors: KT_ERROR_MODEL.
+ * Cost: O(stations). */
+KT_API KT_CHECKED kt_status kt_beam_check(const kt_beam *beam, kt_error *error);
+
+/* ---- chains and trees -------------------------------------------------------------------------------------------- */
+
+/* Links NAME1, NAME2, ... Each link carries `branching` links at its end, until there are `count`. The joint of link i
+ * lies at the end of link (i - 2) / branching + 1. */
+typedef struct kt_link_tree {
+    const char *name;   /* as a body's */
+    const char *parent; /* the body that carries the first link; NULL: the world */
+    int count;          /* of links */
+    int branching;      /* 1 (default): a chain */
+    double fan;         /* rad; the links on one end are turned about z, evenly over this angle; default: pi/2 */
+    kt_vec3 end;        /* of a link in its body frame: where its children have their joints, m; default (1, 0, 0) */
+    kt_body link;       /* what each link is. The builder sets its name; of all links but the first also the parent, and
+                           the joint's place, and if there are several on one end, the joint's rotation */
+} kt_link_tree;
+
+/* Returns a struct with the default values. */
+KT_API kt_link_tree kt_link_tree_default(void);
+
+/* ---- the builder ------------------------------------------------------------------------------------------------- */
+
+/* Bodies, loops and effects, in the order in which they are added. */
+typedef struct kt_builder kt_builder;
+
+/* Allocates an empty builder; and releases it, with all descriptions that it has made. */
+KT_API KT_CHECKED kt_status kt_builder_create(kt_builder **builder, kt_error *error);
+KT_API void kt_builder_free(kt_builder *builder);
+
+/* Add a copy of an item. What the item points to remains the caller's. Nothing is checked before the description is.
+ * Errors: KT_ERROR_MEMORY; the builder is then unchanged.
+ * Cost: O(1) on average. */
+KT_API KT_CHECKED kt_status kt_builder_add_body(kt_builder *builder, const kt_body *body, kt_error *error);
+KT_API KT_CHECKED kt_status kt_builder_add_loop(kt_builder *builder, const kt_loop *loop, kt_error *error);
+KT_API KT_CHECKED kt_status kt_builder_add_effect(kt_builder *builder, const kt_effect *effect, kt_error *error);
+
+/* Add the parts of a beam, or the links of a tree. If the beam begins at a marker, the body with the marker must have
+ * been added before.
+ * Errors: KT_ERROR_MODEL for numbers that make no beam or tree, or a marker that is not there. KT_ERROR_MEMORY. The
+ * builder is then unchanged.
+ * Cost: O(segments), O(count). */
+KT_API KT_CHECKED kt_status kt_builder_add_beam(kt_builder *builder, const kt_beam *beam, kt_error *error);
+KT_API KT_CHECKED kt_status kt_builder_add_tree(kt_builder *builder, const kt_link_tree *tree, kt_error *error);
+
+/* Returns the i-th body so far, which may be changed, from 0; NULL if there is none. The pointer is valid until the
+ * next body is added.
+ * Cost: O(1). */
+KT_API kt_body *kt_builder_body(kt_builder *builder, int i);
+
+/* Returns a description with everything that has been added, and default values. It is valid until the next item is
+ * added.
+ * Cost: O(1). */
+KT_API kt_description kt_builder_describe(const kt_builder *builder);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

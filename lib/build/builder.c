@@ -1,0 +1,122 @@
+/* A builder: arrays that double when they are full, and a pool for the names. */
+#include "build/builder.h"
+
+#include "base/require.h"
+#include "base/small.h"
+
+#include <limits.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+kt_status kt_builder_out_of_memory(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_MEMORY, "builder", "there is not enough memory");
+}
+
+kt_status kt_builder_create(kt_builder **builder, kt_error *error) {
+    if (KT_IS_MISSING(error, builder))
+        return KT_ERROR_ARGUMENT;
+    *builder = calloc(1, sizeof **builder);
+    return *builder != NULL ? KT_OK : kt_builder_out_of_memory(error);
+}
+
+void kt_builder_free(kt_builder *builder) {
+    if (builder == NULL)
+        return;
+    free(builder->bodies);
+    free(builder->loops);
+    free(builder->effects);
+    kt_pool_free(builder->pool.chunks);
+    free(builder);
+}
+
+/* Returns the array with room for `more` items behind `count`, at its old or at a new place; NULL if there is no memory
+ * for it. The old array is then unchanged. */
+static void *grow_items(void *items, size_t size, int count, int more, int *room) {
+    if (more <= *room - count)
+        return items;
+    if (more > INT_MAX / 2 - count)
+        return NULL;
+    const int wanted = count + more > 2 * *room ? count + more : 2 * *room;
+    void *grown = (size_t)wanted <= SIZE_MAX / size ? realloc(items, (size_t)wanted * size) : NULL;
+    if (grown != NULL)
+        *room = wanted;
+    return grown;
+}
+
+kt_status kt_builder_reserve(kt_builder *b, int bodies, int loops, int effects, kt_error *error) {
+    kt_body *body = grow_items(b->bodies, sizeof *body, b->body_count, bodies, &b->body_room);
+    b->bodies = body != NULL ? body : b->bodies;
+    kt_loop *loop = grow_items(b->loops, sizeof *loop, b->loop_count, loops, &b->loop_room);
+    b->loops = loop != NULL ? loop : b->loops;
+    kt_effect *effect = grow_items(b->effects, sizeof *effect, b->effect_count, effects, &b->effect_room);
+    b->effects = effect != NULL ? effect : b->effects;
+    const bool fits = b->body_room - b->body_count >= bodies && b->loop_room - b->loop_count >= loops &&
+                      b->effect_room - b->effect_count >= effects;
+    return fits ? KT_OK : kt_builder_out_of_memory(error);
+}
+
+const char *kt_builder_name(kt_builder *builder, const char *stem, const char *between, int number) {
+    char digits[16];
+    const int more = snprintf(digits, sizeof digits, "%d", number);
+    const size_t first = strlen(stem), second = strlen(between);
+    char *name = kt_pool_take(&builder->pool, first + second + (size_t)more + 1, 1);
+    if (name == NULL)
+        return NULL;
+    memcpy(name, stem, first);
+    memcpy(name + first, between, second);
+    memcpy(name + first + second, digits, (size_t)more);
+    return name;
+}
+
+const kt_marker *kt_builder_marker(kt_builder *builder, const char *name, kt_vec3 at) {
+    kt_marker *marker = kt_pool_take(&builder->pool, 1, sizeof *marker);
+    if (marker != NULL)
+        *marker = (kt_marker){.name = name, .at = at};
+    return marker;
+}
+
+kt_status kt_builder_add_body(kt_builder *builder, const kt_body *body, kt_error *error) {
+    if (KT_IS_MISSING(error, builder, body))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status = kt_builder_reserve(builder, 1, 0, 0, error);
+    if (status == KT_OK)
+        builder->bodies[builder->body_count++] = *body;
+    return status;
+}
+
+kt_status kt_builder_add_loop(kt_builder *builder, const kt_loop *loop, kt_error *error) {
+    if (KT_IS_MISSING(error, builder, loop))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status = kt_builder_reserve(builder, 0, 1, 0, error);
+    if (status == KT_OK)
+        builder->loops[builder->loop_count++] = *loop;
+    return status;
+}
+
+kt_status kt_builder_add_effect(kt_builder *builder, const kt_effect *effect, kt_error *error) {
+    if (KT_IS_MISSING(error, builder, effect))
+        return KT_ERROR_ARGUMENT;
+    const kt_status status = kt_builder_reserve(builder, 0, 0, 1, error);
+    if (status == KT_OK)
+        builder->effects[builder->effect_count++] = *effect;
+    return status;
+}
+
+kt_body *kt_builder_body(kt_builder *builder, int i) {
+    return builder != NULL && i >= 0 && i < builder->body_count ? &builder->bodies[i] : NULL;
+}
+
+kt_description kt_builder_describe(const kt_builder *builder) {
+    kt_description description = kt_description_default();
+    if (builder == NULL)
+        return description;
+    description.bodies = builder->bodies;
+    description.body_count = builder->body_count;
+    description.loops = builder->loops;
+    description.loop_count = builder->loop_count;
+    description.effects = builder->effects;
+    description.effect_count = builder->effect_count;
+    return description;
+}
