@@ -262,6 +262,8 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
     kt_integrator_memory *m = &it->memory;
     if (!m->has_previous)
         return;
+    if (it->leap != NULL)
+        it->leap->retreat(it->callbacks.user);
     m->advanced = fmax(0.0, m->advanced - fabs(m->last_step));
     m->t = m->previous_t;
     m->next_step = step;

@@ -133,10 +133,11 @@ typedef struct kt_noise {
 } kt_noise;
 
 /* The steps of kt_method_moreau_jean. `step` writes the state at `end` = t + h to y1, and returns the values of a
- * callback; `accept` follows if the step is accepted. */
+ * callback; `accept` follows if the step is accepted, and `retreat` if an accepted step is undone. */
 typedef struct kt_leap {
     int (*step)(double t, double h, double end, const double *y, double *y1, void *user);
     void (*accept)(void *user);
+    void (*retreat)(void *user);
 } kt_leap;
 
 /* The method whose steps the caller takes. It is not in the list, since no scene names it as an integrator. */

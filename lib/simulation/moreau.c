@@ -13,13 +13,17 @@
  *
  *     0 <= p_n  complementary to  u_n+ - r >= 0,    |p_t| <= mu p_n,    |u_t+| p_t = -mu p_n u_t+
  *     r = -e u_n-                              if it bounces, |u_n-| > max(rest velocity, u_n- - uf_n)
- *     r = -g(qm) / h, at most max(-u_n-, 0)    otherwise
+ *     r = -g(qm) / h, at most max(-u_n-, 0, min(d / h, u_n- - uf_n))    otherwise
  *
  * A bounce that is shorter than about a step does not exist: the second speed is that of free fall during h. The bound
  * -g / h lets a contact close without penetration, since the middles of two steps are h v+ apart. For the same reason,
  * contacts with g(qm) + h u_n+ < 0 take part. A closed contact with a curved gap has u_n+ = -u_n-, as in the method
  * SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (linear/cone.h). Without a solution of the cone
  * solver, its best impulses are taken and counted.
+ *
+ * Depths up to d, 1e-9 of the mechanism's length, are removed within a step, but no faster than free fall takes the
+ * speed back. If they were left, bounds of the corners of a rigid face would disagree by rounding, and no motion would
+ * close all corners. Rounding would then decide how the corners share the load, and so their friction.
  *
  * Depths that the bound does not remove are those of the start, or of bounces that others prevent. The middle is moved
  * out of these contacts before the step continues, by the least displacement in the mass metric:
@@ -293,9 +297,11 @@ static void store_force(kt_simulation *simulation, int k, int i) {
 
 static void accept_moreau(void *user) {
     kt_simulation *simulation = user;
-    const kt_moreau *m = simulation->moreau;
+    kt_moreau *m = simulation->moreau;
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
+    m->kept_counts = *counts;
+    kt_copy(m->kept, simulation->contact_state, (size_t)c->n * sizeof *m->kept);
     for (int k = 0; k < c->n; k++)
         if (!kt_contact_rubs(c, k))
             store_force(simulation, k, m->place[k]);
@@ -308,7 +314,15 @@ static void accept_moreau(void *user) {
     counts->penetration = fmax(counts->penetration, m->counts.penetration);
 }
 
-const struct kt_leap kt_moreau_leap = {leap, accept_moreau};
+/* Restores the forces and the counts before a step that is undone: an event repeats it up to its instant. */
+static void retreat_moreau(void *user) {
+    kt_simulation *simulation = user;
+    const kt_moreau *m = simulation->moreau;
+    kt_copy(simulation->contact_state, m->kept, (size_t)simulation->contacts->n * sizeof *m->kept);
+    simulation->memory.contacts = m->kept_counts;
+}
+
+const struct kt_leap kt_moreau_leap = {leap, accept_moreau, retreat_moreau};
 
 /* ---- operations on contacts -------------------------------------------------------------------------------------- */
 

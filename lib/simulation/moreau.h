@@ -39,6 +39,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, b, 3 * s->most, "of the cone solver")                                                                    \
     X(double, p, 3 * s->items, "impulses")                                                                             \
     X(double, column, s->nv, "scratch: of a response")                                                                 \
+    X(kt_contact_memory, kept, s->n_contacts, "of contacts before the last step was accepted")                         \
     X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
@@ -72,6 +73,7 @@ typedef struct kt_moreau {
     int dry;          /* of these, the first ones are dry friction */
     kt_cone *cone;
     kt_moreau_counts counts;
+    kt_contact_counts kept_counts; /* before the last step was accepted */
     KT_ARENA_DECLARE(KT_MOREAU_FIELDS)
 } kt_moreau;
 
