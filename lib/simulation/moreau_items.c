@@ -101,6 +101,12 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     return i;
 }
 
+/* Depths up to this one are removed within a step (moreau.c). */
+static double shallow_depth(const kt_simulation *simulation) {
+    static const double shallow = 1e-9; /* of the mechanism's length, or of 1 m or rad */
+    return shallow * fmax(1.0, simulation->contacts->all->length);
+}
+
 /* The law of a contact: whether it bounces, and the least rate at the end otherwise. */
 static void set_law(const kt_simulation *simulation, int i, double h) {
     kt_moreau *m = simulation->moreau;
@@ -109,7 +115,8 @@ static void set_law(const kt_simulation *simulation, int i, double h) {
     const double begin = m->begin[m->first[i]], fall = begin - m->free[m->first[i]];
     const bool bounces = loop->restitution > 0.0 && -begin > fmax(loop->rest_velocity, fall);
     m->e[i] = bounces ? loop->restitution : 0.0;
-    m->bound[i] = fmin(-simulation->contacts->gap[k] / h, fmax(-begin, 0.0));
+    m->bound[i] =
+        fmin(-simulation->contacts->gap[k] / h, fmax(fmax(-begin, 0.0), fmin(shallow_depth(simulation) / h, fall)));
 }
 
 /* The dry force of a joint that slips at the rate v: that of its effect, without the viscous part. */

@@ -27,6 +27,20 @@
     "effects:\n"                                                                                                       \
     "  - {name: floor, type: contact, point: block.foot, plane: world, friction: 0.3, restitution: 0}\n"
 
+/* A box slides and turns on corners with different friction. It begins with angular velocities across the floor, which
+ * tilt it by rounding. */
+#define KT_MOREAU_CORNERS(angular)                                                                                     \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: box, joint: {type: free, position: {position: [0, 0, 0.1]}, velocity: {linear: [0.3, 0.1, 0], "        \
+    "angular: [" angular ", 0.4]}}, mass: 1, inertia: [0.1, 0.12, 0.2], markers: {a: [0.2, 0.3, -0.1], "               \
+    "b: [-0.2, 0.3, -0.1], c: [0.2, -0.3, -0.1], d: [-0.2, -0.3, -0.1]}}\n"                                            \
+    "effects:\n"                                                                                                       \
+    "  - {type: contact, point: box.a, plane: world, friction: 0.73, restitution: 0}\n"                                \
+    "  - {type: contact, point: box.b, plane: world, friction: 0.66, restitution: 0}\n"                                \
+    "  - {type: contact, point: box.c, plane: world, friction: 0.19, restitution: 0}\n"                                \
+    "  - {type: contact, point: box.d, plane: world, friction: 0.15, restitution: 0}\n"
+
 /* A rod swings against a stop. */
 #define KT_MOREAU_PENDULUM                                                                                             \
     KT_MOREAU_HEAD "bodies:\n"                                                                                         \
