@@ -377,8 +377,10 @@ KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, con
                                             const double *tau, kt_error *error);
 
 /* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end. There are as
- * many states as there is room for. If there is room for one, it is the start. States at singular positions of loops
- * are left out, and so are states in which a hard contact touches. Allocates a simulation and releases it.
+ * many states as there is room for. If there is room for one, it is the start. Hard contacts that are closed or rest in
+ * a state, and friction that sticks, are constraints of its modes. States at singular positions of loops are left out,
+ * and so are states in which slip of a hard contact begins. Allocates a simulation and linearisations, and releases
+ * them.
  *
  * The motion is computed with adaptive steps, for any step of the run. The method is that of the run if the run is
  * adaptive, otherwise the default method at tolerance 1e-6.

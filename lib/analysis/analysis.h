@@ -112,7 +112,8 @@ struct kt_linearization {
     bool differences; /* finite differences are used even where exact derivatives exist */
     bool of_force;    /* finite differences are those of the force M a instead of the acceleration */
     kt_system_arrays arrays[2];
-    int next; /* index of the array set that the next evaluation writes */
+    bool follows; /* the model is that of a simulation, which follows its contacts: open ones have no reaction */
+    int next;     /* index of the array set that the next evaluation writes */
     kt_linear_system system;
     KT_ARENA_DECLARE(KT_LINEARIZATION_FIELDS)
 };

@@ -5,12 +5,14 @@
  * mode is treated as if it persisted for the whole run. It must not grow by more than KT_STABILITY_GROWTH times its
  * true growth over the run (kt_stability_growth).
  */
+#include "analysis/analysis.h"
 #include "base/arena.h"
 #include "base/copy.h"
 #include "base/require.h"
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "model/switching.h"
+#include "motion/motion.h"
 
 #include <math.h>
 #include <string.h>
@@ -52,17 +54,21 @@ static bool measure_moves(const double *shape, const double *unit, size_t nv, do
     return most > 0.0;
 }
 
-kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v, const double *tau,
-                          kt_error *error) {
-    if (KT_IS_MISSING(error, spectrum))
-        return KT_ERROR_ARGUMENT;
+/* The error of a linear system at which friction jumps: slip begins, or turns round. */
+static const double uncertain = 1e-2;
+
+/* Adds the modes of a state, using a linearisation of the model in it. */
+static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearization, double t, const double *q,
+                           const double *v, const double *tau, kt_error *error) {
     const size_t nv = spectrum->size.nv;
     if ((size_t)spectrum->samples >= spectrum->size.samples)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %zu states", spectrum->size.samples);
-    kt_status status = kt_linearization_evaluate(spectrum->linearization, t, q, v, tau, error);
+    kt_status status = kt_linearization_evaluate(linearization, t, q, v, tau, error);
     if (status != KT_OK)
         return status;
-    const kt_linear_system *system = kt_linearization_system(spectrum->linearization);
+    const kt_linear_system *system = kt_linearization_system(linearization);
+    if (linearization->model->n.slip > 0 && !(system->error <= uncertain))
+        return kt_error_set(error, KT_ERROR_SINGULAR, NULL, "a hard contact begins to slip, where its friction jumps");
     status = kt_modes_evaluate(spectrum->modes, system, error);
     if (status != KT_OK)
         return status;
@@ -83,6 +89,12 @@ kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, cons
     return KT_OK;
 }
 
+kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, const double *q, const double *v, const double *tau,
+                          kt_error *error) {
+    return KT_IS_MISSING(error, spectrum) ? KT_ERROR_ARGUMENT
+                                          : add_state(spectrum, spectrum->linearization, t, q, v, tau, error);
+}
+
 /* The run whose states are analysed: never with the fixed step, which may be the one in doubt. */
 static kt_run run_of(const kt_run *run) {
     kt_run adaptive = *run;
@@ -95,6 +107,46 @@ static kt_run run_of(const kt_run *run) {
         adaptive.step = 0.0;
     }
     return adaptive;
+}
+
+/* Options without inputs and outputs. */
+static kt_linearization_options nothing_besides(void) {
+    static const int input = 0;
+    static const kt_marker_index output = {0, 0};
+    const kt_linearization_options options = {.inputs = &input, .outputs = &output};
+    return options;
+}
+
+/* The model of small motions about the present state of a simulation. */
+static const kt_model *present_model(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL && simulation->contact_calls->resting != NULL)
+        return simulation->contact_calls->resting(simulation);
+#endif
+    return kt_simulation_model(simulation);
+}
+
+/* Adds the present state of a simulation. Contacts that are closed in it, and friction that sticks, are constraints of
+ * the motion. */
+static kt_status add_present_state(kt_spectrum *spectrum, kt_simulation *simulation, double t, kt_error *error) {
+    const kt_model *model = present_model(simulation);
+    kt_linearization_options options = nothing_besides();
+    options.differences = model->n.slip > 0; /* friction of hard contacts that slip has no exact derivatives */
+    const bool is_own = model == spectrum->model || model->variants != spectrum->model->variants;
+    kt_linearization *linearization = is_own ? spectrum->linearization : NULL;
+    kt_status status = is_own ? KT_OK : kt_linearization_create(model, &options, &linearization, error);
+    if (status != KT_OK)
+        return status;
+    const bool follows = linearization->follows;
+    linearization->follows = true;
+    kt_copy(kt_linearization_own_states(linearization), kt_simulation_own_states(simulation),
+            (size_t)kt_own_state_count(spectrum->model) * sizeof(double));
+    status = add_state(spectrum, linearization, t, kt_simulation_positions(simulation),
+                       kt_simulation_velocities(simulation), NULL, error);
+    linearization->follows = follows;
+    if (!is_own)
+        kt_linearization_free(linearization);
+    return status;
 }
 
 /* The largest number of tried steps for the motion. */
@@ -117,12 +169,8 @@ kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *
             status = kt_simulation_advance(simulation, t, error);
         if (status != KT_OK)
             break;
-        kt_copy(kt_linearization_own_states(spectrum->linearization), kt_simulation_own_states(simulation),
-                (size_t)kt_own_state_count(spectrum->model) * sizeof(double));
-        status = kt_spectrum_add(spectrum, t, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
-                                 NULL, error);
-        const bool is_closed = status == KT_ERROR_UNSUPPORTED && kt_variants_closed(spectrum->model) != NULL;
-        if (status == KT_ERROR_SINGULAR || (is_closed && (i < last || spectrum->samples > 0)))
+        status = add_present_state(spectrum, simulation, t, error);
+        if (status == KT_ERROR_SINGULAR)
             status = KT_OK;
     }
     kt_simulation_free(simulation);
@@ -241,14 +289,6 @@ kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *m
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 KT_ARENA_LAYOUT(lay_out, kt_spectrum, KT_SPECTRUM_FIELDS, const kt_spectrum_sizes *s)
-
-/* Options without inputs and outputs. */
-static kt_linearization_options nothing_besides(void) {
-    static const int input = 0;
-    static const kt_marker_index output = {0, 0};
-    const kt_linearization_options options = {.inputs = &input, .outputs = &output};
-    return options;
-}
 
 static kt_spectrum_sizes measure_spectrum(const kt_model *model, int samples) {
     const kt_linearization_options options = nothing_besides();

@@ -312,6 +312,8 @@ typedef struct kt_contact_calls {
     void (*open)(kt_simulation *simulation);
     /* The model of a set in which all contacts are open (kt_contacts_open_model). */
     const kt_model *(*model)(kt_simulation *simulation, uint64_t set);
+    /* The model of small motions about the present state (kt_contacts_resting_model). NULL: that of the simulation. */
+    const kt_model *(*resting)(kt_simulation *simulation);
     /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
     kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
     /* Comes after data have been initialised for another model. */

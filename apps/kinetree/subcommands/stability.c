@@ -51,6 +51,7 @@ const kt_usage kt_usage_stability = {
     .least = 1,
     .most = 1,
     .about = "Linearises the scene at states along its motion and prints its fastest modes.\n"
+             "Hard contacts that are closed in a state are constraints of its modes.\n"
              "For each mode it prints how fast the mode decays or oscillates, and which joints move.\n"
              "Then it prints the largest stable fixed step of each method.\n"
              "A step is stable if no mode is amplified, over the duration, to more than twice its exact value.\n"
@@ -255,12 +256,13 @@ static int write_json(const kt_stability_subject *subject, json_t *inactive) {
 
 /* ---- inactive contacts and limits -------------------------------------------------------------------------------- */
 
-/* Returns whether a contact or joint limit acts in one of the states. */
+/* Returns whether a contact or joint limit acts in one of the states. A hard one, which is closed there, touches. */
 static bool acts(const kt_stability_subject *subject, kt_data *data, int effect) {
+    const double touching = isinf(subject->scene->description.effects[effect].restitution) ? 0.0 : 1e-9;
     for (int i = 0; i < kt_spectrum_samples(subject->spectrum); i++) {
         const double *q = kt_spectrum_positions(subject->spectrum, i);
         if (kt_kinematics_update(subject->model, data, q, NULL, NULL, NULL) == KT_OK &&
-            kt_penetration_of(subject->model, data, &subject->scene->description, effect, q).depth > 0.0)
+            kt_penetration_of(subject->model, data, &subject->scene->description, effect, q).depth > -touching)
             return true;
     }
     return false;
@@ -369,8 +371,8 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         subject.spectrum = spectrum;
         code = show_subject(&subject, given);
     } else if (status == KT_OK) {
-        kt_say("stability: the loops are at a singular position wherever one looks, where nothing can be linearised; "
-               "try other --samples");
+        kt_say("stability: nothing can be linearised wherever one looks: loops are at a singular position, or a hard "
+               "contact begins to slip; try other --samples");
         code = KT_EXIT_ASSEMBLY;
     }
     kt_spectrum_free(spectrum);

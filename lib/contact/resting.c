@@ -1,0 +1,75 @@
+/* The model of small motions about the present state: all contacts that rest in it are closed.
+ *
+ * If reactions are not unique (four legs of a table), a simulation leaves redundant contacts open, although they touch.
+ * A contact rests if it touches and its gap has neither a rate nor an acceleration. Its friction rests if it does not
+ * slip.
+ */
+#include "base/copy.h"
+#include "contact/contact.h"
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+
+#include <math.h>
+
+/* J_component x - b of a contact. *size: the sum of |J_j other_j| and |b|. */
+static double row_of_contact(const struct kt_contacts *c, int k, int component, const double *x, const double *b,
+                             const double *other, double *size) {
+    const kt_contact *item = &c->item[k];
+    const kt_contact_line line = kt_contact_line_of(c, item, component);
+    double sum = -b[kt_contact_row(c->all, item) + component];
+    *size = fabs(sum);
+    for (int j = 0; j < line.count; j++) {
+        sum += line.row[j] * x[line.v[j]];
+        *size += fabs(line.row[j] * other[line.v[j]]);
+    }
+    return sum;
+}
+
+/* Whether contact k rests. a: accelerations; those without contacts are in c->a. */
+static bool is_resting(const kt_simulation *simulation, int k, const double *a) {
+    const struct kt_contacts *c = simulation->contacts;
+    double size;
+    if (kt_contact_is_released(&c->item[k]) || !(c->gap[k] <= simulation->contact_margin) ||
+        !(fabs(row_of_contact(c, k, 0, c->v, c->rate, c->v, &size)) <= kt_contact_resting))
+        return false;
+    return fabs(row_of_contact(c, k, 0, a, c->drift, c->a, &size)) <= kt_contact_grazing * size;
+}
+
+/* Whether friction k of a contact that rests does not slip. */
+static bool is_sticking(const struct kt_contacts *c, int k) {
+    double size, slip[2];
+    for (int i = 0; i < 2; i++)
+        slip[i] = row_of_contact(c, k, i, c->v, c->rate, c->v, &size);
+    return hypot(slip[0], slip[1]) <= kt_contact_resting;
+}
+
+const kt_model *kt_contacts_resting_model(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *present = simulation->model, *model = present;
+    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
+    double *a = c->response;
+    bool any = false;
+    if (kt_simulation_acceleration(simulation, a, NULL) != KT_OK)
+        return present;
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof *c->v);
+    const kt_status status = kt_contacts_find_free(simulation, t, y, NULL);
+    for (int k = 0; k < c->n; k++)
+        if (kt_contact_is_closed(present, &c->item[k]))
+            c->item[k].next = KT_CONTACT_ON;
+    for (int k = 0; status == KT_OK && k < c->sides; k++) {
+        const int of = c->item[k].of;
+        if (c->item[k].next == KT_CONTACT_ON || !is_resting(simulation, k, a))
+            continue;
+        any = true;
+        c->item[k].next = KT_CONTACT_ON;
+        if (of >= 0 && is_sticking(c, of))
+            c->item[of].next = KT_CONTACT_ON;
+    }
+    if (any)
+        model = kt_contacts_model(simulation, true);
+    kt_data_rebind(present, simulation->data);
+    kt_contacts_put_directions(simulation);
+    simulation->cached = KT_CACHED_NOTHING;
+    simulation->contact_time = (double)NAN;
+    return model;
+}
