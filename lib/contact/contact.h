@@ -293,6 +293,17 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
+/* Friction of joints that acts on one rate is redundant while it sticks. All of it sticks or none, in the set that
+ * follows, and it shares its load in proportion to its limits, so that all of it reaches them together. */
+static inline bool kt_contacts_share_rate(const struct kt_contacts *c, int i, int k) {
+    return i >= c->sides && k >= c->sides && c->item[i].of < 0 && c->item[k].of < 0 && c->item[i].v == c->item[k].v;
+}
+void kt_contacts_hold_together(struct kt_contacts *c);
+void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier);
+/* Friction leaves if other friction of its rate does. Their events are due at one instant, one after the other: what has
+ * left does not stick again within it (directions.c). */
+void kt_contacts_leave_together(kt_simulation *simulation);
+
 /* The contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);
 

@@ -168,6 +168,15 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     return due || memory->left > 1;
 }
 
+void kt_contacts_leave_together(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator);
+    for (int k = c->sides; k < c->n; k++)
+        for (int i = c->sides; has_left_at(&simulation->contact_state[k], t) && i < c->n; i++)
+            if (i != k && kt_contacts_share_rate(c, i, k))
+                c->item[i].leaves = c->item[k].leaves = true;
+}
+
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_contact *friction = &c->item[k];

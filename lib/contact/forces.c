@@ -176,6 +176,8 @@ static kt_status solve_all_forces(kt_simulation *simulation, double t, bool agai
                                            : solve_smooth_forces(simulation, t, error);
         *jams = *jams || c->selected->jams;
     }
+    if (status == KT_OK)
+        kt_contacts_hold_together(c);
     return status;
 }
 

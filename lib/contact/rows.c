@@ -43,6 +43,35 @@ double kt_contact_slip(const kt_model *model, const kt_contact *contact) {
     return effect->stribeck > 0.0 ? kt_contact_limit(model, contact) : effect->coulomb;
 }
 
+/* The first friction from item k on that sticks in the joint rate v; c->n: there is none. */
+static int next_sticking(const struct kt_contacts *c, const kt_model *model, int k, int v) {
+    while (k < c->n && (kt_contact_rubs(c, k) || c->item[k].v != v || !kt_contact_is_closed(model, &c->item[k])))
+        k++;
+    return k;
+}
+
+void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier) {
+    for (int k = c->sides; k < c->n; k++) {
+        const int v = c->item[k].v;
+        if (next_sticking(c, model, c->sides, v) != k || next_sticking(c, model, k + 1, v) == c->n)
+            continue; /* it is not the first of several */
+        double load = 0.0, limit = 0.0;
+        for (int i = k; i < c->n; i = next_sticking(c, model, i + 1, v)) {
+            load += multiplier[kt_contact_row(model, &c->item[i])];
+            limit += kt_contact_limit(model, &c->item[i]);
+        }
+        for (int i = k; limit > 0.0 && i < c->n; i = next_sticking(c, model, i + 1, v))
+            multiplier[kt_contact_row(model, &c->item[i])] = load * kt_contact_limit(model, &c->item[i]) / limit;
+    }
+}
+
+void kt_contacts_hold_together(struct kt_contacts *c) {
+    for (int k = c->sides; k < c->n; k++)
+        for (int i = c->sides; c->item[k].next == KT_CONTACT_ON && i < c->n; i++)
+            if (kt_contacts_share_rate(c, i, k) && c->item[i].next != KT_CONTACT_RELEASED)
+                c->item[i].next = KT_CONTACT_ON;
+}
+
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) {
     return kt_effect_record_find(model, contact->effect)->friction;
 }

@@ -58,6 +58,8 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && presses)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
+    if (status == KT_OK && presses)
+        kt_contacts_share_load(c, model, c->row);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const bool closed = kt_contact_is_closed(model, contact);

@@ -5,6 +5,7 @@
  * With a transformation, each step derives `state` from the one before, so that angles count whole turns. A checkpoint
  * then contains `state` in addition to the state that is integrated.
  */
+#include "contact/contact.h"
 #include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
@@ -77,6 +78,10 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
             : kt_motion_evaluate(simulation->model, data, &at, data->kinematics, joints, loops, error);
     if (status == KT_OK)
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
+#if KT_HAS_EVENTS
+    if (status == KT_OK && simulation->contacts != NULL)
+        kt_contacts_share_load(simulation->contacts, simulation->model, simulation->multiplier);
+#endif
     if (status == KT_OK && by != NULL)
         by->reactions(by, y, simulation->tau, simulation->free_reaction, simulation->reaction,
                       simulation->loop_reaction);
