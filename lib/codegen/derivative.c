@@ -1,4 +1,4 @@
-/* Derivatives of inverse and forward dynamics, by the chain rule on nodes.
+/* Derivatives by the chain rule on nodes, and those of inverse and forward dynamics.
  *
  * A direction changes one coordinate: q (+) h e_k or v + h e_k. Each node has a slope, its derivative by h:
  *
@@ -14,6 +14,9 @@
  *
  * where the accelerations are held: they are inputs KT_OP_HELD, which have no slope. The accelerations of the
  * forward dynamics replace them afterwards.
+ *
+ * The derivatives of inverse dynamics also follow from composite bodies (composite.c), which need half of the
+ * operations for an arm. In the plane, the chain rule often needs fewer.
  *
  * Source: Griewank & Walther, Evaluating Derivatives (2008), 3.1.
  */
@@ -238,18 +241,35 @@ kt_op kt_code_rate_of_position(kt_graph *g, kt_op value, const kt_link *link) {
     return rate;
 }
 
-void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out) {
-    kt_op *tau = calloc(tree->model->n.v, sizeof *tau);
-    tree->graph->failed |= tau == NULL;
-    if (tau != NULL) {
-        kt_code_inverse(tree, true, tau);
-        kt_code_differentiate(tree, tau, (int)tree->model->n.v, out);
+enum { FEW_COORDINATES = 24 }; /* of mechanisms whose derivatives are made in both ways */
+
+static int count_operations(const kt_graph *g, const kt_op *out, size_t count) {
+    const kt_op_counts n = kt_graph_count(g, out, (int)count);
+    return n.multiply + n.add + n.divide + n.call + n.choose;
+}
+
+void kt_code_inverse_derivatives(kt_code_tree *tree, size_t also, kt_op *out) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, count = 2 * nv * nv;
+    const bool was_nameless = g->is_nameless;
+    kt_op *tau = calloc(nv + 1, sizeof *tau), *other = calloc(count + also + 1, sizeof *other);
+    g->failed |= tau == NULL || other == NULL;
+    if (!g->failed)
+        kt_code_composite_derivatives(tree, tau, out, out + nv * nv);
+    if (!g->failed && nv <= FEW_COORDINATES) {
+        g->is_nameless = true;
+        kt_code_differentiate(tree, tau, (int)nv, other);
+        g->is_nameless = was_nameless;
+        memcpy(other + count, out + count, also * sizeof *other);
+        if (!g->failed && count_operations(g, other, count + also) < count_operations(g, out, count + also))
+            memcpy(out, other, count * sizeof *out);
     }
     free(tau);
+    free(other);
 }
 
 /* out := -M^-1 out, for one column. */
-static void solve_column(kt_graph *g, int nv, const kt_op *inverse, kt_op *column, kt_op *room) {
+static void multiply_column(kt_graph *g, int nv, const kt_op *inverse, kt_op *column, kt_op *room) {
     for (int i = 0; i < nv; i++) {
         room[i] = kt_op_number(g, 0.0);
         for (int j = 0; j < nv; j++)
@@ -258,32 +278,52 @@ static void solve_column(kt_graph *g, int nv, const kt_op *inverse, kt_op *colum
     memcpy(column, room, (size_t)nv * sizeof *column);
 }
 
-void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+/* Whether the factors of M have fewer products than M^-1: that has none of their zeros. */
+static bool has_sparse_factors(const kt_code_tree *tree) {
+    size_t entries = 0;
+    const size_t nv = tree->model->n.v;
+    for (size_t k = 0; k < nv; k++)
+        for (int i = tree->before[k]; i >= 0; i = tree->before[i])
+            entries++;
+    return 2 * entries + nv < nv * nv;
+}
+
+/* da/dq and da/dv from dtau/dq and dtau/dv. m: the factors of M, and inverse 1 / D. room: nv. */
+static void solve_columns(kt_code_tree *tree, const kt_op *m, const kt_op *pivot, kt_op *out, kt_op *room) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_op *inverse = out + 2 * (size_t)nv * (size_t)nv;
-    kt_op *a = calloc((size_t)nv, sizeof *a), *held = calloc((size_t)nv, sizeof *held),
-          *tau = calloc((size_t)nv, sizeof *tau);
-    g->failed |= a == NULL || held == NULL || tau == NULL;
+    const bool is_sparse = has_sparse_factors(tree);
+    for (int k = 0; k < 2 * nv && !g->failed; k++) {
+        const char by = k < nv ? 'q' : 'v';
+        kt_op *column = out + (size_t)k * (size_t)nv;
+        kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", k % nv, by, by);
+        if (!is_sparse) {
+            multiply_column(g, nv, out + 2 * (size_t)nv * (size_t)nv, column, room);
+            continue;
+        }
+        for (int i = 0; i < nv; i++)
+            column[i] = kt_op_negate(g, column[i]);
+        kt_code_solve_transposed(tree, m, column);
+        kt_code_solve_lower(tree, m, pivot, column);
+    }
+}
+
+void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, square = nv * nv;
+    kt_op *a = calloc(4 * nv + 1, sizeof *a), *held = a + nv, *room = a + 2 * nv, *pivot = a + 3 * nv;
+    g->failed |= a == NULL;
     if (!g->failed) {
-        kt_code_forward_mass(tree, work, a, inverse, guard);
-        for (int k = 0; k < nv; k++)
-            held[k] = kt_op_input(g, KT_OP_HELD, k);
+        kt_code_forward_mass(tree, work, a, pivot, out + 2 * square, guard);
+        for (size_t k = 0; k < nv; k++)
+            held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
         tree->acceleration = held;
         g->is_nameless = true;
-        kt_code_inverse(tree, true, tau);
+        kt_code_inverse_derivatives(tree, square, out);
         g->is_nameless = false;
         tree->acceleration = NULL;
-        kt_code_differentiate(tree, tau, (int)tree->model->n.v, out);
-        kt_graph_replace(g, out, 2 * nv * nv, a);
-        for (int k = 0; k < 2 * nv && !g->failed; k++) {
-            const bool by_q = k < nv;
-            kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", by_q ? k : k - nv, by_q ? 'q' : 'v',
-                             by_q ? 'q' : 'v');
-            solve_column(g, nv, inverse, out + (size_t)k * (size_t)nv, tau);
-        }
+        kt_graph_replace(g, out, (int)(2 * square), a);
+        solve_columns(tree, work, pivot, out, room);
     }
     free(a);
-    free(held);
-    free(tau);
 }

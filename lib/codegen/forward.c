@@ -61,14 +61,10 @@ static void solve_mass(kt_code_tree *tree, const kt_op *m, const kt_op *inverse,
     kt_code_solve_lower(tree, m, inverse, x);
 }
 
-void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *mass_inverse, kt_code_guard *guard) {
+void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *inverse, kt_op *mass_inverse,
+                          kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_op *inverse = calloc((size_t)nv + 1, sizeof *inverse);
-    if (inverse == NULL) {
-        g->failed = true;
-        return;
-    }
     kt_code_inverse(tree, false, a);
     kt_code_mass(tree, work);
     for (int k = 0; k < nv; k++)
@@ -85,5 +81,7 @@ void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *mass
             column[i] = kt_op_number(g, i == k ? 1.0 : 0.0);
         solve_mass(tree, work, inverse, column);
     }
-    free(inverse);
+    for (int k = 0; k < nv && mass_inverse != NULL; k++) /* it is symmetric: half of the entries need no operations */
+        for (int i = k + 1; i < nv; i++)
+            mass_inverse[(size_t)k * (size_t)nv + (size_t)i] = mass_inverse[(size_t)i * (size_t)nv + (size_t)k];
 }

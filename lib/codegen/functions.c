@@ -61,7 +61,7 @@ static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     if (fine) {
         int least = INT_MAX;
         if (may_be_dense(tree, work)) {
-            kt_code_forward_mass(tree, work, f->out, NULL, f->guard);
+            kt_code_forward_mass(tree, work, f->out, other.out, NULL, f->guard);
             factor_function(tree->graph, f);
             least = kt_graph_time(tree->graph, f->out, f->out_count);
         }
@@ -155,7 +155,7 @@ static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_functi
         f->out_count = f->output[0] = (int)(6 * nv * markers);
         break;
     case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
-        kt_code_inverse_derivatives(tree, f->out);
+        kt_code_inverse_derivatives(tree, 0, f->out);
         f->output[0] = f->output[1] = (int)(nv * nv);
         f->out_count = (int)(2 * nv * nv);
         break;

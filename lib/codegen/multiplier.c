@@ -226,26 +226,40 @@ void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_gu
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
-/* f = (M a + h - A' lambda, A a - right) with held a and lambda. */
-static void make_held_residuals(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *f) {
-    kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v;
-    kt_op *held = calloc(nv + 1, sizeof *held);
-    g->failed |= held == NULL;
-    for (size_t k = 0; k < nv && !g->failed; k++)
-        held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
-    tree->acceleration = held;
-    g->is_nameless = true;
-    if (!g->failed)
-        kt_code_inverse(tree, true, f);
-    g->is_nameless = false;
-    tree->acceleration = NULL;
+/* f = (- A' lambda, A a - right) with held a and lambda. */
+static void make_held_residuals(kt_graph *g, size_t nv, const kt_code_loop_rows *rows, const kt_op *held, kt_op *f) {
+    for (size_t k = 0; k < nv; k++)
+        f[k] = kt_op_number(g, 0.0);
     for (size_t r = 0; r < (size_t)rows->count && !g->failed; r++) {
-        const kt_op *a = rows->a + r * nv, lambda = kt_op_input(g, KT_OP_HELD, (int)(nv + r));
+        const kt_op *a = rows->a + r * nv, lambda = held[nv + r];
         for (size_t k = 0; k < nv; k++)
             f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, a[k], lambda));
         f[nv + r] = kt_op_subtract(g, dot_rows(g, a, held, nv), rows->right[r]);
     }
+}
+
+/* The derivatives of (M a + h - A' lambda, A a - right) by q and v, for a and lambda in `value`. */
+static void differentiate_closed(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *value, kt_op *change) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, all = nv + (size_t)rows->count;
+    kt_op *held = calloc(2 * all + 2 * nv * nv + 1, sizeof *held), *f = held + all, *own = held + 2 * all;
+    g->failed |= held == NULL;
+    for (size_t k = 0; k < all && !g->failed; k++)
+        held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
+    tree->acceleration = held;
+    g->is_nameless = true;
+    if (!g->failed) {
+        make_held_residuals(g, nv, rows, held, f);
+        kt_code_inverse_derivatives(tree, 0, own);
+        kt_code_differentiate(tree, f, (int)all, change);
+    }
+    g->is_nameless = false;
+    tree->acceleration = NULL;
+    for (size_t c = 0; c < 2 * nv && !g->failed; c++)
+        for (size_t k = 0; k < nv; k++)
+            change[c * all + k] = kt_op_add(g, own[c * nv + k], change[c * all + k]);
+    if (!g->failed)
+        kt_graph_replace(g, change, (int)(2 * nv * all), value);
     free(held);
 }
 
@@ -277,13 +291,10 @@ void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *ou
         g->failed = true;
         return;
     }
-    kt_op *f = value + all, *b = value + 2 * all, *change = value + 3 * all;
+    kt_op *b = value + 2 * all, *change = value + 3 * all;
     solve_closed_tree(tree, work, value, &c, guard);
-    if (!g->failed) {
-        make_held_residuals(tree, &c.rows, f);
-        kt_code_differentiate(tree, f, (int)all, change);
-        kt_graph_replace(g, change, (int)(2 * nv * all), value);
-    }
+    if (!g->failed)
+        differentiate_closed(tree, &c.rows, value, change);
     for (int k = 0; k < 3 * (int)nv && !g->failed; k++)
         solve_loop_derivative(&c.solve, k, change, b, out + (size_t)k * nv);
     free_closed(&c);

@@ -137,13 +137,8 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
     return out;
 }
 
-void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
+void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all, kt_op *tau) {
     kt_graph *g = tree->graph;
-    kt_code_moving *all = calloc((size_t)tree->link_count, sizeof *all);
-    if (all == NULL) {
-        g->failed = true;
-        return;
-    }
     all[0].omega = all[0].alpha = all[0].force = all[0].moment = kt_op3_zero(g);
     for (int k = 0; k < 3; k++)
         all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
@@ -182,6 +177,13 @@ void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
         p->moment = kt_op3_add(g, p->moment, moment);
     }
     kt_graph_pass(g);
+}
+
+void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
+    kt_code_moving *all = calloc((size_t)tree->link_count, sizeof *all);
+    tree->graph->failed |= all == NULL;
+    if (all != NULL)
+        kt_code_inverse_links(tree, has_acceleration, all, tau);
     free(all);
 }
 
@@ -267,8 +269,7 @@ static void begin_columns(kt_code_tree *tree, const kt_code_frame *frame, int i,
     }
 }
 
-/* Moves what each link carries to its parent. */
-static void compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_link *body) {
+void kt_code_compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_link *body) {
     kt_graph *g = tree->graph;
     kt_graph_pass(g);
     for (int i = 0; i < tree->link_count; i++) {
@@ -303,7 +304,7 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
     for (int i = 0; i < nv * nv; i++)
         mass[i] = kt_op_number(g, 0.0);
     if (!g->failed)
-        compose_bodies(tree, frame, body);
+        kt_code_compose_bodies(tree, frame, body);
     for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
         kt_graph_pass(g);
         kt_graph_section(g, "%s: columns of M, the wrenches of unit accelerations", body[i].name);

@@ -21,9 +21,13 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
 
 /* tau = M a + h for the accelerations KT_OP_GIVEN; or h alone. */
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
+/* The same, with the motion of all links, and the wrench on each one and all that it carries. */
+void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all, kt_op *tau);
 
 /* The mass matrix, nv x nv, column by column, both triangles. */
 void kt_code_mass(kt_code_tree *tree, kt_op *mass);
+/* The frames of all links, and each link with all that it carries. */
+void kt_code_compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_link *body);
 
 /* A condition without which a function returns the number of a body: pivot > NO_INERTIA limit. For an equation of a
  * loop it is pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from 1. */
@@ -33,9 +37,10 @@ typedef struct kt_code_guard {
     bool is_near;   /* NEAR_SINGULAR takes the place of SINGULAR */
 } kt_code_guard;
 
-/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv. inverse: M^-1, column by
- * column, or NULL. One guard for each coordinate. */
-void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *inverse, kt_code_guard *guard);
+/* a = M^-1 (tau - h) for the forces KT_OP_GIVEN, through the mass matrix. work: nv x nv, then the factors of M.
+ * inverse: 1 / D. mass_inverse: M^-1, column by column, or NULL. One guard for each coordinate. */
+void kt_code_forward_mass(kt_code_tree *tree, kt_op *work, kt_op *a, kt_op *inverse, kt_op *mass_inverse,
+                          kt_code_guard *guard);
 
 /* M = L'DL in place, L below the diagonal; inverse: 1 / D. guard[k].limit holds M_kk. Then x := L'^-1 x, and
  * x := (D L)^-1 x. */
@@ -120,10 +125,14 @@ void kt_code_markers(kt_code_tree *tree, kt_op *out);
 /* The Jacobians of all markers, 6 x nv each, column by column: angular velocity, velocity of the marker, world axes. */
 void kt_code_jacobians(kt_code_tree *tree, kt_op *out);
 
-/* dtau/dq and dtau/dv of the inverse dynamics for the accelerations KT_OP_GIVEN: out has 2 nv nv entries. */
-void kt_code_inverse_derivatives(kt_code_tree *tree, kt_op *out);
+/* dtau/dq and dtau/dv of the inverse dynamics: out has 2 nv nv entries. They do not differentiate tree->acceleration,
+ * which has inputs. The function needs the next `also` entries of out, too: their operations cost nothing. */
+void kt_code_inverse_derivatives(kt_code_tree *tree, size_t also, kt_op *out);
 
-/* The same of the joint forces of all effects. */
+/* tau of the inverse dynamics, dtau/dq and dtau/dv. */
+void kt_code_composite_derivatives(kt_code_tree *tree, kt_op *tau, kt_op *by_q, kt_op *by_v);
+
+/* The derivatives of the joint forces of all effects. */
 void kt_code_effect_derivatives(kt_code_tree *tree, kt_op *out);
 
 /* The derivatives of `count` nodes by q, then by v. out: count entries for each coordinate. */

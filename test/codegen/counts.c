@@ -92,7 +92,8 @@ static void check_model(const char *name, const kt_model *model, const code_size
 
 /* ---- models ------------------------------------------------------------------------------------------------------ */
 
-static void check_scene(const char *name, const code_size *bar) {
+/* NULL fails the test. */
+static kt_model *compile_scene(const char *name) {
     char path[512];
     kt_scene scene = kt_scene_default();
     kt_model *model = NULL;
@@ -101,10 +102,31 @@ static void check_scene(const char *name, const code_size *bar) {
     kt_status status = kt_scene_read(path, &scene, NULL, NULL, &error);
     if (status == KT_OK)
         status = kt_model_compile(&scene.description, NULL, &model, &error);
-    if (kt_tree_fine(name, status, &error))
+    (void)kt_tree_fine(name, status, &error);
+    kt_scene_free(&scene);
+    return model;
+}
+
+static void check_scene(const char *name, const code_size *bar) {
+    kt_model *const model = compile_scene(name);
+    if (model != NULL)
         check_model(name, model, bar);
     kt_model_free(model);
-    kt_scene_free(&scene);
+}
+
+/* The bars of inverse_derivatives and forward_derivatives. */
+static void check_derivatives(const char *name, const operation_counts bar[2]) {
+    static const char *const function[2] = {"inverse_derivatives", "forward_derivatives"};
+    size_t length = 0;
+    kt_model *const model = compile_scene(name);
+    char *source = model != NULL
+                       ? generate(model, KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES, &length)
+                       : NULL;
+    kt_note("%s", name);
+    for (int k = 0; k < 2 && source != NULL; k++)
+        check_counts(function[k], read_counts(source, function[k]), bar[k]);
+    free(source);
+    kt_model_free(model);
 }
 
 enum { LINKS = 32 };
@@ -191,6 +213,14 @@ KT_TEST(generated_functions_need_no_more_operations_than_before) {
     kt_model_free(r.model);
 }
 
+KT_TEST(derivatives_need_no_more_operations_than_before) {
+    check_derivatives("arm7", (const operation_counts[2]){{1199, 979, 0}, {2221, 1887, 6}});
+    check_derivatives("double-pendulum", (const operation_counts[2]){{26, 10, 0}, {57, 28, 1}});
+    check_derivatives("three-body", (const operation_counts[2]){{742, 567, 2}, {2310, 1883, 8}});
+    check_derivatives("four-bar", (const operation_counts[2]){{28, 10, 0}, {292, 185, 3}});
+    check_derivatives("lagrange-top", (const operation_counts[2]){{24, 7, 1}, {34, 7, 1}});
+}
+
 #ifdef __x86_64__
 
 /* Reads the bytes of instructions and constants that `size` reports for a compiled file; -1: there is no such program.
@@ -210,16 +240,8 @@ static int read_text_bytes(const kt_generated *g) {
 /* Compilers differ by 10 %. */
 static void check_text(const char *name, int bar) {
     static kt_generated g;
-    char path[512];
-    kt_scene scene = kt_scene_default();
-    kt_model *model = NULL;
-    kt_error error = {0};
-    (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    kt_status status = kt_scene_read(path, &scene, NULL, NULL, &error);
-    if (status == KT_OK)
-        status = kt_model_compile(&scene.description, NULL, &model, &error);
-    if (kt_tree_fine(name, status, &error) &&
-        kt_generated_make_some(&g, model, counted_functions, "cc -std=c99 -O2", false)) {
+    kt_model *const model = compile_scene(name);
+    if (model != NULL && kt_generated_make_some(&g, model, counted_functions, "cc -std=c99 -O2", false)) {
         const int bytes = read_text_bytes(&g);
         if (bytes < 0)
             kt_skip(name, "there is no program of the name size");
@@ -228,7 +250,6 @@ static void check_text(const char *name, int bar) {
     }
     kt_generated_free(&g);
     kt_model_free(model);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(compiled_functions_take_no_more_bytes_than_before) {
