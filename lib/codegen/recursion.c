@@ -172,9 +172,9 @@ void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_mo
             tau[link->v + k] = kt_op_add(
                 g, tau[link->v + k], kt_op_multiply(g, l->armature[k], kt_code_rate(tree, KT_OP_GIVEN, link->v + k)));
         const kt_op3 force = kt_code_up(g, &m->frame, m->force), r_f = kt_op3_cross(g, m->frame.offset, force);
-        const kt_op3 moment = kt_op3_add(g, kt_code_up(g, &m->frame, m->moment), r_f);
+        const kt_op3 early = kt_op3_add(g, p->moment, r_f); /* the moment of the link is the last to be known */
         p->force = kt_op3_add(g, p->force, force);
-        p->moment = kt_op3_add(g, p->moment, moment);
+        p->moment = kt_op3_add(g, early, kt_code_up(g, &m->frame, m->moment));
     }
     kt_graph_pass(g);
 }
