@@ -23,6 +23,12 @@ typedef struct kt_contact_cone {
 /* MuJoCo's defaults. */
 kt_contact_law kt_contact_law_standard(void);
 
+/* If the two numbers of solref have mixed signs, they become MuJoCo's default, as in MuJoCo; then it is false. */
+bool kt_contact_law_settle(kt_contact_law *law);
+
+#define KT_NOTE_MIXED_REFERENCE                                                                                        \
+    "solref of which one number alone is above zero, so that MuJoCo's default applies, 0.02 and 1"
+
 /* ---- contact.c: solids on planes --------------------------------------------------------------------------------- */
 
 /* Directions in which a body without edges is sampled: to faces, edges and corners of a cube. */

@@ -17,6 +17,7 @@
 #include "robot/contact.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has none of its
  * own. */
@@ -28,6 +29,14 @@ kt_contact_law kt_contact_law_standard(void) {
                             .mix = 1.0,
                             .reference = {0.02, 1.0},
                             .impedance = {0.9, 0.95, 0.001, 0.5, 2.0}};
+}
+
+/* A time constant and a damping ratio are above zero, a stiffness and a damping are not. */
+bool kt_contact_law_settle(kt_contact_law *law) {
+    const bool is_mixed = (law->reference[0] > 0.0) != (law->reference[1] > 0.0);
+    if (is_mixed)
+        memcpy(law->reference, kt_contact_law_standard().reference, sizeof law->reference);
+    return !is_mixed;
 }
 
 /* d(x), which rises from the first to the second number within the third. */
@@ -85,7 +94,7 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
     const double x2 = depth_under(law, k, across * a, weight / 2.0);
     shape->exponent = fmax(1.0, log(4.0) / log(x2 / x1));
     shape->stiffness = weight / 8.0 / pow(x1, shape->exponent);
-    shape->dissipation = 2.0 * b / (3.0 * k * d * x1);
+    shape->dissipation = fabs(2.0 * b / (3.0 * k * d * x1));
     shape->friction = mu;
     shape->slip = fmax(1e-6, mu * weight / 8.0 * edges * a * (1.0 - d) / (d * b * cone->ratio));
 }

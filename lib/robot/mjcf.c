@@ -79,7 +79,8 @@ static const kt_note last_notes[] = {
 
 static const kt_note contact_notes[] = {
     KT_NOTE(kt_mjcf, contacts_lost, MOTION,
-            "geoms that touch planes, left out, since they have no mesh that can be read, or no mass:"),
+            "geoms that touch planes, left out, since they have no mesh that can be read, no mass, or a solref without "
+            "stiffness:"),
     KT_NOTE(kt_mjcf, contacts_rounded, MOTION, KT_NOTE_ROUNDED),
     KT_NOTE(kt_mjcf, contacts_edged, MOTION, KT_NOTE_EDGED),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
@@ -111,10 +112,10 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
     KT_NOTES_PUT(&n, m, body_notes);
-    kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
-                "the mass of geoms that are meshes which cannot be read, or to which "
-                "solids are fitted, is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
-                m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
+    kt_note_put(
+        &n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
+        "the mass of geoms of meshes that cannot be read is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
+        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
     KT_NOTES_PUT(&n, m, force_notes);
     kt_note_put(
         &n, KT_NOTE_RANK_MOTION, &m->cables,

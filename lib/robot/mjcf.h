@@ -35,6 +35,7 @@ typedef struct kt_mjcf_settings {
     double group_first, group_last; /* of geoms that have mass: 0 to 5 */
     const char *mesh_folder;
     bool exact_meshes; /* volumes with signs: false */
+    bool fits_boxes;   /* solids are fitted to the box around a mesh: false */
     bool strip_path;
     bool align_free; /* frames of free bodies that carry nothing are those of their inertia: false */
 } kt_mjcf_settings;
@@ -141,15 +142,6 @@ typedef struct kt_mjcf_term {
     int joint;
     double coefficient;
 } kt_mjcf_term;
-
-/* The solid that a mesh of <asset> encloses, at density 1, in the axes of its file. */
-typedef struct kt_mjcf_mesh {
-    const kt_element *element;
-    bool is_known;
-    kt_vec3 points[KT_CONTACT_POINTS_MOST]; /* that touch planes, if the options ask for contacts */
-    int point_count;
-    kt_enclosed enclosed;
-} kt_mjcf_mesh;
 
 /* Scopes of names; classes have one for each document, from KT_MJCF_CLASSES on. */
 enum {
@@ -322,15 +314,8 @@ static inline const kt_mjcf_settings *kt_mjcf_settings_of(const kt_mjcf *m, cons
 
 /* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */
 
-/* Reads the meshes of <asset>. kt_mjcf_find_mesh returns the solid that a mesh encloses, or NULL if it is unknown. */
+/* Lists the meshes of <asset>. */
 void kt_mjcf_read_meshes(kt_mjcf *m);
-const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom);
-
-/* The vertices of a geom's mesh that touch planes, in the frame of the geom; none if it cannot be read. */
-const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *count);
-
-/* Adds the mesh of a geom, whose pose in its body is given, to the picture of the body. */
-void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
 
 /* ---- mjcf_geom.c ------------------------------------------------------------------------------------------------- */
 

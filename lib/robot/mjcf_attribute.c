@@ -421,7 +421,7 @@ static const kt_known_list all_known = {
         "noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic sleep "
         "simple "
-        "saveinertial conflict fitaabb smoothnormal normal texcoord material content_type "
+        "saveinertial conflict smoothnormal normal texcoord material content_type "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
         "octree_maxdepth needsdf ",
     .moving = " flex flexvert flexstrain plugin armature damping adhesion "};

@@ -8,7 +8,7 @@
  *
  * The law of a contact follows from these numbers (contact_law.c). The contact begins at the distance margin - gap, as
  * in MuJoCo. */
-#include "robot/mjcf.h"
+#include "robot/mjcf_mesh.h"
 
 #include <math.h>
 #include <string.h>
@@ -149,7 +149,10 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
     *l = mix_laws(&plane->law, &s->law);
     if (pair != NULL)
         read_law(m, pair, "pair", l);
-    return pair != NULL || (masks_allow(plane, s) && !is_excluded(m, plane->body, s->body));
+    const bool can_close = pair != NULL || (masks_allow(plane, s) && !is_excluded(m, plane->body, s->body));
+    if (can_close && !kt_contact_law_settle(l))
+        kt_unknown_count(&m->changes, KT_NOTE_MIXED_REFERENCE, pair != NULL ? pair : s->element);
+    return can_close;
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */

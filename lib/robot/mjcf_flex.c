@@ -274,6 +274,8 @@ static flex_law read_flex_law(kt_mjcf *m, const kt_flex *f, const kt_element *ed
     (void)kt_mjcf_numbers(m, edge, NULL, "solref", 1, 2, l.law.reference);
     (void)kt_mjcf_numbers(m, edge, NULL, "solimp", 1, 5, l.law.impedance);
     l.shortest = 2.0 * step;
+    if (l.is_soft && !kt_contact_law_settle(&l.law))
+        kt_unknown_count(&m->changes, KT_NOTE_MIXED_REFERENCE, edge);
     return l;
 }
 

@@ -11,6 +11,7 @@
 #include "document/file.h"
 #include "robot/mjcf_flex.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -148,9 +149,12 @@ bool kt_flex_mesh(kt_mjcf *m, kt_flex *f) {
 typedef struct gmsh_text {
     const char *at, *end;
     bool is_binary, is_whole;
+    const char *strange; /* after the first coordinate that is not finite; NULL: there is none */
+    double large;        /* the number of points or elements, if it is above the most */
 } gmsh_text;
 
-enum { BYTES_OF_INT = 4, BYTES_OF_SIZE = 8 };
+/* Of points and elements, the least that either format needs, as text or as bytes. */
+enum { BYTES_OF_INT = 4, BYTES_OF_SIZE = 8, BYTES_OF_POINT = 7, BYTES_OF_ELEMENT = 6 };
 
 /* A number in text. */
 static double gmsh_word(gmsh_text *g) {
@@ -175,19 +179,34 @@ static bool gmsh_bytes(gmsh_text *g, void *to, size_t size) {
     return g->is_whole;
 }
 
-/* An integer of 4 or 8 bytes; -1 if it is missing or large. */
-static int gmsh_integer(gmsh_text *g, int bytes) {
+/* A number without sign of 4 or 8 bytes, or a word; -1 if it is missing. */
+static double gmsh_whole_number(gmsh_text *g, int bytes) {
     int32_t small = 0;
     uint64_t large = 0;
-    if (!g->is_binary || bytes == 0) {
-        const double value = gmsh_word(g);
-        return value >= 0.0 && value <= KT_FLEX_NUMBERS_MOST ? (int)value : -1;
-    }
+    if (!g->is_binary || bytes == 0)
+        return gmsh_word(g);
     if (!(bytes == BYTES_OF_INT ? gmsh_bytes(g, &small, sizeof small) : gmsh_bytes(g, &large, sizeof large)))
-        return -1;
-    if (bytes == BYTES_OF_INT)
-        return small >= 0 ? small : -1;
-    return large <= (uint64_t)KT_FLEX_NUMBERS_MOST ? (int)large : -1;
+        return -1.0;
+    return bytes == BYTES_OF_INT ? (double)small : (double)large;
+}
+
+/* -1 if it is missing or large. */
+static int gmsh_integer(gmsh_text *g, int bytes) {
+    const double value = gmsh_whole_number(g, bytes);
+    return value >= 0.0 && value <= KT_FLEX_NUMBERS_MOST ? (int)value : -1;
+}
+
+/* The number of points or elements; -1 if it is missing or large. */
+static int gmsh_count(gmsh_text *g, int bytes) {
+    const double value = gmsh_whole_number(g, bytes);
+    if (value > KT_FLEX_NUMBERS_MOST)
+        g->large = value;
+    return value >= 0.0 && value <= KT_FLEX_NUMBERS_MOST ? (int)value : -1;
+}
+
+/* Whether so many items of so many bytes or more can be in the rest. */
+static bool gmsh_has_room(const gmsh_text *g, int count, size_t bytes) {
+    return (size_t)count <= (size_t)(g->end - g->at) / bytes;
 }
 
 static double gmsh_real(gmsh_text *g) {
@@ -202,6 +221,8 @@ static void add_gmsh_point(kt_flex *f, gmsh_text *g) {
     double p[3];
     for (int k = 0; k < 3; k++)
         p[k] = gmsh_real(g);
+    if (g->strange == NULL && !(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2])))
+        g->strange = g->at;
     kt_flex_add_point(f, p[0], p[1], p[2]);
 }
 
@@ -226,7 +247,7 @@ static void set_gmsh_type(kt_flex *f, gmsh_text *g, int type, bool is_first) {
 
 /* The number of points or elements. It is text in any case, with a line of its own. */
 static int gmsh_count_of_lines(gmsh_text *g) {
-    const int count = gmsh_integer(g, 0);
+    const int count = gmsh_count(g, 0);
     while (g->is_binary && g->at < g->end && *g->at != '\n')
         g->at++;
     g->at += g->is_binary && g->at < g->end;
@@ -235,7 +256,8 @@ static int gmsh_count_of_lines(gmsh_text *g) {
 
 static bool read_gmsh_2(kt_mjcf *m, kt_flex *f, gmsh_text *nodes, gmsh_text *elements) {
     const int points = gmsh_count_of_lines(nodes), count = gmsh_count_of_lines(elements);
-    if (points < 1 || count < 1 || !kt_flex_take(m, f, points, count))
+    if (points < 1 || count < 1 || !gmsh_has_room(nodes, points, BYTES_OF_POINT) ||
+        !gmsh_has_room(elements, count, BYTES_OF_ELEMENT) || !kt_flex_take(m, f, points, count))
         return false;
     for (int i = 0; i < points && nodes->is_whole; i++) {
         (void)gmsh_integer(nodes, BYTES_OF_INT);
@@ -259,7 +281,7 @@ static bool read_gmsh_2(kt_mjcf *m, kt_flex *f, gmsh_text *nodes, gmsh_text *ele
 
 /* The header of the one block; returns the number of items, -1 if there are more blocks. */
 static int read_gmsh_block(gmsh_text *g, int *first, int *type) {
-    const int blocks = gmsh_integer(g, BYTES_OF_SIZE), all = gmsh_integer(g, BYTES_OF_SIZE);
+    const int blocks = gmsh_integer(g, BYTES_OF_SIZE), all = gmsh_count(g, BYTES_OF_SIZE);
     *first = gmsh_integer(g, BYTES_OF_SIZE);
     (void)gmsh_integer(g, BYTES_OF_SIZE); /* the largest tag */
     (void)gmsh_integer(g, BYTES_OF_INT);  /* dimension and tag of the entity */
@@ -271,7 +293,8 @@ static int read_gmsh_block(gmsh_text *g, int *first, int *type) {
 static bool read_gmsh_4(kt_mjcf *m, kt_flex *f, gmsh_text *nodes, gmsh_text *elements) {
     int least, type, first;
     const int points = read_gmsh_block(nodes, &least, &type), count = read_gmsh_block(elements, &first, &type);
-    if (points < 1 || count < 1 || !kt_flex_take(m, f, points, count))
+    if (points < 1 || count < 1 || !gmsh_has_room(nodes, points, BYTES_OF_POINT) ||
+        !gmsh_has_room(elements, count, BYTES_OF_ELEMENT) || !kt_flex_take(m, f, points, count))
         return false;
     for (int i = 0; i < points && nodes->is_whole; i++)
         nodes->is_whole = nodes->is_whole && gmsh_integer(nodes, BYTES_OF_SIZE) == least + i;
@@ -304,6 +327,21 @@ static gmsh_text find_gmsh_section(const char *text, size_t size, const char *be
     return g;
 }
 
+/* A coordinate that is not finite; the file as text has lines. */
+static bool fault_of_gmsh_point(kt_mjcf *m, const kt_flex *f, const char *text, const gmsh_text *nodes) {
+    const char *file = kt_mjcf_file_of_mesh(m, f->element);
+    int line = 1, point = 1;
+    for (const char *at = text; at < nodes->strange; at++)
+        line += *at == '\n';
+    while (point < f->count && isfinite(f->points[point - 1].at[0]) && isfinite(f->points[point - 1].at[1]) &&
+           isfinite(f->points[point - 1].at[2]))
+        point++;
+    return nodes->is_binary
+               ? kt_mjcf_fault(m, f->element, "%.100s: point %d has a coordinate that is not finite", file, point)
+               : kt_mjcf_fault(m, f->element, "%.100s:%d: point %d has a coordinate that is not finite", file, line,
+                               point);
+}
+
 static bool parse_gmsh(kt_mjcf *m, kt_flex *f, const char *text, size_t size) {
     gmsh_text head = find_gmsh_section(text, size, "$MeshFormat", "$EndMeshFormat");
     gmsh_text nodes = find_gmsh_section(text, size, "$Nodes", "$EndNodes");
@@ -315,6 +353,11 @@ static bool parse_gmsh(kt_mjcf *m, kt_flex *f, const char *text, size_t size) {
     const bool is_read = version == 2.2   ? read_gmsh_2(m, f, &nodes, &elements)
                          : version == 4.1 ? read_gmsh_4(m, f, &nodes, &elements)
                                           : false;
+    if (nodes.strange != NULL)
+        return fault_of_gmsh_point(m, f, text, &nodes);
+    if (nodes.large > 0.0 || elements.large > 0.0)
+        return kt_mjcf_fault(m, f->element, "the file of Gmsh has %.0f points or elements; expected 1 to %d",
+                             fmax(nodes.large, elements.large), (int)KT_FLEX_NUMBERS_MOST);
     return is_read && nodes.is_whole && elements.is_whole;
 }
 
@@ -327,7 +370,7 @@ bool kt_flex_gmsh(kt_mjcf *m, kt_flex *f) {
         return kt_mjcf_fault(m, f->element, "the attribute 'file' is missing");
     const char *path = kt_mjcf_whole_path(m, f->element, file, &error);
     error.code = path != NULL ? kt_file_read(path, &text, &size, &error) : error.code;
-    if (error.code == KT_OK && !parse_gmsh(m, f, text, size))
+    if (error.code == KT_OK && !parse_gmsh(m, f, text, size) && !kt_draft_is_wrong(&m->draft))
         error.code = kt_error_set(&error, KT_ERROR_SCENE, path,
                                   "it is no file of Gmsh 2.2 or 4.1 with one block of points, and triangles or "
                                   "tetrahedra alone");

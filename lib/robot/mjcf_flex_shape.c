@@ -17,9 +17,13 @@ static int numbers_of_dim(const kt_flex *f) { return f->dim + 1; }
 
 /* ---- room -------------------------------------------------------------------------------------------------------- */
 
+static bool fault_of_many_points(kt_mjcf *m, const kt_flex *f) {
+    return kt_mjcf_fault(m, f->element, "expected 1 to %d points and elements", (int)KT_FLEX_NUMBERS_MOST);
+}
+
 bool kt_flex_take(kt_mjcf *m, kt_flex *f, double points, double elements) {
     if (!(points >= 1.0 && points <= KT_FLEX_NUMBERS_MOST && elements <= KT_FLEX_NUMBERS_MOST))
-        return kt_mjcf_fault(m, f->element, "expected 1 to %d points and elements", (int)KT_FLEX_NUMBERS_MOST);
+        return fault_of_many_points(m, f);
     f->room = (int)points;
     f->element_room = (int)elements;
     f->points = kt_pool_take(&m->r->scratch, (size_t)f->room + 1, sizeof *f->points);
@@ -56,8 +60,10 @@ static bool read_flex_layout(kt_mjcf *m, kt_flex *f, int axes, int least, flex_l
     (void)kt_mjcf_numbers(m, f->element, NULL, "spacing", 3, 3, l->spacing);
     for (int k = 0; k < 3; k++) {
         const int fewest = k < axes ? least : 1;
-        if (!(count[k] >= fewest) || count[k] > KT_FLEX_NUMBERS_MOST)
+        if (!(count[k] >= fewest))
             return kt_mjcf_fault(m, f->element, "count: expected %d or more points along axis %d", fewest, k + 1);
+        if (count[k] > KT_FLEX_NUMBERS_MOST)
+            return fault_of_many_points(m, f);
         l->n[k] = f->counts[k] = (int)count[k];
         l->half[k] = 0.5 * l->spacing[k] * (l->n[k] - 1);
     }

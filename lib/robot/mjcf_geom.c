@@ -1,6 +1,7 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
 #include "algebra/principal.h"
 #include "robot/mjcf_axes.h"
+#include "robot/mjcf_mesh.h"
 
 #include <float.h>
 #include <math.h>
@@ -24,7 +25,8 @@ typedef struct geom {
     kt_sym3 inertia; /* about com, body axes */
     bool is_lost;    /* a mesh of unknown mass */
     bool is_shell;   /* the mass is that of the surface */
-    const kt_enclosed *mesh;
+    bool is_fitted;  /* to a mesh */
+    const kt_mjcf_mesh *mesh;
 } geom;
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
@@ -77,7 +79,7 @@ static kt_solid weighed_solid_of(const geom *g) { return g->type == HFIELD ? KT_
 
 static double geom_volume_of(const geom *g) {
     if (g->type == MESH)
-        return g->mesh != NULL ? fmax(g->mesh->volume, 0.0) : 0.0;
+        return g->mesh != NULL ? g->mesh->enclosed.volume : 0.0;
     return g->is_shell ? kt_shell_area(weighed_solid_of(g), g->size) : kt_solid_volume(weighed_solid_of(g), g->size);
 }
 
@@ -105,12 +107,12 @@ static void set_moments(geom *g, double volume) {
     g->inertia = kt_sym3_rotate(g->pose.rotation, kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0));
     if (g->mesh == NULL)
         return;
-    g->com = kt_pose_apply(g->pose, g->mesh->com);
-    g->inertia = kt_sym3_scaled(g->mass / volume, kt_sym3_rotate(g->pose.rotation, g->mesh->inertia));
+    g->com = kt_pose_apply(g->pose, g->mesh->enclosed.com);
+    g->inertia = kt_sym3_scaled(g->mass / volume, kt_sym3_rotate(g->pose.rotation, g->mesh->enclosed.inertia));
 }
 
 /* The mass that a geom gives to its body. A mesh is read only if its mass is needed. */
-static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
+static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
     const bool by_options = m->source->options->density > 0.0 && kt_mjcf_text(m, e, "geom", "density") == NULL;
     const double standard = by_options ? m->source->options->density : 1000.0;
     double mass = 0.0, density = kt_mjcf_number(m, e, "geom", "density", standard);
@@ -119,7 +121,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
         (void)kt_mjcf_fault(m, e, "mass and density cannot be below zero");
     if (!counts(m, e) || !((has_mass ? mass : density) > 0.0))
         return;
-    if (g->type == MESH && !is_fitted)
+    if (g->type == MESH)
         g->mesh = kt_mjcf_find_mesh(m, e);
     g->is_shell = is_shell(m, e, g);
     const double volume = geom_volume_of(g);
@@ -132,18 +134,26 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g, bool is_fitted) {
     set_moments(g, volume);
 }
 
+/* A solid with a mesh is fitted to it. If the mesh cannot be read, the geom is that mesh. */
+static void fit_geom(kt_mjcf *m, const kt_element *e, geom *g) {
+    kt_pose within = kt_pose_identity();
+    g->is_fitted = g->type != SDF && kt_mjcf_fit(m, e, solids[g->type], g->size, &within);
+    g->pose = kt_pose_compose(g->pose, within);
+    if (!g->is_fitted)
+        g->type = MESH;
+}
+
 static geom read_geom(kt_mjcf *m, const kt_element *e, kt_pose frame) {
     geom g = {.type = (geom_type)kt_mjcf_choice(m, e, "geom", "type", geom_words, SPHERE)};
     g.pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom"));
-    g.com = g.pose.position;
-    const bool is_fitted = g.type != MESH && kt_mjcf_text(m, e, "geom", "mesh") != NULL;
-    if (is_fitted)
-        g.type = MESH; /* a solid that MuJoCo fits to the mesh */
-    if (geom_sizes_of(g.type, false) > 0)
+    if (g.type != MESH && kt_mjcf_text(m, e, "geom", "mesh") != NULL)
+        fit_geom(m, e, &g);
+    else if (geom_sizes_of(g.type, false) > 0)
         read_size(m, e, &g);
+    g.com = g.pose.position;
     if (g.type == HFIELD)
         read_field_size(m, e, g.size);
-    set_mass(m, e, &g, is_fitted);
+    set_mass(m, e, &g);
     return g;
 }
 
@@ -186,7 +196,7 @@ static void keep_picture(kt_mjcf *m, kt_mjcf_body *b) {
 
 /* The axes of a mesh are those of its inertia. */
 static kt_mat3 inertia_axes_of(const geom *g) {
-    return g->mesh != NULL ? kt_mat3_multiply(g->pose.rotation, kt_mjcf_axes(g->mesh->inertia)) : g->pose.rotation;
+    return g->mesh != NULL ? kt_mat3_multiply(g->pose.rotation, g->mesh->axes) : g->pose.rotation;
 }
 
 /* Adds a geom to the mass, first moment and inertia about the body's origin. */
@@ -194,7 +204,7 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_body *b = kt_mjcf_body_at(m, body);
     const geom g = read_geom(m, e, frame);
     b->heavy_geoms += g.mass > 0.0;
-    b->has_mesh = b->has_mesh || g.mesh != NULL;
+    b->has_mesh = b->has_mesh || g.mesh != NULL || g.is_fitted;
     if (g.mass > 0.0)
         b->inertial = (kt_pose){.rotation = inertia_axes_of(&g), .position = g.com};
     b->mass += g.mass;

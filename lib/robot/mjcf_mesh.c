@@ -1,10 +1,13 @@
 /* Meshes of MJCF, for the masses of bodies.
  *
  * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
+#include "robot/mjcf_mesh.h"
 #include "document/file.h"
 #include "document/number.h"
+#include "robot/mjcf_axes.h"
 #include "robot/mjcf_make.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -146,6 +149,21 @@ static kt_vec3 scale_of(kt_mjcf *m, const kt_element *e) {
     return kt_mjcf_vector(m, e, "mesh", "scale", kt_vec3_make(1.0, 1.0, 1.0));
 }
 
+/* Sets the axes and the box of a mesh whose solid is known. */
+static void box_mesh(const kt_triangles *triangles, kt_mjcf_mesh *mesh) {
+    mesh->axes = kt_mjcf_axes(mesh->enclosed.inertia);
+    const kt_vec3 axes[3] = {mesh->axes.x, mesh->axes.y, mesh->axes.z};
+    for (int k = 0; k < 3; k++) {
+        mesh->box[0][k] = (double)INFINITY;
+        mesh->box[1][k] = -(double)INFINITY;
+        for (int i = 0; i < triangles->vertex_count; i++) {
+            const double x = kt_vec3_dot(axes[k], kt_vec3_sub(triangles->vertices[i], mesh->enclosed.com));
+            mesh->box[0][k] = fmin(mesh->box[0][k], x);
+            mesh->box[1][k] = fmax(mesh->box[1][k], x);
+        }
+    }
+}
+
 /* Places a mesh and computes the solid that it encloses. For a hull, replaces the triangles with the hull. */
 static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_mjcf_mesh *mesh,
                          kt_error *error) {
@@ -163,6 +181,8 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     const kt_status status = rule == CONVEX ? kt_triangles_hull(triangles, error) : KT_OK;
     if (status == KT_OK)
         mesh->enclosed = kt_triangles_enclosed(triangles, rules[rule]);
+    if (status == KT_OK && mesh->enclosed.volume > 0.0)
+        box_mesh(triangles, mesh);
     if ((rule == CONVEX || triangles->is_hull) && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
         kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
     return status;
@@ -237,9 +257,9 @@ static const kt_mjcf_mesh *need_mesh(kt_mjcf *m, const kt_element *geom) {
     return mesh;
 }
 
-const kt_enclosed *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
+const kt_mjcf_mesh *kt_mjcf_find_mesh(kt_mjcf *m, const kt_element *geom) {
     const kt_mjcf_mesh *mesh = need_mesh(m, geom);
-    return mesh != NULL && mesh->enclosed.volume > 0.0 ? &mesh->enclosed : NULL;
+    return mesh != NULL && mesh->enclosed.volume > 0.0 ? mesh : NULL;
 }
 
 const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *count) {

@@ -73,17 +73,18 @@ static void write_mesh(drawing *d, int index) {
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-/* `can_be_any`: a shell or a mesh, too. */
+/* `can_be_any`: a shell, a mesh, or a solid that is fitted to a mesh, too. */
 static void write_geom(drawing *d, bool can_be_any) {
     static const char *const types[] = {"sphere", "capsule", "ellipsoid", "cylinder", "box"};
     const int type = kt_random_int(d->random, 0, 4);
-    const bool is_mesh = can_be_any && d->has_meshes && chance(d, 3);
-    if (is_mesh)
-        fprintf(d->to, "<geom type=\"mesh\" mesh=\"m%d\"", kt_random_int(d->random, 0, MESHES - 1));
+    const bool has_mesh = can_be_any && d->has_meshes && chance(d, 3), is_mesh = has_mesh && !chance(d, 3);
+    fprintf(d->to, "<geom type=\"%s\"", is_mesh ? "mesh" : types[type]);
+    if (has_mesh)
+        fprintf(d->to, " mesh=\"m%d\"", kt_random_int(d->random, 0, MESHES - 1));
     else
-        fprintf(d->to, "<geom type=\"%s\"", types[type]);
-    if (!is_mesh)
         put(d, "size", 3, 0.05, 0.3);
+    if (has_mesh && chance(d, 2))
+        put(d, "fitscale", 1, 0.5, 1.5);
     put(d, "pos", 3, -0.3, 0.3);
     put(d, "euler", 3, -90.0, 90.0);
     if (chance(d, 2))

@@ -132,6 +132,24 @@ KT_TEST(soft_edges_yield_as_much_as_those_of_mujoco) {
     }
 }
 
+/* As in MuJoCo, a solref of mixed signs is replaced with its default. */
+KT_TEST(edges_with_a_solref_of_mixed_signs_have_the_default) {
+#define TRIANGLE(reference)                                                                                            \
+    FLEX("type='direct' dim='2' mass='6' point='0 0 0 .5 0 0 .5 .7 0' element='0 1 2'",                                \
+         "<edge equality='true' solref='" reference "'/><pin id='0 2'/>")
+    static const char *const texts[] = {TRIANGLE("0.02 0"), TRIANGLE("-100 1")};
+    const double standard = force_of_edge(TRIANGLE("0.02 1"), 1e-6);
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        kt_scene scene;
+        kt_check_near("force, N", force_of_edge(texts[i], 1e-6), standard, 0.0);
+        if (!parse_right(texts[i], NULL, &scene))
+            continue;
+        kt_check_true("warning", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"));
+        kt_scene_free(&scene);
+    }
+#undef TRIANGLE
+}
+
 /* A cloth that hangs from its upper edge, at rest after 4 s here and in MuJoCo: the lowest corner, m. */
 KT_TEST(a_hanging_cloth_sags_as_in_mujoco) {
     enum { COORDINATES = 12 * 3 };
@@ -335,6 +353,47 @@ KT_TEST(files_of_gmsh_have_points_and_elements_in_both_formats) {
     (void)rmdir(folder);
 }
 
+/* Coordinates that are not finite, and numbers of points or elements that are too large, are rejected at their place. A
+ * number that the file is too short for is none of these. */
+KT_TEST(faults_of_files_of_gmsh_have_their_place) {
+    static const struct {
+        const char *points, *elements, *message;
+    } table[] = {
+        {"3\n1 0 0 0\n2 1 0 0\n3 0 nan 0\n", "1\n1 2 0 1 2 3\n", "part.msh:8: point 3 has a coordinate that is not "},
+        {"3\n1 0 0 0\n2 1 0 inf\n3 0 1 0\n", "1\n1 2 0 1 2 3\n", "part.msh:7: point 2 has a coordinate that is not "},
+        {"3\n1 1e999 0 0\n2 1 0 0\n3 0 1 0\n", "1\n1 2 0 1 2 3\n", "part.msh:6: point 1 has a coordinate that is "},
+        {"17000000\n1 0 0 0\n", "1\n1 2 0 1 2 3\n", "has 17000000 points or elements; expected 1 to 16777216"},
+        {"3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n", "2e8\n1 2 0 1 2 3\n", "has 200000000 points or elements; expected"},
+        {"16000000\n1 0 0 0\n2 1 0 0\n3 0 1 0\n", "1\n1 2 0 1 2 3\n", NULL},
+    };
+    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400], text[400];
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        kt_error error = {0};
+        (void)snprintf(text, sizeof text,
+                       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%s$EndNodes\n$Elements\n%s$EndElements\n",
+                       table[i].points, table[i].elements);
+        put_file(folder, "part.msh", text);
+        put_file(folder, "m.xml", FLEX("type='gmsh' file='part.msh'", ""));
+        (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+        const kt_status status = kt_robot_read(path, NULL, &scene, NULL, NULL, &error);
+        kt_check_equal_int("status", status, table[i].message != NULL ? KT_ERROR_SCENE : KT_OK);
+        if (table[i].message != NULL)
+            kt_check_contains("message", error.message, table[i].message);
+        if (status == KT_OK) {
+            kt_check_true("left out",
+                          has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "flexcomps whose file cannot be read"));
+            kt_scene_free(&scene);
+        }
+    }
+    (void)remove(path);
+    (void)snprintf(path, sizeof path, "%s/part.msh", folder);
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
 /* Facets share the vertices of an edge on which -0 and 0 are both written: four points, not six. */
 KT_TEST(vertices_at_minus_zero_are_those_at_zero) {
     static const char facets[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex -1 0 0\n"
@@ -395,6 +454,7 @@ KT_TEST(faults_of_flexcomps_have_their_place) {
         {FLEX("dim='1' type='circle' count='2 1 1'", ""), "count: expected 3 or more points along axis 1"},
         {FLEX("dim='1' type='grid' count='3001 1 1'", ""), "expected up to 3000 points that move"},
         {FLEX("dim='3' type='grid' count='1e4 1e4 1e4'", ""), "expected 1 to 16777216 points and elements"},
+        {FLEX("dim='1' type='grid' count='1e9 1 1'", ""), "expected 1 to 16777216 points and elements"},
         {FLEX("dim='2' type='grid' count='3 3 3'", ""), "count: a surface has 1 point along axis 3"},
         {FLEX("dim='1' type='box'", ""), "dim: a box is a surface (2) or a volume (3)"},
         {FLEX("dim='4'", ""), "dim: expected 1, 2 or 3"},

@@ -165,6 +165,64 @@ KT_TEST(builtin_that_makes_no_surface_is_warned_of_by_name) {
     kt_scene_free(&scene);
 }
 
+#define PI 3.14159265358979323846
+
+/* A brick with the sides 0.2 m, 0.4 m and 0.6 m, off the origin. The box of the same inertia is the brick. By the box
+ * around it, a sphere has the radius of the longest half side, and a cylinder about z that of the middle one. */
+KT_TEST(solids_are_fitted_to_meshes) {
+    static const struct {
+        const char *setting, *geom;
+        double mass;
+    } table[] = {
+        {"false", "type='box'", 48.0},
+        {"false", "type='box' fitscale='2'", 8.0 * 48.0},
+        {"false", "type='sphere'", 4000.0 / 3.0 * PI * 0.2 * 0.2 * 0.2},
+        {"true", "type='box'", 48.0},
+        {"true", "type='sphere'", 4000.0 / 3.0 * PI * 0.3 * 0.3 * 0.3},
+        {"true", "type='cylinder'", 1000.0 * PI * 0.2 * 0.2 * 0.6},
+        {"true", "type='box' mass='3'", 3.0},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[800];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><compiler fitaabb='%s'/><asset><mesh name='m' vertex='1 2 3 1.2 2 3 1 2.4 3 1.2 2.4 3 "
+                       "1 2 3.6 1.2 2 3.6 1 2.4 3.6 1.2 2.4 3.6'/></asset><worldbody><body name='b'><joint/>"
+                       "<geom mesh='m' %s/></body></worldbody></mujoco>",
+                       table[i].setting, table[i].geom);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        const kt_body *b = find_body(&scene, "b");
+        kt_note("%s, fitaabb %s", table[i].geom, table[i].setting);
+        kt_check_near("mass", b->mass, table[i].mass, 1e-12 * table[i].mass);
+        kt_check_near("place along y", b->com.y, 2.2, 1e-13);
+        if (strcmp(table[i].geom, "type='box'") == 0)
+            kt_check_near("about z", b->inertia.zz, 48.0 / 12.0 * (0.04 + 0.16), 1e-12);
+        kt_check_true("no mass is missing", !has_note(&scene, "is missing"));
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(what_cannot_be_fitted_is_rejected) {
+    static const struct {
+        const char *geom, *message;
+    } table[] = {
+        {"type='plane' size='1 1 1'", "no plane and no field of heights can be fitted to a mesh"},
+        {"type='capsule' fromto='0 0 0 1 0 0'", "fromto is not possible in a geom with a mesh"},
+        {"type='box' fitscale='0'", "the solid that is fitted to the mesh has no extent along an axis"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset><worldbody><body>"
+                       "<joint/><geom mesh='t' %s/></body></worldbody></mujoco>",
+                       table[i].geom);
+        kt_check_equal_int(table[i].geom, parse(text, NULL, &scene), KT_ERROR_SCENE);
+        kt_check_contains("message", faults.text, table[i].message);
+    }
+}
+
 /* With so few vertices, MuJoCo's hull is smaller. */
 KT_TEST(hull_of_few_vertices_is_warned_of) {
     static const char *const faces[] = {"", " face='0 2 1 0 1 3 0 3 2 1 2 3'"};

@@ -177,6 +177,37 @@ KT_TEST(contacts_have_the_stiffness_of_the_file) {
     kt_scene_free(&scene);
 }
 
+/* As in MuJoCo, the default applies: a spring of a damping ratio of 0 would be infinite. */
+KT_TEST(solref_of_mixed_signs_is_the_default_with_a_warning) {
+    static const struct {
+        const char *reference;
+        bool is_mixed;
+        int contacts;
+    } table[] = {{"0.02 1", false, 1}, {"0.02 0", true, 1},     {"0.02 -1", true, 1}, {"-1000 1", true, 1},
+                 {"0 1", true, 1},     {"-1000 -10", false, 1}, {"0 0", false, 0}};
+    double standard = 0.0;
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[400];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/><geom size='.1' "
+                       "priority='1' solref='%s'/></body></worldbody></mujoco>",
+                       table[i].reference);
+        const int count = contacts_of(text, &with_contacts, &scene);
+        kt_check_equal_int(table[i].reference, count, table[i].contacts);
+        if (count < 0)
+            continue;
+        kt_check_equal_int("warning", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"),
+                           table[i].is_mixed);
+        kt_check_equal_int("left out", has_note(&scene, "or a solref without stiffness"), count == 0);
+        if (i == 0)
+            standard = scene.description.effects[0].stiffness;
+        if (table[i].is_mixed && count > 0)
+            kt_check_equal_bits("stiffness", &scene.description.effects[0].stiffness, &standard, 1);
+        kt_scene_free(&scene);
+    }
+}
+
 /* On a pyramidal cone, the edges of a contact share its force: K = k d^2 / (1 - d) (condim - 1) r / ((1 + mu^2) mu^2).
  * A torsional and a rolling friction have edges, too. */
 KT_TEST(edges_of_a_pyramid_share_the_force_of_a_contact) {
