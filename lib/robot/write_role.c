@@ -2,7 +2,7 @@
  *
  * MuJoCo rejects bodies that move and have no mass, but gives a body several joints. So a body without mass whose only
  * use is to carry one other gives its joints to that one. It keeps its joints if two slides would be on one body that
- * are not normal to each other. A slider on the world without mass that a coupling moves is a fixed tendon of the other
+ * are not normal to each other, or if that body would have more than six coordinates. A slider on the world without mass that a coupling moves is a fixed tendon of the other
  * joints. An import makes such a slider of a tendon:
  *     c_n n + sum c_i q_i = offset,    n = offset / c_n + L,    L = sum (-c_i / c_n) q_i.
  */
@@ -122,6 +122,27 @@ static bool is_skew(const kt_export *x, int body) {
     return false;
 }
 
+static int coordinates_of(const kt_joint *joint) {
+    kt_export_step steps[KT_EXPORT_STEPS];
+    const int count = kt_export_steps(joint, steps);
+    return joint->type == KT_JOINT_SPHERICAL ? 3
+           : joint->type == KT_JOINT_FREE    ? 6
+                                             : count + (joint->type == KT_JOINT_SCREW);
+}
+
+/* MuJoCo rejects bodies with more coordinates. From the body that carries the joints outwards to the root, a body
+ * without mass that has one too many begins anew. */
+static void part_joints(kt_export *x, int carrier) {
+    enum { COORDINATES_MOST = 6 };
+    int count = coordinates_of(&kt_export_body(x, carrier)->joint);
+    for (int i = x->parent[carrier]; i >= 0 && x->role[i] == KT_EXPORT_MERGED; i = x->parent[i]) {
+        const int own = coordinates_of(&kt_export_body(x, i)->joint);
+        if (count + own > COORDINATES_MOST)
+            x->role[i] = KT_EXPORT_BODY;
+        count = count + own > COORDINATES_MOST ? own : count + own;
+    }
+}
+
 bool kt_export_find_roles(kt_export *x) {
     uses *all = kt_pool_take(&x->pool, (size_t)x->d->body_count + 1, sizeof *all);
     if (all == NULL)
@@ -134,6 +155,9 @@ bool kt_export_find_roles(kt_export *x) {
     for (int i = 0; i < x->d->body_count; i++)
         if (x->role[i] == KT_EXPORT_MERGED && is_skew(x, i))
             x->role[i] = KT_EXPORT_BODY;
+    for (int i = 0; i < x->d->body_count; i++)
+        if (x->role[i] == KT_EXPORT_BODY)
+            part_joints(x, i);
     return true;
 }
 

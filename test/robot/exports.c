@@ -230,8 +230,8 @@ KT_TEST(exports_of_bundled_scenes_have_the_masses_of_the_scenes_in_mujoco) {
     (void)rmdir(folder);
 }
 
-/* Compares both exports of a robot in URDF that is given as a text. */
-static void compare_text(const char *text, int expected) {
+/* Compares both exports of a robot that is given as a text. */
+static void compare_text(const char *text, int written, int compared) {
     char folder[] = "/tmp/kinetree-exports-XXXXXX", path[LINE];
     counts n = {0};
     if (!has_mujoco())
@@ -243,8 +243,9 @@ static void compare_text(const char *text, int expected) {
     if (to != NULL && fputs(text, to) >= 0 && fclose(to) == 0)
         n.written = add_exports(exports, 0, path, folder, read_robot);
     if (compare_files(exports, n.written, &n)) {
-        kt_check_equal_int("exports", n.written, expected);
-        kt_check_equal_int("exports that are compared", n.compared, expected);
+        kt_check_equal_int("exports", n.written, written);
+        kt_check_equal_int("exports that MuJoCo reads", n.read, written);
+        kt_check_equal_int("exports that are compared", n.compared, compared);
     }
     free_exports(exports, n.written);
     (void)remove(path);
@@ -263,7 +264,24 @@ KT_TEST(exports_keep_the_inertia_of_links_without_mass) {
                                "link='b'/><child link='a'/><axis xyz='0 0 1'/></joint><joint name='k' "
                                "type='fixed'><parent link='a'/><child "
                                "link='c'/></joint></robot>";
-    compare_text(text, 2);
+    compare_text(text, 2, 2);
+}
+
+/* MuJoCo's bodies have at most six coordinates: those of a long chain of links without mass are on several. */
+KT_TEST(exports_of_long_chains_without_mass_are_read_by_mujoco) {
+    static const char *const axes[] = {"1 0 0", "0 1 0", "0 0 1"};
+    static char text[8000];
+    enum { LINKS = 15 };
+    size_t length = (size_t)snprintf(text, sizeof text, "<mujoco><worldbody>");
+    for (int i = 0; i < LINKS; i++)
+        length +=
+            (size_t)snprintf(text + length, sizeof text - length,
+                             "<body pos='.1 0 .2' euler='10 20 30'><joint axis='%s' armature='.1'/>", axes[i % 3]);
+    length += (size_t)snprintf(text + length, sizeof text - length, "<geom size='.1' mass='1'/>");
+    for (int i = 0; i < LINKS; i++)
+        length += (size_t)snprintf(text + length, sizeof text - length, "</body>");
+    (void)snprintf(text + length, sizeof text - length, "</worldbody></mujoco>");
+    compare_text(text, 2, 1); /* URDF has no armature */
 }
 
 /* Plates have a + b = c. MuJoCo turns the matrices of URDF, and its rounding
