@@ -411,8 +411,8 @@ typedef struct kt_contact_counts {
     uint64_t sticks;      /* friction that sticks came to rest */
     uint64_t slips;       /* friction that sticks began to slip */
     uint64_t rested;      /* chains of bounces, or of ends of slip, ended early: further instants lay within 1e-9 of an
-                             interval, slow slip turned or was wedged, slip reversed or stick ended 8 times,
-                             or a contact opened three times at an instant */
+                             interval, slow slip turned, hovered or was wedged, slip reversed or stick ended 8 times, a
+                             contact opened three times at an instant, or other shares of forces held a corner */
     uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */

@@ -268,6 +268,8 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 int kt_contacts_find_slow(const kt_simulation *simulation);
 /* Holds contact k, or friction, closed for a short time, whatever its reaction (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
+/* Holds friction k, or with fixed steps for one step at least, and counts this (directions.c). */
+void kt_contact_hold_friction(kt_simulation *simulation, int k);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */

@@ -200,6 +200,11 @@ void kt_contact_hold(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold;
 }
 
+void kt_contact_hold_friction(kt_simulation *simulation, int k) {
+    simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + fmax(hold, simulation->step);
+    simulation->memory.contacts.rested++;
+}
+
 void kt_contact_hold_turning(kt_simulation *simulation, int k) {
     if (!has_left_at(&simulation->contact_state[k], kt_integrator_time(simulation->integrator)))
         return;
