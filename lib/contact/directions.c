@@ -20,6 +20,10 @@
  * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
  * step comes to rest at whatever speed, since the step does not resolve it.
  *
+ * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
+ * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
+ * length of a step, friction therefore holds slip below `hovering` rest velocities, for one step at least.
+ *
  * Stages behind a reversal have the opposite friction. The search for the reversal may then find it at another time in
  * each repetition of the step, now before its end and now behind. Slip that is due to reverse at the end of a step, at
  * the third repetition, and is no faster than its rest velocity there, ends. All slip that reverses below this speed
@@ -42,10 +46,12 @@
 #include <float.h>
 #include <math.h>
 
-enum { TURNS = 8 };
+enum { TURNS = 8, TRIES = 64 };
 
 /* s */
 static const double briefly = 1e-6, hold = 1e-4;
+/* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
+static const double hovering = 100.0;
 
 /* The index of a contact's slip among all contacts that slip. */
 static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
@@ -228,6 +234,32 @@ bool kt_contact_count_reversal(kt_simulation *simulation, int k) {
     return is_held;
 }
 
+/* Whether contact k slips slowly while a fixed step takes many tries. */
+static bool slip_hovers(const kt_simulation *simulation, int k) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const double rest = simulation->model->loop[simulation->contacts->item[k].loop].rest_velocity;
+    return memory->retries >= TRIES &&
+           kt_integrator_time(simulation->integrator) - memory->retried_since <= simulation->step &&
+           kt_contact_is_slipping(simulation, k) && simulation->contact_state[k].speed <= hovering * rest;
+}
+
+/* Lets friction hold slip that hovers. */
+static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->sides; k++)
+        if (slip_hovers(simulation, k)) {
+            kt_contact_hold_friction(simulation, c->item[k].of);
+            c->holds = true;
+        }
+    if (!c->holds)
+        return KT_OK;
+    kt_status status = simulation->contact_calls->resolve(simulation, error);
+    c->holds = false;
+    if (status != KT_OK)
+        status = simulation->contact_calls->resolve(simulation, error);
+    return status;
+}
+
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -259,6 +291,8 @@ kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
         kt_integrator_change(simulation->integrator, true);
         simulation->contact_time = simulation->event_time = (double)NAN;
     }
-    const kt_status status = end_turns(simulation, error);
+    kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
+    if (status == KT_OK)
+        status = end_turns(simulation, error);
     return status == KT_OK ? simulation->contacts->begin(simulation, error) : status;
 }
