@@ -32,7 +32,8 @@
  * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Friction that cannot hold
  * a contact at rest may also turn its slip at once, in every direction: slip is then near a direction that wedges the
  * contact. If stick or slip ends TURNS times, at intervals of at most `briefly`, friction therefore holds the contact
- * for the time `hold`. With fixed steps it holds the contact for one step at least.
+ * for the time `hold`. With fixed steps it holds the contact for one step at least. A contact that is held stays at
+ * rest while others change, unless no reactions hold it. Otherwise the turns of another foot would end its rest.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
  * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
@@ -209,6 +210,13 @@ void kt_contact_hold(kt_simulation *simulation, int k) {
 void kt_contact_hold_friction(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + fmax(hold, simulation->step);
     simulation->memory.contacts.rested++;
+}
+
+bool kt_contacts_hold_any(const kt_simulation *simulation) {
+    bool any = false;
+    for (int k = simulation->contacts->sides; k < simulation->contacts->n; k++)
+        any = any || kt_integrator_time(simulation->integrator) < simulation->contact_state[k].held;
+    return any;
 }
 
 void kt_contact_hold_turning(kt_simulation *simulation, int k) {

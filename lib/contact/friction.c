@@ -203,10 +203,11 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
         item->rejected = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
-    const bool is_held = c->holds && kt_integrator_time(simulation->integrator) <
-                                         simulation->contact_state[c->item[c->list[line]].of].held;
-    item->friction *= is_held ? holding : 1.0;
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
+    const bool is_held =
+        (c->holds || (!c->frees && speed <= kt_contact_resting)) &&
+        kt_integrator_time(simulation->integrator) < simulation->contact_state[c->item[c->list[line]].of].held;
+    item->friction *= is_held ? holding : 1.0;
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;

@@ -372,9 +372,15 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
+/* Contacts that are held at rest stay so, unless no reactions hold them. */
 static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
-    const kt_status status = resolve_once(simulation, error);
+    kt_status status = resolve_once(simulation, error);
     int attempt = 0;
+    if (status != KT_OK && kt_contacts_hold_any(simulation)) {
+        simulation->contacts->frees = true;
+        status = resolve_once(simulation, error);
+        simulation->contacts->frees = false;
+    }
     while (status == KT_OK && is_wedged(simulation) && free_wedged(simulation, &attempt)) {
     }
     return status;
