@@ -2,8 +2,8 @@
  *
  * MuJoCo rejects bodies that move and have no mass, but gives a body several joints. So a body without mass whose only
  * use is to carry one other gives its joints to that one. It keeps its joints if two slides would be on one body that
- * are not normal to each other, or if that body would have more than six coordinates. A slider on the world without mass that a coupling moves is a fixed tendon of the other
- * joints. An import makes such a slider of a tendon:
+ * are not normal to each other, or if that body would have more than six coordinates. A slider on the world without
+ * mass that a coupling moves is a fixed tendon of the other joints. An import makes such a slider of a tendon:
  *     c_n n + sum c_i q_i = offset,    n = offset / c_n + L,    L = sum (-c_i / c_n) q_i.
  */
 #include "model/joint_name.h"

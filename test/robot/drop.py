@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Whether a legged robot in MJCF or URDF stands after a drop, here and in MuJoCo of today.
 
-    drop.py KINETREE MODEL KP,KV [--pose NUMBERS] [--height M] [--drop M] [--duration S] [--timestep S] [--shift PART=RAD]
+    drop.py KINETREE MODEL KP,KV [--pose NUMBERS] [--height M] [--drop M] [--duration S] [--timestep S]
+            [--servo PART=KP,KV]... [--shift PART=RAD]... [--integrator METHOD]
 
 Each joint with an actuator gets a servo that holds its position of the start; without actuators, each joint of one freedom. The start is that of
-`--pose` (numbers of all joints but the root's, in the order of the file, separated by commas), or 0. `--shift` moves the targets of joints whose
-name has a part. The robot first stands for the duration, from the height of the file or that of `--height`. The drop starts 10 cm above the
+`--pose` (numbers of all joints but the root's, in the order of the file, separated by commas), or 0. `--servo` gives other gains to joints whose
+name has a part, and `--shift` moves their targets. The integrator of the command is the usual one, or that of `--integrator`. The robot first stands for the duration, from the height of the file or that of `--height`. The drop starts 10 cm above the
 height at which it rests. Contacts have elliptic cones and an impratio of 10, and MuJoCo's integrator is `implicitfast`. KT_MUJOCO_WASM names the
 folder of npm's @mujoco/mujoco; without it, the robot is dropped here alone.
 """
@@ -95,13 +96,14 @@ def write_model(arguments, path, height):
     for name, count in joints[first:]:
         start[name] = pose[at]
         at += count
-    part, shift = arguments.shift.split("=")[0], float(arguments.shift.split("=")[1] or 0.0)
-    kp, kv = arguments.gains.split(",")
+    shifts = [(part, float(shift)) for part, shift in (text.split("=") for text in arguments.shift)]
+    servos = [("", arguments.gains)] + [text.split("=") for text in arguments.servo]
     actuator = tree.SubElement(root, "actuator")
     for name in actuated:
+        kp, kv = [gains for part, gains in servos if part in name][-1].split(",")
         tree.SubElement(actuator, "position", joint=name, kp=kp, kv=kv, ctrllimited="false", forcelimited="false")
     tree.SubElement(tree.SubElement(root, "keyframe"), "key", name="k", qpos=" ".join(map(str, place + [1.0, 0.0, 0.0, 0.0] + pose)),
-                    ctrl=" ".join(str(start[name] + (shift if part and part in name else 0.0)) for name in actuated))
+                    ctrl=" ".join(str(start[name] + sum(shift for part, shift in shifts if part in name)) for name in actuated))
     tree.ElementTree(root).write(path)
     return offset
 
@@ -109,7 +111,7 @@ def write_model(arguments, path, height):
 def state_here(arguments, path, offset):
     """Height and upright direction's cosine of the root after the duration; None: the run stopped."""
     ran = subprocess.run([arguments.kinetree, "run", path, "--contacts", "--keyframe", "k", "--duration", arguments.duration, "--record", "position",
-                          "--interval", arguments.duration, "--out", "-", "--quiet"], capture_output=True, text=True)
+                          "--interval", arguments.duration, "--integrator", arguments.integrator, "--out", "-", "--quiet"], capture_output=True, text=True)
     rows = list(csv.reader(io.StringIO(ran.stdout)))
     if ran.returncode or len(rows) < 2:
         print(ran.stderr.strip()[-300:])
@@ -146,8 +148,10 @@ def main():
     parser = argparse.ArgumentParser()
     for name in ("kinetree", "model", "gains"):
         parser.add_argument(name)
-    for name, default in (("--pose", ""), ("--drop", "0.1"), ("--height", ""), ("--duration", "10"), ("--timestep", ""), ("--shift", "=")):
+    for name, default in (("--pose", ""), ("--drop", "0.1"), ("--height", ""), ("--duration", "10"), ("--timestep", ""), ("--integrator", "auto")):
         parser.add_argument(name, default=default)
+    for name in ("--servo", "--shift"):
+        parser.add_argument(name, action="append", default=[])
     arguments = parser.parse_args()
     path = pathlib.Path(arguments.model).resolve().parent / ".drop.xml"  # beside its meshes
     try:
