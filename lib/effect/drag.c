@@ -110,6 +110,6 @@ const kt_descriptor kt_effect_drag_descriptor = {
                         "        -(b + q |s|) s    s: velocity along, or angular velocity about, an axis of its frame"),
     .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
     KT_DESCRIPTOR_KEYS,
-    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
+    KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };
 #endif

@@ -12,6 +12,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* There are three kinds of formulas: in a joint, on a body, between two. */
 enum {
@@ -257,6 +258,39 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
     kt_check_worst(&worst);
     kt_check_above("states in contact", touching, 5.0);
     destroy(&s);
+}
+
+/* A block moves and turns; its axes are those of the world. Each component of force and moment is -(b + q |s|) s. */
+KT_TEST(drag_records_its_moments) {
+    kt_lone lone;
+    kt_error error;
+    kt_data *data = NULL;
+    kt_effect drag = kt_effect_default();
+    const double q[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, v[6] = {2.0, -1.0, 0.5, 3.0, -4.0, 0.25};
+    const double damping[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, quadratic[6] = {0.7, 0.6, 0.5, 0.4, 0.3, 0.2};
+    double x[16], power = 0.0;
+    kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
+    drag.type = KT_EFFECT_DRAG;
+    drag.between[0].body = "block";
+    memcpy(drag.dampings, damping, sizeof damping);
+    memcpy(drag.quadratics, quadratic, sizeof quadratic);
+    lone.description.bodies = &lone.body;
+    lone.description.effects = &drag;
+    lone.description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&lone.description);
+    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error) &&
+        kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
+        kt_check_equal_int("quantities", kt_effect_quantity_count(model, 0), 7) &&
+        kt_fine("quantities", kt_effect_quantities_evaluate(model, data, 0.0, q, v, x, &error), &error)) {
+        for (int k = 0; k < 6; k++) {
+            const double by_hand = -(damping[k] + quadratic[k] * fabs(v[k])) * v[k];
+            power += by_hand * v[k];
+            kt_check_near(kt_quantity_name(kt_effect_quantity_at(model, 0, k), false), x[k], by_hand, 1e-14);
+        }
+        kt_check_near("power", x[6], power, 1e-13);
+    }
+    kt_data_free(data);
+    kt_model_free(model);
 }
 
 /* A sphere of radius 0.3 slides along x at 2 m/s, with its centre 0.2 above a plane. The expected values are computed
