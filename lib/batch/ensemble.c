@@ -83,7 +83,7 @@ kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
 /* Why a simulation's steps are not computed in lanes; NULL: they are. */
 static const char *why_model(const kt_ensemble *e, const kt_model *model) {
     if (model->shape != e->shape)
-        return "its model has another structure";
+        return "its joints, loops or effects are not those of the first run";
     if (!e->kernels || !kt_lanes_fit_model(model))
         return "it has loops or paths that are computed state by state";
     if (model->variants || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
@@ -92,6 +92,8 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
 }
 
 static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simulation *s) {
+    if (s->contacts)
+        return "it has hard contacts, stops or slack ropes, or friction that sticks";
     const char *why = why_model(e, s->model);
     if (why)
         return why;

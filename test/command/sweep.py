@@ -212,6 +212,9 @@ def lanes():
     loop = ["--set", "effects=[{type: joint_spring, joint: close, stiffness: 3}]", "--set", "simulate.duration=0.1"]
     told = run(four_bar, *loop, "--vary", "gravity[1]=-1,-9", "--jobs", "1", "--out", "x.csv").stderr
     same("an effect in a loop", "one by one, not in lanes: it has loops" in told, True)
+    stop = ["--set", "effects=[{type: joint_limit, joint: upper, lower: -0.1, restitution: 0}]", "--set", "simulate.duration=0.5"]
+    told = run("pendulum.yaml", *stop, "--vary", "bodies.upper.mass=1,2", "--jobs", "1", "--out", "x.csv").stderr
+    same("a hard stop", "one by one, not in lanes: it has hard contacts, stops or slack ropes" in told, True)
     told = run("pendulum.yaml", "--vary", "bodies.upper.mass=1,-1,-2", "--jobs", "1", "--out", "x.csv").stderr
     same("why the first failed", "2 of them failed\n  the first failure: bodies.upper.mass=-1: body 'upper': mass is -1; it cannot be negative "
          "(the column 'why' has all reasons)\n" in told, True)
