@@ -94,6 +94,8 @@ simulate: {duration: 1}
     for more, count in (([], 1), (["--quiet"], 0)):
         told = run("hinge.yaml", "--vary", "tilt=10:60:3", "--out", "-", *more).stderr
         same(f"whole radians are warned of {count} times", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), count)
+    told = run("hinge.yaml", "--vary", "tilt=0.1,0.2,10,0.3", "--out", "-").stderr
+    same("whole radians of a later run", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), 1)
 
 
 def fused():

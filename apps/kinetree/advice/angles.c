@@ -39,8 +39,9 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
     return count;
 }
 
-void kt_angles_say(const kt_scene *scene, bool quiet) {
+int kt_angles_say(const kt_scene *scene, bool quiet) {
     kt_warnings warnings = {.quiet = quiet};
-    (void)kt_angles_warn(&warnings, scene, true);
+    const int count = kt_angles_warn(&warnings, scene, true);
     kt_warnings_free(&warnings);
+    return count;
 }

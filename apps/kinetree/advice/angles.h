@@ -12,7 +12,7 @@ bool kt_doubtful_angle(double x);
  * ends of earlier runs, which are other numbers, may have many turns. Returns the number of warnings. */
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole);
 
-/* Prints the same warnings, of whole numbers alone, without a list. */
-void kt_angles_say(const kt_scene *scene, bool quiet);
+/* Prints the same warnings, of whole numbers alone, without a list. Returns their number. */
+int kt_angles_say(const kt_scene *scene, bool quiet);
 
 #endif

@@ -520,6 +520,33 @@ static int64_t find_first_valid_run(const kt_sweep *sweep) {
     return 0;
 }
 
+/* The run, among the first million, in which a value that varies is largest in magnitude. */
+static int64_t run_of_largest_value(const kt_sweep_plan *plan, int axis) {
+    const int64_t runs = kt_sweep_plan_runs(plan), most = runs < 1000000 ? runs : 1000000;
+    double values[KT_SWEEP_AXES_MAX], largest = -1.0;
+    int64_t found = 0;
+    for (int64_t run = 0; run < most; run++) {
+        kt_sweep_plan_values(plan, run, values);
+        if (fabs(values[axis]) > largest) {
+            largest = fabs(values[axis]);
+            found = run;
+        }
+    }
+    return found;
+}
+
+/* Warns of doubtful angles in the first valid run; without any, in the runs with the largest values. */
+static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first) {
+    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first, false);
+    for (int axis = 0; axis < sweep->plan.count && count == 0; axis++) {
+        made m = {.scene = NULL};
+        kt_error error = {0};
+        if (make_model(sweep, run_of_largest_value(&sweep->plan, axis), &m, NULL, NULL, &error) == KT_OK)
+            count = kt_angles_say(m.scene, false);
+        release_run(&m);
+    }
+}
+
 /* How many runs of a tree a thread computes at a time, in lanes; 1: it has loops, or lanes do not compute it. */
 static size_t count_lanes_of_tree(const kt_model *model) {
     kt_ensemble *ensemble = NULL;
@@ -559,7 +586,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (status == KT_OK)
         code = kt_sweep_plan_check(&sweep->plan, m.scene);
     if (code < 0 && status == KT_OK)
-        kt_angles_say(m.scene, sweep->arguments->quiet);
+        say_angles_of_runs(sweep, m.scene);
     if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = make_native_file(sweep, &m);
     if (code < 0 && status == KT_OK)
