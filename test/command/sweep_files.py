@@ -98,7 +98,10 @@ def pictures():
     same("curves, one a value", len(curves), 7)
     run("fall.yaml", "--random", "g=normal(9.81,1)", "--random", "m=uniform(-0.1,1)", "--repeats", "200", "--quiet", "--out", "n.csv")
     same("runs that fail, whose words have commas", plot("n.csv", "--columns", "position.stone.end").count("runs, ") <= 1, True)
-    plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
+    words = plot("n.csv", "--histogram", "--columns", "g,position.stone.end")
+    same("units of a histogram, and none of a parameter", ("position.stone.end, rad or m<" in words, ">g<" in words), (True, True))
+    words = plot("g.csv", "--x", "g", "--by", "m", "--columns", "position.stone.end")
+    same("units of curves", "position.stone.end, rad or m<" in words, True)
     head = rows(pathlib.Path("g.csv").read_text())[0].keys()
     times = [1.2867 + 0.4 * k for k in range(6)] + [5.0] * 24
     lines = [",".join(str({"run": k, "status": "done", "time": t}.get(name, 0)) for name in head) for k, t in enumerate(times)]

@@ -2,6 +2,7 @@
 #include "plot/sweep.h"
 
 #include "command.h"
+#include "plot/kind.h"
 #include "plot/plot.h"
 
 #include "base/order.h"
@@ -11,7 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANELS_MAX = 6, BINS_MAX = 100, CURVES_MAX = 200, MARKED = 60 /* points of a curve that have marks */ };
+enum {
+    PANELS_MAX = 6,
+    BINS_MAX = 100,
+    CURVES_MAX = 200,
+    MARKED = 60 /* points of a curve that have marks */,
+    UNIT_SIZE = 48
+};
 
 /* Numbers that a panel takes: of curves at most 5 for each row, of a map 6. */
 static size_t room_of(size_t rows) { return 8 * rows + 8 * BINS_MAX; }
@@ -28,6 +35,33 @@ bool kt_sweep_table_find(const kt_table *table, int *first, int *count) {
 
 /* ---- a picture in the making ------------------------------------------------------------------------------------- */
 
+/* The unit of a column; NULL: it is unknown. Values that vary are numbers of the scene, whose units are not in the
+ * table. A functional has the unit of its column, except for the integral over time. */
+static const char *unit_of_sweep_column(const char *name, char unit[UNIT_SIZE]) {
+    static const char functionals[] = ".end|.min|.max|.mean|.rms|.integral";
+    const char *point = strrchr(name, '.');
+    char column[256];
+    if (strcmp(name, "time") == 0)
+        return "s";
+    if (strcmp(name, "energy.error") == 0)
+        return "J";
+    if (point == NULL || !kt_column_ends(name, functionals))
+        return NULL;
+    (void)snprintf(column, sizeof column, "%.*s", (int)(point - name), name);
+    const char *bracket = kt_column_has_own_unit(column) ? strstr(column, " [") : NULL;
+    const char *of = kt_column_kinds[kt_column_kind_of(column)].unit;
+    if (of == NULL && bracket == NULL)
+        return NULL;
+    (void)snprintf(unit, UNIT_SIZE, "%.*s", bracket != NULL ? (int)strlen(bracket) - 3 : (int)strlen(of),
+                   bracket != NULL ? bracket + 2 : of);
+    if (strcmp(point, ".integral") == 0)
+        (void)snprintf(column, sizeof column, strstr(unit, " or ") != NULL ? "(%s) s" : "%s s", unit);
+    else
+        (void)snprintf(column, sizeof column, "%s", unit);
+    (void)snprintf(unit, UNIT_SIZE, "%.*s", UNIT_SIZE - 1, column);
+    return unit;
+}
+
 typedef struct picture {
     const kt_sweep_chart *chart;
     size_t rows;
@@ -36,6 +70,7 @@ typedef struct picture {
     kt_plot_scale scale; /* of the values that curves are drawn by */
     kt_plot_cells cells[PANELS_MAX];
     char labels[CURVES_MAX][96];
+    char units[PANELS_MAX][UNIT_SIZE], x_unit[UNIT_SIZE], by_unit[UNIT_SIZE];
     double *numbers; /* room for all that is drawn */
     size_t used;
 } picture;
@@ -113,6 +148,7 @@ static void add_curves(picture *p, int k, int column) {
     double *values = take_plot_numbers(p, p->rows);
     const size_t count = chart->by >= 0 ? sort_values(sweep_column_of(p, chart->by), p->rows, true, values) : 1;
     *panel = (kt_plot_panel){.title = chart->table->names[column],
+                             .unit = unit_of_sweep_column(chart->table->names[column], p->units[k]),
                              .series = p->series[k],
                              .has_legend = chart->by >= 0,
                              .x_log = is_logarithmic(p, chart->x),
@@ -182,8 +218,11 @@ static void add_histogram(picture *p, int k, int column) {
         }
     }
     p->series[k][0] = (kt_plot_series){.x = x, .y = y, .count = points};
-    p->panels[k] = (kt_plot_panel){
-        .title = "Runs", .series = p->series[k], .series_count = 1, .x_title = p->chart->table->names[column]};
+    p->panels[k] = (kt_plot_panel){.title = "Runs",
+                                   .series = p->series[k],
+                                   .series_count = 1,
+                                   .x_title = p->chart->table->names[column],
+                                   .x_unit = unit_of_sweep_column(p->chart->table->names[column], p->units[k])};
 }
 
 /* ---- maps -------------------------------------------------------------------------------------------------------- */
@@ -230,12 +269,14 @@ static void add_map(picture *p, int k, int column) {
     }
     p->series[k][0] = (kt_plot_series){.x = cells->x, .y = cells->y, .count = 2 * p->rows, .is_scattered = true};
     p->panels[k] = (kt_plot_panel){.title = chart->table->names[chart->by],
+                                   .unit = unit_of_sweep_column(chart->table->names[chart->by], p->by_unit),
                                    .series = p->series[k],
                                    .series_count = 1,
                                    .has_legend = true,
                                    .x_log = x_log,
                                    .y_log = y_log,
                                    .x_title = chart->table->names[chart->x],
+                                   .x_unit = unit_of_sweep_column(chart->table->names[chart->x], p->x_unit),
                                    .cells = cells};
 }
 
@@ -268,6 +309,7 @@ static int draw_sweep_plot(picture *p, const char *out) {
     const kt_plot plot = {.title = chart->title,
                           .subtitle = subtitle,
                           .x_title = chart->table->names[chart->x],
+                          .x_unit = unit_of_sweep_column(chart->table->names[chart->x], p->x_unit),
                           .panels = p->panels,
                           .panel_count = count,
                           .is_dark = chart->is_dark,
