@@ -51,20 +51,50 @@ static int is_scene_or_robot(const struct dirent *entry) {
            kt_is_robot_name(entry->d_name);
 }
 
-static void suggest_nearest(const char *path) {
+/* Suggests the nearest name of a scene or a robot in the folder of a path. Returns whether there is one. */
+static bool suggest_nearest(const char *path) {
     char folder[PATH_SIZE];
     const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
     struct dirent **files = NULL;
     int64_t effort = 10000000;
     kt_nearest nearest = kt_nearest_make(name, &effort);
     if (name - path >= PATH_SIZE)
-        return;
+        return false;
     snprintf(folder, sizeof folder, "%.*s", (int)(name - path), path);
     const int count = scandir(folder[0] != '\0' ? folder : ".", &files, is_scene_or_robot, alphasort);
     for (int i = 0; i < count; i++)
         (void)kt_nearest_try(&nearest, files[i]->d_name);
     if (nearest.best != NULL)
         kt_say("did you mean '%s%s'?", folder, nearest.best);
+    const bool found = nearest.best != NULL;
+    for (int i = 0; i < count; i++)
+        free(files[i]);
+    free(files);
+    return found;
+}
+
+static int is_bundled_scene(const struct dirent *entry) {
+    const char *dot = strrchr(entry->d_name, '.');
+    return dot != NULL && strcmp(dot, ".yaml") == 0;
+}
+
+/* Suggests the bundled scene whose name is nearest to the last part of a path. */
+static void suggest_near_bundled(const char *path) {
+    char folder[PATH_SIZE], name[256];
+    const char *slash = strrchr(path, '/'), *last = slash != NULL ? slash + 1 : path;
+    const char *dot = strrchr(last, '.');
+    struct dirent **files = NULL;
+    int64_t effort = 10000000;
+    (void)snprintf(name, sizeof name, "%.*s.yaml",
+                   dot != NULL && strcmp(dot, ".yaml") == 0 ? (int)(dot - last) : (int)strlen(last), last);
+    kt_nearest nearest = kt_nearest_make(name, &effort);
+    const bool has_folder = kt_bundled_find(folder, sizeof folder, false);
+    const int count = has_folder ? scandir(folder, &files, is_bundled_scene, alphasort) : 0;
+    for (int i = 0; i < count; i++)
+        (void)kt_nearest_try(&nearest, files[i]->d_name);
+    if (nearest.best != NULL)
+        kt_say("did you mean the bundled scene '%s'? 'kinetree demo %.*s' runs it; its file is %s/%s", nearest.best,
+               (int)strlen(nearest.best) - 5, nearest.best, folder, nearest.best);
     for (int i = 0; i < count; i++)
         free(files[i]);
     free(files);
@@ -76,6 +106,6 @@ void kt_missing_suggest(const char *path) {
         return;
     if (find_file(file, "", path, ".yaml"))
         kt_say("did you mean '%s'?", file);
-    else if (!suggest_bundled(path))
-        suggest_nearest(path);
+    else if (!suggest_bundled(path) && !suggest_nearest(path))
+        suggest_near_bundled(path);
 }
