@@ -366,6 +366,7 @@ struct kt_simulation {
     bool smooth_inputs;
     double switch_gap;                /* of the options */
     bool records_contacts;            /* events of hard contacts are handed over */
+    size_t changed_contact;           /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
     bool watches_works;               /* works are estimated at the ends of steps */
     const double *end_slope;          /* slope of the evaluation that gave end_power; NULL: none in this step */
     kt_power end_power;               /* power of the evaluation that may become that of the end */

@@ -122,6 +122,7 @@ static void store_changes(kt_simulation *simulation) {
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const bool was = simulation->contact_state[k].counted, is = kt_contact_is_closed(model, contact);
+        simulation->changed_contact = is != was ? (size_t)k + 1 : simulation->changed_contact;
         simulation->contact_state[k].closed = simulation->contact_state[k].counted = is;
         counts->closings += k < c->sides && is && !was;
         counts->openings += k < c->sides && was && !is;

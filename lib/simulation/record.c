@@ -233,16 +233,31 @@ static kt_status hand_over_record(kt_simulation *simulation, kt_recorder *record
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 
-kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
-                                     void *user, kt_error *error) {
+static kt_status record_event_at(kt_simulation *simulation, const kt_event *event, double t, kt_recorder *recorder,
+                                 void *user, kt_error *error) {
     const bool of_contact = event < simulation->event + kt_simulation_contact_events(simulation);
-    kt_record record = empty_record(simulation, of_contact ? KT_INDEX_CONTACT : KT_INDEX_EVENT,
-                                    kt_integrator_time(simulation->integrator));
+    kt_record record = empty_record(simulation, of_contact ? KT_INDEX_CONTACT : KT_INDEX_EVENT, t);
     kt_error from = {0};
     record.event = event;
     simulation->cause.code = KT_OK;
     const kt_status status = read_dense_state(simulation, record.time, &from);
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
+}
+
+kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
+                                     void *user, kt_error *error) {
+    return record_event_at(simulation, event, kt_integrator_time(simulation->integrator), recorder, user, error);
+}
+
+/* Takes a step. A contact that comes to rest at the beginning of the step, at the time t, has no event. The record of
+ * this change is handed over behind the step. */
+static kt_status take_step_of_run(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    simulation->changed_contact = 0;
+    const kt_status status = kt_simulation_take_step(simulation, simulation->duration, error);
+    if (!KT_HAS_EVENTS || status != KT_OK || simulation->changed_contact == 0 || !simulation->records_contacts)
+        return status;
+    return record_event_at(simulation, &simulation->event[simulation->changed_contact - 1], t, recorder, user, error);
 }
 
 kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at, kt_simulation_response *response,
@@ -373,7 +388,7 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         if (status != KT_OK || (KT_HAS_EVENTS && simulation->memory.stopped > 0) ||
             !(kt_integrator_time(integrator) < simulation->duration))
             return status;
-        status = kt_simulation_take_step(simulation, simulation->duration, error);
+        status = take_step_of_run(simulation, record, user, error);
         if (status != KT_OK)
             return status;
         show_run_progress(simulation);

@@ -188,9 +188,47 @@ def marks():
         yield "more instants with marks than impacts and transitions"
 
 
+TOP = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - name: top
+    joint: {type: free, position: {position: [0, 0, 0.02], orientation: {axis: [1, 0, 0], angle: 10 deg}}, velocity: {angular: [0, 0, 150]}}
+    mass: 0.02
+    com: [0, 0, -0.004]
+    inertia: [3e-6, 3e-6, 3.2e-6]
+    shape: {type: sphere, radius: 0.02}
+    markers: {c: [0, 0, 0]}
+effects:
+  - {name: floor, type: contact, point: top.c, radius: 0.02, plane: world, restitution: 0, friction: 0.2}
+simulate: {duration: 3, tolerance: 1e-9}
+output: {interval: 0.01, record: [velocity, effect]}
+"""
+
+
+def rests():
+    """A rising top comes to rest on its floor without an event. Its mark lies between the last record that slips and the first one that sticks."""
+    with tempfile.TemporaryDirectory() as place:
+        path = pathlib.Path(place) / "top.yaml"
+        path.write_text(TOP)
+        ran = subprocess.run([KINETREE, "run", str(path), "--out", str(path.with_suffix(".csv")), "--summary", "-"], capture_output=True, text=True)
+        with open(path.with_suffix(".csv"), newline="") as file:
+            rows = list(csv.DictReader(file))
+    summary = json.loads(ran.stdout)
+    counts, marks = summary["contacts"], summary["marks"]
+    note(f"{counts}, {marks}")
+    if counts["rested"] < 1 or counts["sticks"] + counts["slips"] != 1 or [mark["name"] for mark in marks] != ["floor.stick"]:
+        yield f"{counts}, {marks}"
+        return
+    slip = next(name for name in rows[0] if name.startswith("effect.floor.slip"))
+    sticks = next(float(row["time"]) for row in rows if float(row[slip]) < 1e-9)
+    if not sticks - 0.01 <= marks[0]["time"] <= sticks:
+        yield f"a mark at {marks[0]['time']} s, and the first record that sticks at {sticks} s"
+
+
 claim("rest_is_held_by_the_weight", list(at_rest()))
 claim("friction_of_a_block_that_slides_and_sticks", list(sliding()))
 claim("random_blocks_obey_newton", [problem for seed in range(24) for problem in newton(seed)])
 claim("slip_that_begins_leaves_gaps_and_a_warning", list(beginning()))
 claim("only_impacts_and_transitions_have_marks", list(marks()))
+claim("contacts_that_come_to_rest_without_an_event_have_marks", list(rests()))
 finish()

@@ -15,10 +15,21 @@ void kt_marks_add(kt_marks *marks, const kt_record *record) {
         marks->mark[marks->count++] = (kt_mark){record->time, record->event->name};
 }
 
-void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
-    const uint64_t now = seen->impacts + seen->closings + seen->openings + seen->sticks + seen->slips + seen->jammed;
+static uint64_t count_transitions(const kt_contact_counts *seen) {
+    return seen->impacts + seen->closings + seen->openings + seen->sticks + seen->slips + seen->jammed;
+}
+
+void kt_marks_see_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
     kt_contact_mark *last = &marks->contact;
-    if (last->any && record->time == last->time && now != last->transitions) {
+    last->time = last->any ? last->time : record->time;
+    last->any = true;
+    last->transitions = count_transitions(seen);
+}
+
+void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
+    const uint64_t now = count_transitions(seen);
+    kt_contact_mark *last = &marks->contact;
+    if (last->any && now != last->transitions) {
         last->moved = true;
         last->moved_at = record->time;
     }

@@ -39,8 +39,12 @@ void kt_marks_add(kt_marks *marks, const kt_record *record);
 
 /* Adds the event of a hard contact if an impact or a transition happens at its instant. A contact may also arrive or
  * part within rounding while others carry the body, which changes nothing. The contacts of one instant may change
- * together, at the first of their events. `seen`: the counts at the record. */
+ * together, at the first of their events. A contact that comes to rest without an event has one record, after its
+ * transition. `seen`: the counts at the record. */
 void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
+
+/* Notes the counts at any other record: transitions before it belong to no later record of a contact. */
+void kt_marks_see_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
 
 /* Returns a new object with "marks", a list of {time, name}, and "marks_cut". */
 json_t *kt_marks_describe(const kt_marks *marks);

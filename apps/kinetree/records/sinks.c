@@ -43,11 +43,12 @@ int kt_take_record(const kt_record *record, void *user) {
         sinks->failed = true;
         return -1;
     }
+    const kt_contact_counts seen = kt_simulation_contacts(sinks->outcome->simulation);
     if (record->index == KT_INDEX_CONTACT) {
-        const kt_contact_counts seen = kt_simulation_contacts(sinks->outcome->simulation);
         kt_marks_add_contact(&sinks->outcome->marks, record, &seen);
         return 0;
     }
+    kt_marks_see_contacts(&sinks->outcome->marks, record, &seen);
     kt_marks_add(&sinks->outcome->marks, record);
     watch_record(sinks->outcome, record);
     kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
