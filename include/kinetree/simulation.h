@@ -546,7 +546,8 @@ KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
  *     formulas. The values of parameters are not compared.
  *   The sums of events (kt_event.sum), and the limit event_evaluations.
  *   The method, its step or its tolerances, and the limits on steps.
- *   The duration, and the interval between records.
+ *   The duration, and the interval between records, if kt_simulation_run has handed over a record
+ *     before.
  *   The options `unprojected`, `smooth_inputs`, and whether the caller provides the acceleration or the projection.
  *   The library's version.
  * Errors: KT_ERROR_ARGUMENT with the name of the difference, or for a block that is no checkpoint. KT_ERROR_NOT_FINITE.

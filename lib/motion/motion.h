@@ -37,6 +37,7 @@ typedef struct kt_power_points {
 /* All values that determine the rest of the run, except those of the integrator; they are part of a checkpoint. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
+    int64_t recorded;    /* the number of records, events included, that have been handed over */
     kt_input_flags now;  /* the inputs of the step that ended at the current time */
     kt_input_flags next; /* the inputs of the next step */
     bool pending;        /* `next` or a parameter was set since the last step */

@@ -236,7 +236,10 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.integrator, &memory, sizeof memory);
 }
 
-static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, kt_error *error) {
+/* `recorded`: records were handed over before the checkpoint. Without them, duration and interval concern later steps and
+ * records alone, and may differ. */
+static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, bool recorded,
+                                kt_error *error) {
 #define KT_CHECKPOINT_SETTING(name, words, value) {words, offsetof(kt_checkpoint_settings, name)},
     static const struct {
         const char *words;
@@ -246,6 +249,9 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
         uint64_t bits[2];
         double there, here;
+        if (!recorded && (settings[i].at == offsetof(kt_checkpoint_settings, duration) ||
+                          settings[i].at == offsetof(kt_checkpoint_settings, interval)))
+            continue;
         memcpy(&bits[0], (const char *)its + settings[i].at, sizeof there);
         memcpy(&bits[1], (const char *)own + settings[i].at, sizeof here);
         memcpy(&there, &bits[0], sizeof there);
@@ -260,7 +266,7 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
 }
 
 /* Whether the block is of this kind of simulation. */
-static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt_checkpoint_head *head,
+static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt_checkpoint_head *head, bool recorded,
                                        kt_error *error) {
     kt_checkpoint_head own = make_head(simulation);
     if (memcmp(head->kind, own.kind, sizeof own.kind) != 0)
@@ -292,7 +298,7 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
             "follow; add the events of that simulation before this call, or let kt_simulation_set_state take "
             "over a time and a state alone");
 #endif
-    return check_settings(&head->settings, &own.settings, error);
+    return check_settings(&head->settings, &own.settings, recorded, error);
 }
 
 /* The model of the set of a checkpoint; NULL: there is none. */
@@ -316,10 +322,10 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     kt_simulation_memory memory;
     kt_integrator_memory integrator;
     memcpy(&head, from + at.head, sizeof head);
-    kt_status status = check_checkpoint_head(simulation, &head, error);
+    memcpy(&memory, from + at.memory, sizeof memory);
+    kt_status status = check_checkpoint_head(simulation, &head, memory.recorded > 0, error);
     if (status != KT_OK)
         return status;
-    memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
@@ -341,6 +347,10 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     simulation->memory = memory;
+    if (head.settings.duration != simulation->duration || head.settings.interval != simulation->interval) {
+        simulation->memory.next_record = 0;
+        kt_simulation_skip_records(simulation);
+    }
     if (KT_HAS_EVENTS && size->event > 0) {
         memcpy(simulation->event_memory, from + at.events, size->event * sizeof(kt_event_memory));
         memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));

@@ -199,6 +199,7 @@ kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_rec
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
                                     void *user, kt_error *error) {
     simulation->memory.next_record += record->event == NULL;
+    simulation->memory.recorded++;
     if (recorder(record, user) == 0)
         return KT_OK;
     char where[KT_WHERE_SIZE];

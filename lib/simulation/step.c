@@ -367,6 +367,7 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
         return status;
     memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
     simulation->memory.next_record = 0;
+    simulation->memory.recorded = 0;
     simulation->memory.factorizations = simulation->memory.balance_evaluations = simulation->memory.joined = 0;
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);

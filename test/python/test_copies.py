@@ -42,6 +42,28 @@ def test_pickles_and_copies_continue_with_equal_bits(scenes):
         simulation.restore(block[:-8])
 
 
+def test_a_checkpoint_continues_to_another_duration(scenes):
+    """The motion is that of one simulation of the longer duration. Other settings are rejected in words of Python."""
+    scene = kt.load(scenes / "double-pendulum.yaml")
+    short, long, coarse = scene.simulation(step=1e-3, duration=1.0), scene.simulation(step=1e-3, duration=2.0), scene.simulation(step=2e-3, duration=1.0)
+    short.advance(1.0)
+    block = short.save()
+    other = scene.simulation(step=1e-3, duration=2.0)
+    other.restore(block)
+    other.advance(2.0)
+    long.advance(1.0)
+    long.advance(2.0)
+    assert other.time == long.time == 2.0
+    assert np.array_equal(other.state, long.state)
+    third = scene.simulation(step=1e-3, duration=2.0)
+    third.restore(block)
+    times = third.run()["time"]
+    assert times[0] == 1.0 and times[-1] == 2.0 and np.array_equal(third.state, long.state)
+    with pytest.raises(kt.ArgumentError, match="restore: it was made with a step of 0.001, and this simulation has 0.002; `set_state` takes over") as caught:
+        coarse.restore(block)
+    assert "kt_" not in str(caught.value)
+
+
 def test_a_checkpoint_with_other_bytes_is_rejected(scenes):
     """C trusts indices in a checkpoint: a simulation that continued from such bytes ended the interpreter."""
     draw = random.Random(1)

@@ -202,6 +202,12 @@ KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
 
 /* A block of a simulation with this run and these options is rejected by one with the others, and changes nothing. */
+static int pause_at_record(const kt_record *record, void *user) {
+    (void)record, (void)user;
+    return 1;
+}
+
+/* The checkpoint is taken after the first record. */
 static void check_rejected(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                            const kt_run *other_run, const kt_simulation_options *other_options, const char *words) {
     kt_simulation *from = kt_scene_simulate(model, run, options);
@@ -212,6 +218,7 @@ static void check_rejected(const kt_model *model, const kt_run *run, const kt_si
     const size_t size = kt_simulation_state_size(from);
     void *block = malloc(size), *before = malloc(size), *after = malloc(size);
     kt_check_equal_int("sizes", (long long)kt_simulation_state_size(to), (long long)size);
+    kt_check_equal_int("pauses", kt_simulation_run(from, pause_at_record, NULL, &error), KT_ERROR_CALLBACK);
     (void)kt_fine("step", kt_simulation_step(from, 0.1, &error), &error);
     kt_simulation_save(from, block);
     kt_simulation_save(to, before);

@@ -506,7 +506,7 @@ class Simulation(Fixed):
         return _digest(content) + content
 
     def restore(self, block: bytes) -> None:
-        """Continue from a checkpoint of the same scene and run.
+        """Continue from a checkpoint of the same scene and run. The duration may differ if `run` has not begun.
 
         Parameters
         ----------
@@ -524,7 +524,10 @@ class Simulation(Fixed):
         memory = Memory(size)
         memory.array[:] = np.frombuffer(content, np.uint8, size)
         with self._guard:
-            self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
+            try:
+                self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
+            except ArgumentError as error:
+                raise ArgumentError(error.code, "restore", error.message.replace("kt_simulation_set_state", "`set_state`")) from None
             self._synchronise()
             self.torque[:] = self._applied[:] = np.frombuffer(content, np.float64, offset=size)
 
