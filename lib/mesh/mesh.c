@@ -175,17 +175,29 @@ static bool add_quadrilateral(maker *m, const long c[4]) {
     return add_read_triangle(m, c[0], c[1], c[3]) && add_read_triangle(m, c[1], c[2], c[3]);
 }
 
-/* `f 1/2/3 4//5 6`: the first number of each corner, from 1, or from the end where it is negative. A polygon of more
- * than four corners is a fan. */
-static bool read_face(maker *m, const char *at) {
-    long c[4] = {0, 0, 0, 0}, last = 0;
+/* `1/2/3` or `4//5`: the first number of a corner, from 1, or from the end where it is negative. The index is -1 after
+ * reporting. False if there is no corner. */
+static bool take_corner(maker *m, const char **at, long *index) {
     double number;
+    if (!take_mesh_number(at, &number))
+        return false;
+    const long named = (long)(fabs(number) < 1e9 ? number : 0.0);
+    *index = named > 0 ? named - 1 : m->mesh.vertex_count + named;
+    if (*index < 0 || *index >= m->mesh.vertex_count) {
+        (void)fail_mesh(m, KT_ERROR_SCENE, "a face or a line of the mesh names a vertex that is not there");
+        *index = -1;
+    }
+    *at += strcspn(*at, " \t\r\n"); /* past the numbers of texture and normal */
+    return true;
+}
+
+/* `f 1 2 3`. A polygon of more than four corners is a fan. */
+static bool read_face(maker *m, const char *at) {
+    long c[4] = {0, 0, 0, 0}, last = 0, index;
     int count = 0;
-    for (; take_mesh_number(&at, &number); count++) {
-        const long named = (long)(fabs(number) < 1e9 ? number : 0.0);
-        const long index = named > 0 ? named - 1 : m->mesh.vertex_count + named;
-        if (index < 0 || index >= m->mesh.vertex_count)
-            return fail_mesh(m, KT_ERROR_SCENE, "a face of the mesh names a vertex that is not there");
+    for (; take_corner(m, &at, &index); count++) {
+        if (index < 0)
+            return false;
         if (count == 4 && !(add_read_triangle(m, c[0], c[1], c[2]) && add_read_triangle(m, c[0], c[2], c[3])))
             return false;
         if (count >= 4 && !add_read_triangle(m, c[0], last, index))
@@ -193,9 +205,28 @@ static bool read_face(maker *m, const char *at) {
         if (count < 4)
             c[count] = index;
         last = index;
-        at += strcspn(at, " \t\r\n"); /* past the numbers of texture and normal */
     }
     return count == 3 ? add_read_triangle(m, c[0], c[1], c[2]) : count != 4 || add_quadrilateral(m, c);
+}
+
+/* `l 1 2 3`: lines from each vertex to the next. */
+static bool read_polyline(maker *m, const char *at) {
+    long last = 0, index;
+    for (int count = 0; take_corner(m, &at, &index); count++) {
+        if (index < 0 || (count > 0 && !add_read_triangle(m, last, index, index)))
+            return false;
+        last = index;
+    }
+    return true;
+}
+
+static void read_obj_lines(maker *m, const char *text) {
+    for (const char *line = text; *line != '\0'; line = next_mesh_line(line)) {
+        const char *word = first_word(line);
+        if (line_begins(word, "l") && !read_polyline(m, word + 1))
+            return;
+    }
+    m->mesh.is_lines = m->mesh.triangle_count > 0;
 }
 
 static void read_obj(maker *m, const char *text) {
@@ -207,6 +238,8 @@ static void read_obj(maker *m, const char *text) {
         if (line_begins(word, "f") && !read_face(m, word + 1))
             return;
     }
+    if (m->mesh.triangle_count == 0)
+        read_obj_lines(m, text);
 }
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */

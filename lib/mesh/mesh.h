@@ -15,14 +15,16 @@ typedef struct kt_triangles {
     kt_vec3 *vertices;
     kt_triangle *triangles;
     int vertex_count, triangle_count;
-    bool is_hull; /* made of vertices alone */
+    bool is_hull;  /* made of vertices alone */
+    bool is_lines; /* made of lines alone: the last two corners of each triangle are equal */
 } kt_triangles;
 
 enum { KT_TRIANGLES_MOST = 1 << 24 };
 
 /* Reads STL (binary or text), OBJ, or MuJoCo's MSH. Text is read in the format that its contents show. If it is neither
  * a solid of STL nor has the length of a binary STL or MSH, it is read as OBJ. Polygons of OBJ are divided into
- * triangles; materials, normals and textures are passed over. Vertices without triangles are their convex hull.
+ * triangles; materials, normals and textures are passed over. Without polygons, its lines are triangles without area.
+ * Vertices without triangles and lines are their convex hull.
  * Ownership: on success *mesh is released with kt_triangles_free; on failure it is untouched.
  * Errors: KT_ERROR_SCENE (with the fault in words), KT_ERROR_MEMORY.
  * Cost: O(size). */

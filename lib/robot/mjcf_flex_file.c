@@ -1,7 +1,8 @@
 /* Points and elements of a <flexcomp> from its attributes, from a mesh, or from a file of Gmsh.
  *
- * A mesh that is a surface has its triangles. A volume also has the point `origin`, and a tetrahedron for each triangle
- * that faces away from it. Vertices are single-precision numbers, and equal ones are one, as in MuJoCo.
+ * A mesh that is a surface has its triangles, and lines are those of OBJ. A volume also has the point `origin`, and a
+ * tetrahedron for each triangle that faces away from it. Vertices are single-precision numbers, and equal ones are one,
+ * as in MuJoCo.
  *
  * Gmsh writes two formats, as text or as bytes of this machine. Sections are between "$Nodes" and "$EndNodes". Format
  * 2.2 has the number of points, then of each its tag and coordinates. Its elements are in blocks with their type and
@@ -133,8 +134,9 @@ bool kt_flex_mesh(kt_mjcf *m, kt_flex *f) {
     if (file == NULL)
         return kt_mjcf_fault(m, f->element, "the attribute 'file' is missing");
     error.code = kt_mjcf_read_surface(m, f->element, file, &mesh, &error);
-    if (error.code == KT_OK && mesh.is_hull)
-        error.code = kt_error_set(&error, KT_ERROR_SCENE, file, "it has no triangles");
+    if (error.code == KT_OK && (mesh.is_hull || (mesh.is_lines && f->dim > 1)))
+        error.code = kt_error_set(&error, KT_ERROR_SCENE, file, "it has %s",
+                                  mesh.is_hull ? "no triangles" : "lines alone, which need dim=\"1\"");
     if (error.code == KT_OK)
         (void)add_flex_surface(m, f, &mesh);
     else

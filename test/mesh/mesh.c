@@ -168,13 +168,34 @@ KT_TEST(holes_and_faces_that_are_turned_over_have_a_place) {
     }
 }
 
+/* Lines without area, unless there are polygons. */
+KT_TEST(lines_of_obj_are_read_without_polygons) {
+    static const char *const texts[] = {"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 3/5 2\nl -1 1\n",
+                                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 1 2 3\n"};
+    static const int ends[3][3] = {{0, 2, 2}, {2, 1, 1}, {2, 0, 0}};
+    for (int i = 0; i < 2; i++) {
+        kt_triangles mesh;
+        if (!parse(texts[i], strlen(texts[i]), &mesh))
+            continue;
+        kt_check_equal_int("lines alone", mesh.is_lines, i == 0);
+        kt_check_true("no hull", !mesh.is_hull);
+        if (kt_check_equal_int("triangles", mesh.triangle_count, i == 0 ? 3 : 1) && i == 0)
+            for (int k = 0; k < 9; k++)
+                kt_check_equal_int("corner", mesh.triangles[k / 3].corner[k % 3], ends[k / 3][k % 3]);
+        kt_check_equal_bits("volume", &(double){kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED).volume}, &(double){0.0},
+                            1);
+        kt_triangles_free(&mesh);
+    }
+}
+
 KT_TEST(what_is_no_mesh_is_told) {
     static const char *const table[][2] = {
         {"", "there is no triangle in the mesh"},
         {"v 0 0 0\n", "there is no triangle in the mesh"},
         {"v 0 0\n", "a vertex of the mesh has less than three numbers"},
-        {"v 0 0 0\nf 1 2 3\n", "a face of the mesh names a vertex that is not there"},
-        {"v 0 0 0\nf 1 -9 0\n", "a face of the mesh names a vertex that is not there"},
+        {"v 0 0 0\nf 1 2 3\n", "a face or a line of the mesh names a vertex that is not there"},
+        {"v 0 0 0\nf 1 -9 0\n", "a face or a line of the mesh names a vertex that is not there"},
+        {"v 0 0 0\nl 1 2\n", "a face or a line of the mesh names a vertex that is not there"},
         {"v 1e999 0 0\n", "a vertex of the mesh is not finite"},
         {"solid\nvertex 1 2\n", "a vertex of the mesh has less than three numbers"},
     };

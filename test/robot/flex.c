@@ -394,6 +394,35 @@ KT_TEST(faults_of_files_of_gmsh_have_their_place) {
     (void)rmdir(folder);
 }
 
+/* Points and elements of lines; surfaces of lines are left out. */
+KT_TEST(lines_of_obj_are_edges) {
+    static const struct {
+        const char *attributes;
+        int bodies, edges;
+    } table[] = {{FLEX("type='mesh' dim='1' file='l.obj'", "<edge damping='1'/>"), 1 + 4 * 3, 3},
+                 {FLEX("type='mesh' dim='2' file='l.obj'", "<edge damping='1'/>"), 1, 0}};
+    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    put_file(folder, "l.obj", "v 0 0 0\nv 2 0 0\nv 1 0 0\nv 3 0 0\nl 1 3 2\nl 2 4\n");
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene;
+        kt_error error = {0};
+        put_file(folder, "m.xml", table[i].attributes);
+        (void)snprintf(path, sizeof path, "%s/m.xml", folder);
+        if (!kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK))
+            continue;
+        kt_check_equal_int("bodies", scene.description.body_count, table[i].bodies);
+        kt_check_equal_int("edges", scene.description.effect_count, table[i].edges);
+        kt_check_equal_int("left out", has_note(&scene, "it has lines alone, which need dim="), i == 1);
+        kt_scene_free(&scene);
+    }
+    (void)remove(path);
+    (void)snprintf(path, sizeof path, "%s/l.obj", folder);
+    (void)remove(path);
+    (void)rmdir(folder);
+}
+
 /* Facets share the vertices of an edge on which -0 and 0 are both written: four points, not six. */
 KT_TEST(vertices_at_minus_zero_are_those_at_zero) {
     static const char facets[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex -1 0 0\n"

@@ -295,6 +295,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/fitted.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
+        {MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
