@@ -251,21 +251,37 @@ static bool slip_hovers(const kt_simulation *simulation, int k) {
            kt_contact_is_slipping(simulation, k) && simulation->contact_state[k].speed <= hovering * rest;
 }
 
-/* Lets friction hold slip that hovers. */
-static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
+/* Resolves contacts between two steps. This is no event, which would decide about contacts anew that friction holds:
+ * these stay at rest, or two contacts end each other's hold at one instant without end. Friction that slips, since an
+ * event has ended its hold, is not held again. */
+static kt_status resolve_between(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    for (int k = 0; k < c->sides; k++)
-        if (slip_hovers(simulation, k)) {
-            kt_contact_hold_friction(simulation, c->item[k].of);
-            c->holds = true;
-        }
-    if (!c->holds)
-        return KT_OK;
+    c->holds = true;
     kt_status status = simulation->contact_calls->resolve(simulation, error);
     c->holds = false;
     if (status != KT_OK)
         status = simulation->contact_calls->resolve(simulation, error);
     return status;
+}
+
+static void forget_ended_holds(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int k = c->sides; k < c->n; k++)
+        if (!kt_contact_is_closed(simulation->model, &c->item[k]))
+            simulation->contact_state[k].held = -HUGE_VAL;
+}
+
+/* Lets friction hold slip that hovers. */
+static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool hovers = false;
+    forget_ended_holds(simulation);
+    for (int k = 0; k < c->sides; k++)
+        if (slip_hovers(simulation, k)) {
+            kt_contact_hold_friction(simulation, c->item[k].of);
+            hovers = true;
+        }
+    return hovers ? resolve_between(simulation, error) : KT_OK;
 }
 
 /* Lets slow slip that turns round its rest come to rest. */
@@ -283,8 +299,9 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     }
     if (!turns)
         return KT_OK;
+    forget_ended_holds(simulation);
     c->stops = true;
-    const kt_status status = simulation->contact_calls->resolve(simulation, error);
+    const kt_status status = resolve_between(simulation, error);
     c->stops = false;
     for (int k = 0; k < c->sides; k++)
         simulation->contact_state[k].stops_below = 0.0;
