@@ -180,8 +180,10 @@ static double rounding_of_gap(const kt_simulation *simulation, int k) {
 }
 
 double kt_contact_margin(const kt_simulation *simulation, int k) {
+    const struct kt_contacts *c = simulation->contacts;
     const double slowest = fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting);
-    return fabs(simulation->contacts->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
+    const bool has_closed_by_rounding = c->item[c->list[k]].meets && !(c->selected->approach > 0.0);
+    return has_closed_by_rounding || fabs(c->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
 }
 
 /* The error of the gap of row k that adaptive steps may make: the largest tolerance of a position in it. */
