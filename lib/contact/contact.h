@@ -281,8 +281,9 @@ void kt_contact_hold_turning(kt_simulation *simulation, int k);
 bool kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
  * if the contact parts no faster than its rest velocity. Otherwise rounding would close it again and again: the fourth
- * corner of a foot, whose other corners hold it. The same holds if its gap has just closed although it parts, and
- * nothing approaches: a step that is as short as an instant shows the rounding of the gap. 0 if it bounces. */
+ * corner of a foot, whose other corners hold it. The same holds if its gap has just closed although it parts and
+ * nothing approaches, behind eight instants at once: steps as short as an instant show the rounding of the gap. 0 if it
+ * bounces. */
 double kt_contact_margin(const kt_simulation *simulation, int k);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */

@@ -180,9 +180,11 @@ static double rounding_of_gap(const kt_simulation *simulation, int k) {
 }
 
 double kt_contact_margin(const kt_simulation *simulation, int k) {
+    static const uint64_t instants = 8; /* in a row, at once */
     const struct kt_contacts *c = simulation->contacts;
     const double slowest = fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting);
-    const bool has_closed_by_rounding = c->item[c->list[k]].meets && !(c->selected->approach > 0.0);
+    const bool has_closed_by_rounding =
+        simulation->memory.event_row >= instants && c->item[c->list[k]].meets && !(c->selected->approach > 0.0);
     return has_closed_by_rounding || fabs(c->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
 }
 
