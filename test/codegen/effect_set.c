@@ -208,3 +208,26 @@ bool kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, 
     kt_tree_free(tree);
     return kt_tree_compile(tree, NULL);
 }
+
+bool kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random) {
+    const char *const hinge = kt_effect_set_joint(tree, random);
+    memset(set, 0, sizeof *set);
+    if (!kt_check_true("a hinge", hinge != NULL))
+        return false;
+    for (int i = 0; i < KT_EFFECT_STATES; i++)
+        state[i] = (kt_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
+    snprintf(set->formula[0][1], KT_EFFECT_FORMULA, "0.4 - first*second + sin(3*t)");
+    snprintf(set->formula[1][1], KT_EFFECT_FORMULA,
+             "first - 0.5*second + velocity.%s + marker.%s.tip.x + marker.%s.tip.vy", hinge, hinge, hinge);
+    snprintf(set->formula[0][0], KT_EFFECT_FORMULA, "2*first - second*tanh(velocity.%s)", hinge);
+    set->effect[0] = kt_effect_default();
+    set->effect[0].type = KT_EFFECT_EXPRESSION;
+    set->effect[0].joint = hinge;
+    set->effect[0].formula[0] = set->formula[0][0];
+    tree->description.effects = set->effect;
+    tree->description.effect_count = 1;
+    tree->description.states = state;
+    tree->description.state_count = KT_EFFECT_STATES;
+    kt_tree_free(tree);
+    return kt_tree_compile(tree, NULL);
+}

@@ -4,7 +4,7 @@
 
 #include "generated.h"
 
-enum { KT_EFFECT_SET = 6, KT_EFFECT_FORMULA = 400 };
+enum { KT_EFFECT_SET = 6, KT_EFFECT_FORMULA = 400, KT_EFFECT_STATES = 2 };
 
 /* Effects with all that they point to; not to be copied. */
 typedef struct kt_effect_set {
@@ -19,5 +19,9 @@ const char *kt_effect_set_joint(const kt_tree *tree, kt_random *random);
 
 /* Draws some effects of one type, and a motor whose torque depends on time. Compiles the tree again. */
 bool kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random);
+
+/* Draws two auxiliary states whose rates read the time, each other, a joint and a marker; and a motor that reads both.
+ * Compiles the tree again. */
+bool kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random);
 
 #endif

@@ -257,36 +257,12 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
 
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */
 
-enum { STATES = 2 };
+enum { STATES = KT_EFFECT_STATES };
 
 typedef int states_function(const void *model, double t, const double *q, const double *v, const double *x,
                             double *out);
 typedef int states_step(const void *model, double t, const double *q, const double *v, const double *x,
                         const double *tau, double h, double *next_q, double *next_v, double *next_x);
-
-/* Two states whose rates read the time, each other, a joint and a marker; and a motor that reads both. */
-static bool draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[STATES], kt_random *random) {
-    const char *const hinge = kt_effect_set_joint(tree, random);
-    memset(set, 0, sizeof *set);
-    if (!kt_check_true("a hinge", hinge != NULL))
-        return false;
-    for (int i = 0; i < STATES; i++)
-        state[i] = (kt_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
-    snprintf(set->formula[0][1], KT_EFFECT_FORMULA, "0.4 - first*second + sin(3*t)");
-    snprintf(set->formula[1][1], KT_EFFECT_FORMULA,
-             "first - 0.5*second + velocity.%s + marker.%s.tip.x + marker.%s.tip.vy", hinge, hinge, hinge);
-    snprintf(set->formula[0][0], KT_EFFECT_FORMULA, "2*first - second*tanh(velocity.%s)", hinge);
-    set->effect[0] = kt_effect_default();
-    set->effect[0].type = KT_EFFECT_EXPRESSION;
-    set->effect[0].joint = hinge;
-    set->effect[0].formula[0] = set->formula[0][0];
-    tree->description.effects = set->effect;
-    tree->description.effect_count = 1;
-    tree->description.states = state;
-    tree->description.state_count = STATES;
-    kt_tree_free(tree);
-    return kt_tree_compile(tree, NULL);
-}
 
 /* The library's step to q, v and x in `next`; v += h a, x += h x' and q (+) h v for the method NULL. */
 static bool step_library(const kt_tree *tree, const kt_step *step, const kt_tree_state *s, double *next) {
@@ -357,7 +333,7 @@ KT_TEST(steps_advance_auxiliary_states_as_the_library) {
     for (int n = 0; n < count_rounds(4); n++) {
         kt_tree tree;
         kt_state state[STATES];
-        bool fine = grow_tree(&tree, &random, n) && draw_states(&set, &tree, state, &random) &&
+        bool fine = grow_tree(&tree, &random, n) && kt_effect_set_draw_states(&set, &tree, state, &random) &&
                     kt_generated_make_some(&g, tree.model, FILES_OF_STEPS | KT_CODEGEN_STATES, "cc -O0", false) &&
                     check_single_precision(&g);
         for (int k = 0; k < 6 && fine; k++)

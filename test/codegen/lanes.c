@@ -19,7 +19,7 @@ enum {
     CHANGED_MOST = 5 /* coordinates of a mechanism whose steps are differentiated */
 };
 
-static const double now = KT_CLOSED_NOW, length_of_step = 1e-2, unwritten = -0x1.23456789abcdep+77;
+static const double now = KT_CLOSED_NOW, length_of_step = 1e-2, unwritten = -0x1.234566p+77; /* a float, too */
 
 /* ---- functions by their heads ------------------------------------------------------------------------------------ */
 
@@ -56,70 +56,70 @@ static bool read_head(const kt_generated *g, const char *name, lanes_head *head)
     return found;
 }
 
-typedef int plain_1_1(const void *, const double *, double *);
-typedef int plain_2_1(const void *, const double *, const double *, double *);
-typedef int plain_3_1(const void *, const double *, const double *, const double *, double *);
-typedef int plain_2_2(const void *, const double *, const double *, double *, double *);
-typedef int plain_3_2(const void *, const double *, const double *, const double *, double *, double *);
-typedef int plain_2_3(const void *, const double *, const double *, double *, double *, double *);
-typedef int plain_3_3(const void *, const double *, const double *, const double *, double *, double *, double *);
-typedef int timed_2_1(const void *, double, const double *, const double *, double *);
-typedef int timed_3_1(const void *, double, const double *, const double *, const double *, double *);
-typedef int timed_4_1(const void *, double, const double *, const double *, const double *, const double *, double *);
-typedef int timed_2_2(const void *, double, const double *, const double *, double *, double *);
-typedef int timed_2_3(const void *, double, const double *, const double *, double *, double *, double *);
-typedef int timed_3_3(const void *, double, const double *, const double *, const double *, double *, double *,
-                      double *);
-typedef int plain_step(const void *, const double *, const double *, const double *, double, double *, double *);
-typedef int timed_step(const void *, double, const double *, const double *, const double *, double, double *,
-                       double *);
-
-/* Calls a function of this head. A head without a case fails the test. */
-static int call_head(void *at, const lanes_head *head, const double *model, double *const in[4], double *const out[3]) {
-    const int kind = head->has_step * 1000 + head->has_time * 100 + head->inputs * 10 + head->outputs;
-#define CALL(type, ...)                                                                                                \
+/* Calls the function `at` with arguments of these types. */
+#define LANES_CALL(types, arguments)                                                                                   \
     {                                                                                                                  \
-        type *function;                                                                                                \
+        int(*function) types;                                                                                          \
         memcpy(&function, &at, sizeof function);                                                                       \
-        return function(__VA_ARGS__);                                                                                  \
+        return function arguments;                                                                                     \
     }
-    switch (kind) {
-    case 11:
-        CALL(plain_1_1, model, in[0], out[0])
-    case 21:
-        CALL(plain_2_1, model, in[0], in[1], out[0])
-    case 31:
-        CALL(plain_3_1, model, in[0], in[1], in[2], out[0])
-    case 22:
-        CALL(plain_2_2, model, in[0], in[1], out[0], out[1])
-    case 32:
-        CALL(plain_3_2, model, in[0], in[1], in[2], out[0], out[1])
-    case 23:
-        CALL(plain_2_3, model, in[0], in[1], out[0], out[1], out[2])
-    case 33:
-        CALL(plain_3_3, model, in[0], in[1], in[2], out[0], out[1], out[2])
-    case 121:
-        CALL(timed_2_1, model, now, in[0], in[1], out[0])
-    case 131:
-        CALL(timed_3_1, model, now, in[0], in[1], in[2], out[0])
-    case 141:
-        CALL(timed_4_1, model, now, in[0], in[1], in[2], in[3], out[0])
-    case 122:
-        CALL(timed_2_2, model, now, in[0], in[1], out[0], out[1])
-    case 123:
-        CALL(timed_2_3, model, now, in[0], in[1], out[0], out[1], out[2])
-    case 133:
-        CALL(timed_3_3, model, now, in[0], in[1], in[2], out[0], out[1], out[2])
-    case 1032:
-        CALL(plain_step, model, in[0], in[1], in[2], length_of_step, out[0], out[1])
-    case 1132:
-        CALL(timed_step, model, now, in[0], in[1], in[2], length_of_step, out[0], out[1])
-    default:
-        kt_check_equal_int("the head of the function", kind, 0);
-        return 0;
+
+/* Calls a function of this head, whose numbers are of the type `real`. A head without a case fails the test. */
+#define LANES_CALL_HEAD(call, real)                                                                                    \
+    static int call(void *at, const lanes_head *head, const void *model, real *const in[4], real *const out[3]) {      \
+        typedef const void *model_of;                                                                                  \
+        typedef const real *given;                                                                                     \
+        typedef real *found;                                                                                           \
+        const real t = (real)now, h = (real)length_of_step;                                                            \
+        const int kind = head->has_step * 1000 + head->has_time * 100 + head->inputs * 10 + head->outputs;             \
+        switch (kind) {                                                                                                \
+        case 11:                                                                                                       \
+            LANES_CALL((model_of, given, found), (model, in[0], out[0]))                                               \
+        case 21:                                                                                                       \
+            LANES_CALL((model_of, given, given, found), (model, in[0], in[1], out[0]))                                 \
+        case 31:                                                                                                       \
+            LANES_CALL((model_of, given, given, given, found), (model, in[0], in[1], in[2], out[0]))                   \
+        case 22:                                                                                                       \
+            LANES_CALL((model_of, given, given, found, found), (model, in[0], in[1], out[0], out[1]))                  \
+        case 32:                                                                                                       \
+            LANES_CALL((model_of, given, given, given, found, found), (model, in[0], in[1], in[2], out[0], out[1]))    \
+        case 23:                                                                                                       \
+            LANES_CALL((model_of, given, given, found, found, found), (model, in[0], in[1], out[0], out[1], out[2]))   \
+        case 33:                                                                                                       \
+            LANES_CALL((model_of, given, given, given, found, found, found),                                           \
+                       (model, in[0], in[1], in[2], out[0], out[1], out[2]))                                           \
+        case 121:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, found), (model, t, in[0], in[1], out[0]))                        \
+        case 131:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, given, found), (model, t, in[0], in[1], in[2], out[0]))          \
+        case 141:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, given, given, found),                                            \
+                       (model, t, in[0], in[1], in[2], in[3], out[0]))                                                 \
+        case 122:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, found, found), (model, t, in[0], in[1], out[0], out[1]))         \
+        case 123:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, found, found, found),                                            \
+                       (model, t, in[0], in[1], out[0], out[1], out[2]))                                               \
+        case 133:                                                                                                      \
+            LANES_CALL((model_of, real, given, given, given, found, found, found),                                     \
+                       (model, t, in[0], in[1], in[2], out[0], out[1], out[2]))                                        \
+        case 1032:                                                                                                     \
+            LANES_CALL((model_of, given, given, given, real, found, found),                                            \
+                       (model, in[0], in[1], in[2], h, out[0], out[1]))                                                \
+        case 1132:                                                                                                     \
+            LANES_CALL((model_of, real, given, given, given, real, found, found),                                      \
+                       (model, t, in[0], in[1], in[2], h, out[0], out[1]))                                             \
+        case 1143:                                                                                                     \
+            LANES_CALL((model_of, real, given, given, given, given, real, found, found, found),                        \
+                       (model, t, in[0], in[1], in[2], in[3], h, out[0], out[1], out[2]))                              \
+        default:                                                                                                       \
+            kt_check_equal_int("the head of the function", kind, 0);                                                   \
+            return 0;                                                                                                  \
+        }                                                                                                              \
     }
-#undef CALL
-}
+
+LANES_CALL_HEAD(call_head, double)
+LANES_CALL_HEAD(call_single_head, float)
 
 /* ---- lanes against single states --------------------------------------------------------------------------------- */
 
@@ -127,60 +127,82 @@ static int call_head(void *at, const lanes_head *head, const double *model, doub
 typedef struct lanes_pair {
     kt_generated one, many;
     int lanes;
+    bool is_single; /* precision */
     kt_tree_state state[LANES_MOST];
+    double x[LANES_MOST][KT_EFFECT_STATES];
 } lanes_pair;
 
 typedef struct lanes_counts {
-    int files, calls, numbers, rejected;
+    int files, calls, numbers, rejected, states;
 } lanes_counts;
 
-static double *array_of_state(kt_tree_state *s, const char *name) {
-    static double none[1];
+/* Arguments of a function, in either precision. */
+typedef struct lanes_arguments {
+    _Alignas(64) double in[4][KT_TREE_NQ * LANES_MOST];
+    _Alignas(64) double out[3][NUMBERS * LANES_MOST];
+    _Alignas(64) float single_in[4][KT_TREE_NQ * LANES_MOST];
+    _Alignas(64) float single_out[3][NUMBERS * LANES_MOST];
+} lanes_arguments;
+
+static const double *array_of_state(const lanes_pair *p, int lane, const char *name) {
+    const kt_tree_state *s = &p->state[lane];
     return strcmp(name, "q") == 0     ? s->q
            : strcmp(name, "v") == 0   ? s->v
            : strcmp(name, "tau") == 0 ? s->tau
            : strcmp(name, "a") == 0   ? s->a
-                                      : none;
+                                      : p->x[lane];
 }
 
 static size_t numbers_of_input(const kt_model *model, const char *name) {
-    return name[0] == 'x' ? 0 : (size_t)(name[0] == 'q' ? kt_model_nq(model) : kt_model_nv(model));
+    return (size_t)(name[0] == 'x'   ? kt_own_state_count(model)
+                    : name[0] == 'q' ? kt_model_nq(model)
+                                     : kt_model_nv(model));
+}
+
+/* Calls a function for the lanes from `first` on, of which it takes `lanes`. Results are in a->out. */
+static int call_lanes(const lanes_pair *p, const kt_generated *g, void *at, const lanes_head *head,
+                      const kt_model *model, int first, int lanes, lanes_arguments *a) {
+    for (int i = 0; i < head->inputs; i++)
+        for (int l = 0; l < lanes; l++)
+            for (size_t k = 0; k < numbers_of_input(model, head->input[i]); k++) {
+                const size_t to = k * (size_t)lanes + (size_t)l;
+                a->in[i][to] = array_of_state(p, first + l, head->input[i])[k];
+                a->single_in[i][to] = (float)a->in[i][to];
+            }
+    for (int o = 0; o < 3; o++)
+        for (int k = 0; k < NUMBERS * lanes; k++)
+            a->single_out[o][k] = (float)(a->out[o][k] = unwritten);
+    if (!p->is_single)
+        return call_head(at, head, g->model, (double *[4]){a->in[0], a->in[1], a->in[2], a->in[3]},
+                         (double *[3]){a->out[0], a->out[1], a->out[2]});
+    const int code = call_single_head(at, head, g->model,
+                                      (float *[4]){a->single_in[0], a->single_in[1], a->single_in[2], a->single_in[3]},
+                                      (float *[3]){a->single_out[0], a->single_out[1], a->single_out[2]});
+    for (int o = 0; o < 3; o++)
+        for (int k = 0; k < NUMBERS * lanes; k++)
+            a->out[o][k] = (double)a->single_out[o][k];
+    return code;
 }
 
 /* Calls a function for all lanes at once, and for each of them alone. */
 static void compare_function(lanes_pair *p, const kt_model *model, const char *name, const lanes_head *head,
                              lanes_counts *counts) {
-    static _Alignas(64) double given[4][KT_TREE_NQ * LANES_MOST], together[3][NUMBERS * LANES_MOST];
-    static double alone[3][NUMBERS];
+    static lanes_arguments together, alone;
     char symbol[64];
-    int codes[LANES_MOST], different = 0, numbers = 0;
+    int different = 0, numbers = 0;
     bool fails = false, is_known = false;
     snprintf(symbol, sizeof symbol, "mech_%s", name);
     void *const single = dlsym(p->one.library, symbol), *const several = dlsym(p->many.library, symbol);
     if (!kt_check_true(symbol, single != NULL && several != NULL))
         return;
-    for (int i = 0; i < head->inputs; i++)
-        for (int l = 0; l < p->lanes; l++)
-            for (size_t k = 0; k < numbers_of_input(model, head->input[i]); k++)
-                given[i][k * (size_t)p->lanes + (size_t)l] = array_of_state(&p->state[l], head->input[i])[k];
-    for (int o = 0; o < 3; o++)
-        for (int k = 0; k < NUMBERS * p->lanes; k++)
-            together[o][k] = unwritten;
-    const int code = call_head(several, head, p->many.model, (double *[4]){given[0], given[1], given[2], given[3]},
-                               (double *[3]){together[0], together[1], together[2]});
+    const int code = call_lanes(p, &p->many, several, head, model, 0, p->lanes, &together);
     for (int l = 0; l < p->lanes; l++) {
-        double *in[4] = {NULL};
-        for (int i = 0; i < head->inputs; i++)
-            in[i] = array_of_state(&p->state[l], head->input[i]);
-        for (int o = 0; o < 3; o++)
-            for (int k = 0; k < NUMBERS; k++)
-                alone[o][k] = unwritten;
-        codes[l] = call_head(single, head, p->one.model, in, (double *[3]){alone[0], alone[1], alone[2]});
-        fails |= codes[l] != 0;
-        is_known |= codes[l] == code;
+        const int own = call_lanes(p, &p->one, single, head, model, l, 1, &alone);
+        fails |= own != 0;
+        is_known |= own == code;
         for (int o = 0; o < 3 && code == 0; o++)
             for (int k = 0; k < NUMBERS; k++) {
-                const double *const x = &together[o][k * p->lanes + l], *const y = &alone[o][k];
+                const double *const x = &together.out[o][k * p->lanes + l], *const y = &alone.out[o][k];
                 different += memcmp(x, y, sizeof *x) != 0 && !(*x != *x && *y != *y); /* NaN are alike */
                 numbers += *y != unwritten;
             }
@@ -191,18 +213,22 @@ static void compare_function(lanes_pair *p, const kt_model *model, const char *n
     counts->calls++;
     counts->numbers += numbers;
     counts->rejected += code != 0;
+    for (int i = 0; i < head->inputs; i++)
+        counts->states += head->input[i][0] == 'x' && kt_own_state_count(model) > 0;
 }
 
 /* Generates both files, and compares all functions. `place` gives lanes their states. */
 static bool compare_lanes(lanes_pair *p, const kt_model *model, unsigned functions, int n, lanes_counts *counts) {
     static const char *const compilers[4] = {"cc -O0", "clang -O1", "cc -O2", "clang -O0"};
-    char command[96];
+    char command[2][96];
     const char *const compiler = compilers[kt_generated_has("clang") ? n % 4 : n % 2 * 2];
     p->lanes = n % 3 == 0 ? 8 : n % 3 == 1 ? 4 : 2;
-    snprintf(command, sizeof command, "%s -Wno-psabi -Dmech_LANES=%d", compiler, p->lanes);
+    const char *const precision = p->is_single ? "-Dmech_FLOAT" : "";
+    snprintf(command[0], sizeof command[0], "cc -O0 %s", precision);
+    snprintf(command[1], sizeof command[1], "%s %s -Wno-psabi -Dmech_LANES=%d", compiler, precision, p->lanes);
     memset(&p->many, 0, sizeof p->many);
-    const bool fine = kt_generated_make_some(&p->one, model, functions, "cc -O0", false) &&
-                      kt_generated_make_some(&p->many, model, functions, command, false);
+    const bool fine = kt_generated_make_some(&p->one, model, functions, command[0], false) &&
+                      kt_generated_make_some(&p->many, model, functions, command[1], false);
     counts->files += fine;
     for (int k = 0; k < KT_CODEGEN_COUNT && fine; k++) {
         lanes_head head;
@@ -325,6 +351,67 @@ KT_TEST(lanes_with_loops_have_the_bits_of_single_states) {
     }
     kt_check_above("functions", counts.calls, 7 * counts.files - 1);
     kt_check_above("mechanisms whose steps are differentiated", changed, counts.files / 8 - 1);
+    kt_check_below("calls that some lane rejects", counts.rejected, counts.calls / 2);
+}
+
+KT_TEST(lanes_with_auxiliary_states_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p;
+    static kt_effect_set set;
+    lanes_counts counts = {0};
+    for (int n = 0; n < count_rounds(2) && has_compiler(); n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        kt_tree tree;
+        kt_state state[KT_EFFECT_STATES];
+        plan.bodies = 5;
+        plan.massless = false;
+        plan.types = 1u << KT_JOINT_REVOLUTE | 1u << KT_JOINT_PRISMATIC | 1u << KT_JOINT_SCREW; /* one coordinate */
+        plan.floats = n % 2 == 1;
+        p.is_single = n % 4 == 1;
+        if (kt_tree_grow(&tree, &plan, &random) && kt_effect_set_draw_states(&set, &tree, state, &random)) {
+            for (int l = 0; l < LANES_MOST; l++) {
+                kt_tree_state_draw(&tree, &random, &p.state[l]);
+                for (int i = 0; i < KT_EFFECT_STATES; i++)
+                    p.x[l][i] = kt_random_uniform(&random, -1.0, 1.0);
+            }
+            (void)compare_lanes(&p, tree.model,
+                                KT_CODEGEN_EFFECTS | KT_CODEGEN_STATES | KT_CODEGEN_ACCELERATION | KT_CODEGEN_STEPS, n,
+                                &counts);
+            free_lanes(&p);
+        }
+        kt_tree_free(&tree);
+    }
+    kt_check_above("functions with auxiliary states", counts.states, 6 * counts.files - 1);
+}
+
+/* Arguments, results and numbers of the file are floats, as many in a register as there are doubles in two. */
+KT_TEST(lanes_in_single_precision_have_the_bits_of_single_states) {
+    kt_random random = kt_random_of_test();
+    static lanes_pair p = {.is_single = true};
+    static kt_closed_tree m;
+    static kt_effect_set set;
+    lanes_counts counts = {0};
+    for (int n = 0; n < 3 * count_rounds(1) && has_compiler(); n++) {
+        kt_tree_plan plan = kt_tree_plan_default();
+        kt_tree own;
+        kt_tree *const tree = n % 3 == 2 ? &m.tree : &own;
+        unsigned functions = n % 3 == 0 ? (unsigned)RECURSIONS : KT_CODEGEN_EFFECTS | KT_CODEGEN_HEUN;
+        plan.massless = false;
+        if (n % 3 == 2 ? kt_closed_grow(&m, &random, n)
+                       : kt_tree_grow(tree, &plan, &random) &&
+                             (n % 3 == 0 || kt_effect_set_draw(&set, KT_EFFECT_BUSHING, tree, &random))) {
+            if (n % 3 == 2) {
+                functions = (unsigned)KT_GENERATED_WITH_LOOPS & ~(unsigned)KT_CODEGEN_FORWARD_DERIVATIVES;
+                draw_closed_states(&p, &m, &random);
+            } else {
+                draw_states(&p, tree, &random);
+            }
+            (void)compare_lanes(&p, tree->model, functions, n, &counts);
+            free_lanes(&p);
+        }
+        kt_tree_free(tree);
+    }
+    kt_check_above("functions", counts.calls, 6 * counts.files);
     kt_check_below("calls that some lane rejects", counts.rejected, counts.calls / 2);
 }
 
