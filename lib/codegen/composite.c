@@ -12,9 +12,12 @@
  *   n = J du + h x da + K dw      K = tr(C) 1 - C     C = sum 2 u r' m
  *   f = m da + du x h + dw x p    p = sum 2 u m.
  *
- * (m, h, J, C, p) of all links beyond are added, as those of the mass matrix. A link has C = [w] (tr(J) 1 - 2 J) and
- * p = 2 w x h. At the origin of the parent, which is at -r and relative to which the link's origin has the velocity
- * d / 2, C gains d (h + m r)' + p r', and p gains m d.
+ * (m, h, J, C, p) of all links beyond are added, as those of the mass matrix. The shares of a link are
+ *
+ *   C = [w] (tr(J) 1 - 2 J)    p = 2 w x h.
+ *
+ * Let d be twice the velocity of the origin relative to that of the parent, which is at -r. About the parent's origin,
+ * C gains d (h + m r)' + p r', and p gains m d.
  *
  * A joint with the axis s turns: dw = w x s, du = U s, da = a x s for its position, dw = s, du = 2 w x s for its
  * velocity. A slider has da = U s, and da = 2 w x s. For a joint with quaternions, w, al and U are those of the parent,
@@ -71,7 +74,7 @@ typedef struct composite_tree {
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-/* [w] (tr(J) 1 - 2 J) and 2 w x h */
+/* C and p of a link. */
 static void start_flow(kt_graph *g, const kt_code_link *l, kt_op3 omega, composite_flow *flow) {
     const kt_op *j = l->inertia.x;
     const kt_op trace = kt_op_add(g, kt_op_add(g, j[0], j[1]), j[2]);
