@@ -76,10 +76,19 @@ typedef struct kt_picture_loop {
     kt_body_frame ends[2];    /* z along the loop's axis; rolling: the wheel's centre with z along the axle, and the
                                 plane with z along its normal */
     double radius;            /* rolling */
+    const kt_function *rope;  /* distance: the length of a rope, of the scene; NULL: none */
+    double rope_given;        /* m, the length of a rope without a function: the distance in the first poses */
     const kt_stroke *strokes; /* curve, surface: in the frame of the first end */
     int stroke_count;
     const char *name;
 } kt_picture_loop;
+
+/* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value there. */
+double kt_picture_rope_length(const kt_picture_loop *loop, double t);
+
+/* The depth, m, of the middle of a rope that sags between ends at a distance; 0: the rope is taut, or its length is
+ * NaN. The rope is drawn as a parabola of its length. */
+double kt_picture_rope_sag(double length, double distance);
 
 /* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of
  * one. */

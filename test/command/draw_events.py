@@ -6,6 +6,7 @@ its events are compared with those of `sweep` and `view`. Subcommands that leave
 """
 import csv
 import json
+import math
 import os
 import pathlib
 import random
@@ -184,4 +185,34 @@ simulate: {duration: 1, tolerance: 1e-10}
                 wrong.append(f"{words} up to {end} s: {len(ends)} boxes, the last one {fallen} m below the first")
     note(f"the last state is off by {worst:.4f} of 0.01 of the height of the picture")
     claim("the_last_state_is_that_at_the_end_whatever_the_rounding", wrong)
+    # A slack rope is drawn as a curve that is about as long as the rope, for a chord of 1 m or less. A taut rope is a straight line.
+    wrong = []
+    for x, z in ((1, 0), (-0.6, -0.3), (0, -0.5), (0.1, 0.8)):
+        for length in ("1.0001", "1.25", "1 + 0.5*t", "2", None):
+            chord = (x * x + z * z) ** 0.5
+            (path / "rope.yaml").write_text(f"""kinetree: 1
+gravity: [0, 0, -9.81]
+bodies: [{{name: load, joint: {{type: planar, axis: y, position: [{-z}, {x}, 0]}}, mass: 1, shape: {{type: sphere, radius: 0.01}}}}]
+loops: [{{name: rope, type: distance, between: [world, load], slack: true, restitution: 0{f', length: "{length}"' if length else ""}}}]
+simulate: {{duration: 1}}
+""")
+            run(path, "draw", "rope.yaml", "--at", "0,0.001", "--out", "rope.svg")
+            drawn = [[float(n) for n in NUMBER.findall(d)] for d in re.findall(r'stroke-dasharray:5,4;" d="([^"]*)"', (path / "rope.svg").read_text())]
+            expected = eval(length, {"t": 0}) if length else chord
+            points = drawn[0] if drawn else []
+            at = [points[k:k + 2] for k in range(0, len(points), 2)]
+            if len(at) not in (2, 4):
+                wrong.append(f"{(x, z)}, {length}: {drawn}")
+                continue
+            scale = math.dist(at[0], at[-1]) / chord
+            if len(at) == 4:
+                curve = [[sum(w * p[k] for w, p in zip(((1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s * s * (1 - s), s**3), at)) for k in (0, 1)] for s in (i / 200 for i in range(201))]
+                at = curve
+                below = curve[100][1] - 0.5 * (curve[0][1] + curve[-1][1])
+                if below < -0.01 * scale:
+                    wrong.append(f"{(x, z)}, {length}: the rope rises by {-below / scale} m")
+            found = sum(math.dist(p, q) for p, q in zip(at, at[1:])) / scale
+            if not abs(found / max(expected, chord) - 1) < 0.01:
+                wrong.append(f"{(x, z)}, {length}: {found} m are drawn, the rope has {expected} m")
+    claim("slack_ropes_sag_and_taut_ropes_are_straight", wrong)
 finish()

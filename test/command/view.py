@@ -282,6 +282,27 @@ output: {interval: 0.1, record: [position, velocity, balance, reaction]}
     return ([] if good else [f"marks are {marks}"]) + ([] if rows[0] == rows[1] else ["marks have changed the records"])
 
 
+def check_ropes(folder):
+    """The lengths of a rope: one number, or one for each frame. Loops that cannot sag have none."""
+    faults = []
+    for slack, length in ((True, "1.25"), (True, "1 + 0.25*t"), (False, "1.25")):
+        pathlib.Path(f"{folder}/rope.yaml").write_text(f"""kinetree: 1
+bodies: [{{name: a, joint: {{type: prismatic, position: 1}}, mass: 1}}]
+loops: [{{name: rope, type: distance, between: [world, a], length: "{length}"{', slack: true, restitution: 0' if slack else ''}}}]
+initial: {{hold: []}}
+simulate: {{duration: 1}}
+output: {{interval: 0.25}}
+""")
+        run = kinetree("run", "rope.yaml", "--view", "rope.html", "--out", "rope.csv", "--quiet", folder=folder)
+        if run.returncode != 0:
+            return [run.stderr]
+        data, expected = read_view(f"{folder}/rope.html")[0], [] if not slack else [1.25] if length == "1.25" else [1, 1.0625, 1.125, 1.1875, 1.25]
+        found = data["loops"][0].get("rope", [])
+        if len(found) != len(expected) or any(abs(a - b) > 1e-8 for a, b in zip(found, expected)):
+            faults.append(f"{slack}, {length}: {found}, expected {expected}")
+    return faults
+
+
 def check_marks(folder):
     """x = 1 - t of a slider at -1 m/s: it is at 0.6 after 0.4 s, and two rows of one event are one mark."""
     pathlib.Path(f"{folder}/marks.yaml").write_text("""kinetree: 1
@@ -344,6 +365,7 @@ def main():
         for name in ("four-bar", "landing-gear", "bead", "stewart"):
             claim(f"frames_are_the_records_{name}", check_scene(name, folder))
         claim("loops_and_effects_are_shown_released_from_the_event_on", check_released(folder))
+        claim("views_have_the_lengths_of_ropes", check_ropes(folder))
         claim("meshes_are_on_the_page_with_points_and_normals", check_mesh(folder))
         claim("frames_have_the_forces_of_effects", check_effects(folder))
         claim("events_are_marked_in_views_and_plots", check_marks(folder))

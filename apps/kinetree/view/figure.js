@@ -40,6 +40,19 @@ const acts = ({released = []}, t) => released.filter((at) => at <= t).length % 2
 /* The name of effect i. Without one, its place in the list, as in records. */
 const effect_name = ({name}, i) => name || `effect[${i}]`;
 
+/* The depth of a parabola over a chord that has the length of a rope, by bisection. */
+const sag_of = (length, chord) => {
+    let low = 0, high = length / 2;
+    for (let i = 0; i < 30; i++) {
+        const depth = (low + high) / 2, u = (4 * depth) / chord;
+        if ((u < 1e9 ? (chord / 2) * (Math.hypot(1, u) + Math.asinh(u) / u) : 2 * depth) > length)
+            high = depth;
+        else
+            low = depth;
+    }
+    return low;
+};
+
 class Figure {
     constructor(painter, data, motion) {
         Object.assign(this, {painter, data, motion});
@@ -281,12 +294,28 @@ class Figure {
             this.line(type === "curve" ? this.thick : this.thin, point(k), point(k + 3), [...this.theme.ink, 0.35]);
     }
 
-    draw_gap(poses, {type, ends}, i) {
+    draw_gap(poses, {type, ends, rope}, i) {
         if (!JOINED.includes(type) && !this.loop_is_marked(i))
             return;
-        const [a, b] = ends.map((end) => this.place(poses, end));
-        if (norm(sub(a, b)) > 1e-3 * this.data.radius)
-            this.line(this.thick, a, b, [...(this.loop_is_marked(i) ? this.theme.alarm : this.theme.ink), 0.8]);
+        const [a, b] = ends.map((end) => this.place(poses, end)), chord = norm(sub(a, b));
+        const length = rope === undefined ? 0 : rope[Math.min(frame_at(this.motion, this.time), rope.length - 1)];
+        const colour = [...(this.loop_is_marked(i) ? this.theme.alarm : this.theme.ink), 0.8];
+        if (length > chord * (1 + 1e-6))
+            this.draw_sag(a, b, sag_of(length, chord), colour);
+        else if (chord > 1e-3 * this.data.radius)
+            this.line(this.thick, a, b, colour);
+    }
+
+    /* A slack rope sags to the side of gravity, or to any side if it hangs along gravity. */
+    draw_sag(a, b, depth, colour) {
+        const n = unit(sub(b, a)), g = this.data.gravity ?? [0, 0, 0], down = sub(g, scale(dot(g, n), n)), steps = 16;
+        const side = norm(down) > 1e-3 * norm(g) ? unit(down) : normal_to(n);
+        let last = a;
+        for (let i = 1; i <= steps; i++) {
+            const s = i / steps, p = add(add(a, scale(s, sub(b, a))), scale(4 * s * (1 - s) * depth, side));
+            this.line(this.thick, last, p, colour);
+            last = p;
+        }
     }
 
     /* Springs as coils whose windings are fixed to their ends; others straight. */

@@ -202,12 +202,27 @@ static void put_released(kt_json_writer *out, const kt_motion *motion, const cha
         kt_put_close(out, ']');
 }
 
+/* The lengths of a rope: one number, or one for each frame if they differ. */
+static void put_rope(kt_json_writer *out, const kt_motion *motion, const kt_picture_loop *loop) {
+    bool is_constant = true;
+    if (loop->rope == NULL || motion->count == 0)
+        return;
+    const double first = kt_picture_rope_length(loop, motion->times[0]);
+    for (size_t i = 1; i < motion->count && is_constant; i++)
+        is_constant = kt_picture_rope_length(loop, motion->times[i]) == first;
+    kt_put_open(out, "rope", '[');
+    for (size_t i = 0; i < (is_constant ? 1 : motion->count); i++)
+        kt_json_put_number(out, NULL, kt_picture_rope_length(loop, motion->times[i]));
+    kt_put_close(out, ']');
+}
+
 static void put_view_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     const kt_picture_loop *loop = &motion->picture->loops[i];
     kt_put_text(out, "name", loop->name);
     kt_put_text(out, "type", kt_loop_type_name(loop->type));
     put_ends(out, loop->ends, 2);
     put_released(out, motion, loop->name);
+    put_rope(out, motion, loop);
     if (loop->stroke_count > 0)
         kt_json_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
 }
