@@ -520,60 +520,16 @@ static int64_t find_first_valid_run(const kt_sweep *sweep) {
     return 0;
 }
 
-/* The run, among the first million, in which a value that varies is largest in magnitude. */
-static int64_t run_of_largest_value(const kt_sweep_plan *plan, int axis) {
-    const int64_t runs = kt_sweep_plan_runs(plan), most = runs < 1000000 ? runs : 1000000;
-    double values[KT_SWEEP_AXES_MAX], largest = -1.0;
-    int64_t found = 0;
-    for (int64_t run = 0; run < most; run++) {
-        kt_sweep_plan_values(plan, run, values);
-        if (fabs(values[axis]) > largest) {
-            largest = fabs(values[axis]);
-            found = run;
-        }
-    }
-    return found;
-}
-
 /* Warns of doubtful angles in the first valid run; without any, in the runs with the largest values. */
 static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first) {
     int count = sweep->arguments->quiet ? 1 : kt_angles_say(first, false);
     for (int axis = 0; axis < sweep->plan.count && count == 0; axis++) {
         made m = {.scene = NULL};
         kt_error error = {0};
-        if (make_model(sweep, run_of_largest_value(&sweep->plan, axis), &m, NULL, NULL, &error) == KT_OK)
+        if (make_model(sweep, kt_sweep_plan_largest(&sweep->plan, axis), &m, NULL, NULL, &error) == KT_OK)
             count = kt_angles_say(m.scene, false);
         release_run(&m);
     }
-}
-
-/* How many runs of a tree a thread computes at a time, in lanes; 1: it has loops, or lanes do not compute it. */
-static size_t count_lanes_of_tree(const kt_model *model) {
-    kt_ensemble *ensemble = NULL;
-    if (kt_loop_count(model) > 0 || kt_ensemble_create(model, &ensemble, NULL) != KT_OK)
-        return 1;
-    const size_t width = kt_ensemble_report_of(ensemble).width;
-    kt_ensemble_free(ensemble);
-    return width;
-}
-
-/* Makes the file of --native from the first run. If the library is faster, there is no file. Returns -1, or an exit
- * code after printing the error. */
-static int make_native_file(kt_sweep *sweep, const made *m) {
-    const kt_sweep_arguments *arguments = sweep->arguments;
-    const size_t lanes = arguments->one_by_one ? 1 : count_lanes_of_tree(m->model);
-    if (lanes <= 1 && !kt_native_is_slow(m->model))
-        return kt_native_file_make(&sweep->native, "sweep", m->scene, m->model);
-    if (arguments->quiet)
-        return -1;
-    if (lanes > 1)
-        kt_say("--native: the library computes the accelerations, since it is faster for %zu runs of a tree at a time; "
-               "leave --native out, or add --one-by-one",
-               lanes);
-    else
-        kt_say("--native: the library computes the accelerations, since it is faster for planar trees of more than 12 "
-               "coordinates; leave --native out");
-    return -1;
 }
 
 int kt_sweep_list_columns(kt_sweep *sweep) {
@@ -588,7 +544,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (code < 0 && status == KT_OK)
         say_angles_of_runs(sweep, m.scene);
     if (code < 0 && status == KT_OK && sweep->arguments->native)
-        code = make_native_file(sweep, &m);
+        code = kt_sweep_make_native(sweep, m.scene, m.model);
     if (code < 0 && status == KT_OK)
         status = list_run_columns(&m, &record, &error);
     if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)

@@ -467,3 +467,17 @@ void kt_sweep_plan_free(kt_sweep_plan *plan) {
     }
     plan->count = 0;
 }
+
+int64_t kt_sweep_plan_largest(const kt_sweep_plan *plan, int axis) {
+    const int64_t runs = kt_sweep_plan_runs(plan), most = runs < 1000000 ? runs : 1000000;
+    double values[KT_SWEEP_AXES_MAX], largest = -1.0;
+    int64_t found = 0;
+    for (int64_t run = 0; run < most; run++) {
+        kt_sweep_plan_values(plan, run, values);
+        if (fabs(values[axis]) > largest) {
+            largest = fabs(values[axis]);
+            found = run;
+        }
+    }
+    return found;
+}

@@ -63,6 +63,9 @@ int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene);
 
 /* The values of all axes in a run, which depend on the plan and the number of the run alone. */
 void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
+/* Returns the run, among the first million, in which the value of an axis is largest in magnitude. */
+int64_t kt_sweep_plan_largest(const kt_sweep_plan *plan, int axis);
+
 /* Adds these values to the settings of a scene. Angles have their unit, which the scene checks. The texts are those of
  * the new settings. */
 typedef struct kt_sweep_texts {
@@ -156,6 +159,10 @@ kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error
 
 /* All three, by itself. */
 kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
+
+/* Makes the file of --native from the first run. If the library is faster, there is no file. Returns -1, or an exit
+ * code after printing the error. */
+int kt_sweep_make_native(kt_sweep *sweep, const kt_scene *scene, const kt_model *model);
 
 /* Finds the columns of the first run whose scene is right; an exit code after printing the errors of the scene, -1
  * if there are none. */
