@@ -236,8 +236,8 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memcpy(to + at.integrator, &memory, sizeof memory);
 }
 
-/* `recorded`: records were handed over before the checkpoint. Without them, duration and interval concern later steps and
- * records alone, and may differ. */
+/* `recorded`: records were handed over before the checkpoint. Without them, duration and interval concern later steps
+ * and records alone, and may differ. */
 static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, bool recorded,
                                 kt_error *error) {
 #define KT_CHECKPOINT_SETTING(name, words, value) {words, offsetof(kt_checkpoint_settings, name)},

@@ -8,7 +8,8 @@
 bool kt_is_robot_name(const char *path);
 
 /* Prints what a path that does not exist may mean: the path with the ending .yaml, a bundled scene, or the file in the
- * same folder whose name is nearest, or else the bundled scene whose name is nearest. Prints nothing for a path that exists, or without such a file. */
+ * same folder whose name is nearest, or else the bundled scene whose name is nearest. Prints nothing for a path that
+ * exists, or without such a file. */
 void kt_missing_suggest(const char *path);
 
 #endif
