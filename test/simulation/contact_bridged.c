@@ -141,6 +141,7 @@ typedef struct island_states {
     int parts;  /* that the run has completed */
     int linked; /* islands while loops that are switched are on */
     kt_contact_counts counts[PARTS];
+    double held[PARTS]; /* the sum of the times until which contacts are held */
 } island_states;
 
 /* Switches all loops on before the first part, and off in the middle. */
@@ -176,6 +177,9 @@ static bool run_scene(const kt_description *description, const char *method, boo
         memcpy(to->y[part], kt_simulation_positions(simulation), (size_t)to->nq * sizeof(double));
         memcpy(to->y[part] + to->nq, kt_simulation_velocities(simulation), (size_t)to->nv * sizeof(double));
         to->counts[part] = kt_simulation_contacts(simulation);
+        to->held[part] = 0.0;
+        for (int k = 0; k < simulation->contacts->n; k++)
+            to->held[part] += fmax(simulation->contact_state[k].held, 0.0);
     }
     if (fine)
         to->islands = simulation->contacts->islands;
@@ -191,12 +195,10 @@ static bool is_ambiguous(const island_states *s, int part) {
     return counts->undecided > 0 || counts->shared > 0 || counts->reduced > 0;
 }
 
-/* Whether two runs have ended different chains early. Reactions and gaps that are rounding decide how many instants
- * follow each other without an interval, and contacts that touch then rest. A chain that ends at another instant has
- * another number of sticks and slips. */
+/* Whether two runs have ended different chains early, or hold contacts from other instants on. Reactions and gaps that
+ * are rounding decide how many instants follow each other without an interval, and contacts that touch then rest. */
 static bool rest_differently(const island_states *a, const island_states *b, int part) {
-    const kt_contact_counts *x = &a->counts[part], *y = &b->counts[part];
-    return x->rested != y->rested || (x->rested > 0 && (x->sticks != y->sticks || x->slips != y->slips));
+    return a->counts[part].rested != b->counts[part].rested || fabs(a->held[part] - b->held[part]) > 1e-9;
 }
 
 /* The parts of runs up to the first one with several solutions are compared. */
