@@ -296,7 +296,7 @@ static void solve_columns(kt_code_tree *tree, const kt_op *m, const kt_op *pivot
     for (int k = 0; k < 2 * nv && !g->failed; k++) {
         const char by = k < nv ? 'q' : 'v';
         kt_op *column = out + (size_t)k * (size_t)nv;
-        kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", k % nv, by, by);
+        kt_graph_section(g, "column %d of da/d%c = -M^-1 dtau/d%c", k < nv ? k : k - nv, by, by);
         if (!is_sparse) {
             multiply_column(g, nv, out + 2 * (size_t)nv * (size_t)nv, column, room);
             continue;
@@ -311,9 +311,10 @@ static void solve_columns(kt_code_tree *tree, const kt_op *m, const kt_op *pivot
 void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, square = nv * nv;
-    kt_op *a = calloc(4 * nv + 1, sizeof *a), *held = a + nv, *room = a + 2 * nv, *pivot = a + 3 * nv;
+    kt_op *a = calloc(4 * nv + 1, sizeof *a);
     g->failed |= a == NULL;
     if (!g->failed) {
+        kt_op *const held = a + nv, *const room = a + 2 * nv, *const pivot = a + 3 * nv;
         kt_code_forward_mass(tree, work, a, pivot, out + 2 * square, guard);
         for (size_t k = 0; k < nv; k++)
             held[k] = kt_op_input(g, KT_OP_HELD, (int)k);

@@ -242,8 +242,12 @@ static void make_held_residuals(kt_graph *g, size_t nv, const kt_code_loop_rows 
 static void differentiate_closed(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *value, kt_op *change) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, all = nv + (size_t)rows->count;
-    kt_op *held = calloc(2 * all + 2 * nv * nv + 1, sizeof *held), *f = held + all, *own = held + 2 * all;
-    g->failed |= held == NULL;
+    kt_op *held = calloc(2 * all + 2 * nv * nv + 1, sizeof *held);
+    if (held == NULL) {
+        g->failed = true;
+        return;
+    }
+    kt_op *const f = held + all, *const own = held + 2 * all;
     for (size_t k = 0; k < all && !g->failed; k++)
         held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
     tree->acceleration = held;
