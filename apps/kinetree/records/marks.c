@@ -19,7 +19,7 @@ static uint64_t count_transitions(const kt_contact_counts *seen) {
     return seen->impacts + seen->closings + seen->openings + seen->sticks + seen->slips + seen->jammed;
 }
 
-void kt_marks_see_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
+void kt_marks_sync_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen) {
     kt_contact_mark *last = &marks->contact;
     last->time = last->any ? last->time : record->time;
     last->any = true;

@@ -44,7 +44,7 @@ void kt_marks_add(kt_marks *marks, const kt_record *record);
 void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
 
 /* Notes the counts at any other record: transitions before it belong to no later record of a contact. */
-void kt_marks_see_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
+void kt_marks_sync_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
 
 /* Returns a new object with "marks", a list of {time, name}, and "marks_cut". */
 json_t *kt_marks_describe(const kt_marks *marks);

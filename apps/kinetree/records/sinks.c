@@ -48,7 +48,7 @@ int kt_take_record(const kt_record *record, void *user) {
         kt_marks_add_contact(&sinks->outcome->marks, record, &seen);
         return 0;
     }
-    kt_marks_see_contacts(&sinks->outcome->marks, record, &seen);
+    kt_marks_sync_contacts(&sinks->outcome->marks, record, &seen);
     kt_marks_add(&sinks->outcome->marks, record);
     watch_record(sinks->outcome, record);
     kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
