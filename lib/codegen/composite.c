@@ -108,7 +108,7 @@ static void give_flow(const composite_tree *t, int i) {
     const kt_code_link *own = &t->body[i];
     composite_flow *flow = &t->flow[i], *up = &t->flow[own->parent];
     const kt_op3 r = frame->offset, d = flow->speed, p = kt_code_up(g, frame, flow->p);
-    const kt_op3 h = kt_op3_add(g, kt_code_up(g, frame, own->moment), kt_op3_scale(g, own->mass, r));
+    const kt_op3 moment = kt_code_up(g, frame, own->moment), h = kt_op3_add(g, moment, kt_op3_scale(g, own->mass, r));
     const kt_op33 at_rest = kt_code_matrix_to_rest(g, frame, &flow->c), c = kt_code_matrix_rest_up(g, frame, &at_rest);
     for (int k = 0; k < 3; k++)
         for (int j = 0; j < 3; j++) {
@@ -182,7 +182,8 @@ static composite_wrench respond_composite(const composite_tree *t, int i, const 
     const kt_op3 n = kt_op3_add(g, kt_op6_apply(g, &b->inertia, c->u), h_a);
     const kt_op3 u_h = kt_op3_cross(g, c->u, b->moment), w_p = kt_op3_cross(g, c->omega, t->flow[i].p);
     const kt_op3 f = kt_op3_add(g, kt_op3_scale(g, b->mass, c->linear), u_h);
-    return (composite_wrench){kt_op3_add(g, n, k_w), kt_op3_add(g, f, w_p)};
+    const kt_op3 moment = kt_op3_add(g, n, k_w);
+    return (composite_wrench){moment, kt_op3_add(g, f, w_p)};
 }
 
 /* tau = s . (n, f) of a degree of freedom, as a function of a change of the motion. */
@@ -228,7 +229,8 @@ static void begin_derivatives(const composite_tree *t, int i, kt_op *by_q, kt_op
 /* Moves a wrench to the parent of a link. */
 static void move_wrench(kt_graph *g, const kt_code_frame *frame, composite_wrench *w) {
     w->f = kt_code_up(g, frame, w->f);
-    w->n = kt_op3_add(g, kt_code_up(g, frame, w->n), kt_op3_cross(g, frame->offset, w->f));
+    w->n = kt_code_up(g, frame, w->n);
+    w->n = kt_op3_add(g, w->n, kt_op3_cross(g, frame->offset, w->f));
 }
 
 /* Moves a column from link i to its parent. */
@@ -238,7 +240,8 @@ static void move_derivatives(const composite_tree *t, int i, composite_dof *dof)
     move_wrench(g, frame, &dof->wrench_by_q);
     move_wrench(g, frame, &dof->wrench_by_v);
     move_wrench(g, frame, &dof->column);
-    dof->k = kt_op3_add(g, kt_code_up(g, frame, dof->k), kt_op3_cross(g, t->flow[i].speed, dof->column.f));
+    dof->k = kt_code_up(g, frame, dof->k);
+    dof->k = kt_op3_add(g, dof->k, kt_op3_cross(g, t->flow[i].speed, dof->column.f));
 }
 
 /* The change of a joint's force by a change of the motion of a link that carries it. */

@@ -307,9 +307,9 @@ static inline bool kt_contacts_share_rate(const struct kt_contacts *c, int i, in
 }
 void kt_contacts_hold_together(struct kt_contacts *c);
 void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier);
-/* Friction leaves if other friction of its rate does. Their events are due at one instant, one after the other: what has
- * left does not stick again within it (directions.c). */
-void kt_contacts_leave_together(kt_simulation *simulation);
+/* Friction slips if other friction of its rate does. Their events are due at one instant, one after the other: what has
+ * begun to slip does not stick again within it (directions.c). */
+void kt_contacts_slip_together(kt_simulation *simulation);
 
 /* The contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);

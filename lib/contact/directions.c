@@ -175,7 +175,7 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     return due || memory->left > 1;
 }
 
-void kt_contacts_leave_together(kt_simulation *simulation) {
+void kt_contacts_slip_together(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator);
     for (int k = c->sides; k < c->n; k++)

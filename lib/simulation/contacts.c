@@ -84,7 +84,7 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         if (c->item[k].meets && kt_contact_rubs(c, k))
             c->holds = kt_contact_count_reversal(simulation, k) || c->holds;
     }
-    kt_contacts_leave_together(simulation);
+    kt_contacts_slip_together(simulation);
     kt_status status = simulation->contact_calls->resolve(simulation, error);
     if (status != KT_OK && c->holds) {
         c->holds = false;
