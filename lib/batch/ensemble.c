@@ -92,8 +92,10 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
 }
 
 static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simulation *s) {
-    if (s->contacts)
+#if KT_HAS_EVENTS
+    if (s->contacts != NULL)
         return "it has hard contacts, stops or slack ropes, or friction that sticks";
+#endif
     const char *why = why_model(e, s->model);
     if (why)
         return why;

@@ -405,9 +405,9 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
                                            const kt_contact_memory *state);
 /* Saves the ranks of the present model for a checkpoint. */
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
-/* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). The next
- * trial may overwrite it. */
-const kt_model *kt_contacts_resting_model(kt_simulation *simulation);
+/* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
+ * accelerations there. The next trial may overwrite the model. */
+const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
 /* Whether contact k slips in the present model. */
 bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 /* Copies parameters that have been set since it was made to the model that the simulation runs on. */

@@ -40,17 +40,14 @@ static bool is_sticking(const struct kt_contacts *c, int k) {
     double size, slip[2];
     for (int i = 0; i < 2; i++)
         slip[i] = row_of_contact(c, k, i, c->v, c->rate, c->v, &size);
-    return hypot(slip[0], slip[1]) <= kt_contact_resting;
+    return kt_hypot(slip[0], slip[1]) <= kt_contact_resting;
 }
 
-const kt_model *kt_contacts_resting_model(kt_simulation *simulation) {
+const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *present = simulation->model, *model = present;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
-    double *a = c->response;
     bool any = false;
-    if (kt_simulation_acceleration(simulation, a, NULL) != KT_OK)
-        return present;
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof *c->v);
     const kt_status status = kt_contacts_find_free(simulation, t, y, NULL);
     for (int k = 0; k < c->n; k++)

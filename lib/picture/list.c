@@ -4,7 +4,6 @@
 #include "picture/maker.h"
 #include "picture/solid.h"
 
-#include <math.h>
 #include <string.h>
 
 /* The frame with z along an axis; the frame itself where the axis is zero. */
@@ -80,44 +79,6 @@ static bool has_member_key(const kt_descriptor *type, size_t offset) {
     return false;
 }
 
-/* The distance of the ends of a loop in the poses of the maker. */
-static double distance_of_ends(const kt_picture_maker *m, const kt_loop *loop) {
-    const kt_body_frame a = picture_frame_of(m, &loop->between[0], loop->axis),
-                        b = picture_frame_of(m, &loop->between[1], loop->axis);
-    return kt_vec3_norm(
-        kt_vec3_sub(kt_body_frame_pose(&b, m->poses).position, kt_body_frame_pose(&a, m->poses).position));
-}
-
-double kt_picture_rope_length(const kt_picture_loop *loop, double t) {
-    double length[3];
-    if (loop->rope == NULL)
-        return (double)NAN;
-    if (loop->rope->type == KT_FUNCTION_NONE)
-        return loop->rope_given;
-    return kt_function_evaluate(loop->rope, t, length, NULL) == KT_OK ? length[0] : (double)NAN;
-}
-
-/* A parabola of the depth d over the distance c has the length
- *     c/2 (sqrt(1 + u^2) + asinh(u) / u),   u = 4 d / c */
-static double parabola_length(double depth, double distance) {
-    const double u = 4.0 * depth / distance;
-    return u > 1e9 ? 2.0 * depth : u > 1e-9 ? 0.5 * distance * (sqrt(1.0 + u * u) + asinh(u) / u) : distance;
-}
-
-/* Bisection: the depth is below that of two straight halves, which is at most half of the length. */
-double kt_picture_rope_sag(double length, double distance) {
-    double low = 0.0, high = 0.5 * length;
-    if (!(length > distance * (1.0 + 1e-6)))
-        return 0.0;
-    for (int i = 0; i < 40; i++) {
-        const double depth = 0.5 * (low + high);
-        const bool is_long = parabola_length(depth, distance) > length;
-        low = is_long ? low : depth;
-        high = is_long ? depth : high;
-    }
-    return low;
-}
-
 void kt_picture_list_loops(kt_picture_maker *m) {
     kt_picture *p = m->picture;
     for (int i = 0; i < m->description->loop_count; i++) {
@@ -134,7 +95,6 @@ void kt_picture_list_loops(kt_picture_maker *m) {
                                        picture_frame_of(m, &loop->between[1], two_axes ? loop->axis2 : loop->axis)},
                               .radius = loop->radius,
                               .rope = is_rope ? &loop->function : NULL,
-                              .rope_given = is_rope ? distance_of_ends(m, loop) : (double)NAN,
                               .name = loop->name};
     }
 }

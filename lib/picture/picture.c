@@ -136,6 +136,7 @@ static kt_status fill_picture(kt_picture_maker *m, double *lengths, kt_error *er
         m->first[i] = -1;
     kt_picture_list_joints(m);
     kt_picture_list_loops(m);
+    kt_picture_measure_ropes(m);
     kt_picture_list_relations(m);
     kt_picture_list_effects(m);
     if (m->options->boxes) {

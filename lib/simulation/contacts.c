@@ -398,12 +398,18 @@ static bool rest(kt_simulation *simulation, size_t k) {
     return c->rests || c->stops;
 }
 
+static const kt_model *find_resting_model(kt_simulation *simulation) {
+    double *a = simulation->contacts->response;
+    return kt_simulation_acceleration(simulation, a, NULL) == KT_OK ? kt_contacts_resting_model(simulation, a)
+                                                                    : simulation->model;
+}
+
 static const kt_contact_calls calls = {.rest = rest,
                                        .ends = kt_contact_slip_ends,
                                        .kink = kt_contact_kink,
                                        .open = open_all,
                                        .model = kt_contacts_open_model,
-                                       .resting = kt_contacts_resting_model,
+                                       .resting = find_resting_model,
                                        .resolve = resolve_contacts,
                                        .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,

@@ -21,7 +21,7 @@
  * SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (linear/cone.h). Without a solution of the cone
  * solver, its best impulses are taken and counted.
  *
- * Depths up to d, 1e-9 of the mechanism's length, are removed within a step, but no faster than free fall takes the
+ * Depths up to d, 1e-13 of the mechanism's length, are removed within a step, but no faster than free fall takes the
  * speed back. If they were left, bounds of the corners of a rigid face would disagree by rounding, and no motion would
  * close all corners. Rounding would then decide how the corners share the load, and so their friction.
  *

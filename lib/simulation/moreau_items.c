@@ -103,7 +103,7 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
 
 /* Depths up to this one are removed within a step (moreau.c). */
 static double shallow_depth(const kt_simulation *simulation) {
-    static const double shallow = 1e-9; /* of the mechanism's length, or of 1 m or rad */
+    static const double shallow = 1e-13; /* of the mechanism's length, or of 1 m or rad */
     return shallow * fmax(1.0, simulation->contacts->all->length);
 }
 

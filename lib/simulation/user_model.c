@@ -5,11 +5,14 @@
  * With a transformation, each step derives `state` from the one before, so that angles count whole turns. A checkpoint
  * then contains `state` in addition to the state that is integrated.
  */
-#include "contact/contact.h"
 #include "mechanism/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <string.h>
+
+#if KT_HAS_EVENTS
+#include "contact/contact.h"
+#endif
 
 const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation ? simulation->state : NULL; }
 
