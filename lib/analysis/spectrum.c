@@ -57,6 +57,16 @@ static bool measure_moves(const double *shape, const double *unit, size_t nv, do
 /* The error of a linear system at which friction jumps: slip begins, or turns round. */
 static const double uncertain = 1e-2;
 
+/* Whether hard contacts slip in the model. */
+static bool has_slip(const kt_model *model) {
+#if KT_HAS_SWITCHES
+    return model->n.slip > 0;
+#else
+    (void)model;
+    return false;
+#endif
+}
+
 /* Adds the modes of a state, using a linearisation of the model in it. */
 static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearization, double t, const double *q,
                            const double *v, const double *tau, kt_error *error) {
@@ -67,7 +77,7 @@ static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearizatio
     if (status != KT_OK)
         return status;
     const kt_linear_system *system = kt_linearization_system(linearization);
-    if (linearization->model->n.slip > 0 && !(system->error <= uncertain))
+    if (has_slip(linearization->model) && !(system->error <= uncertain))
         return kt_error_set(error, KT_ERROR_SINGULAR, NULL, "a hard contact begins to slip, where its friction jumps");
     status = kt_modes_evaluate(spectrum->modes, system, error);
     if (status != KT_OK)
@@ -131,7 +141,7 @@ static const kt_model *present_model(kt_simulation *simulation) {
 static kt_status add_present_state(kt_spectrum *spectrum, kt_simulation *simulation, double t, kt_error *error) {
     const kt_model *model = present_model(simulation);
     kt_linearization_options options = nothing_besides();
-    options.differences = model->n.slip > 0; /* friction of hard contacts that slip has no exact derivatives */
+    options.differences = has_slip(model); /* friction of hard contacts that slip has no exact derivatives */
     const bool is_own = model == spectrum->model || model->variants != spectrum->model->variants;
     kt_linearization *linearization = is_own ? spectrum->linearization : NULL;
     kt_status status = is_own ? KT_OK : kt_linearization_create(model, &options, &linearization, error);
