@@ -58,15 +58,11 @@ kt_status kt_builder_reserve(kt_builder *b, int bodies, int loops, int effects, 
 }
 
 const char *kt_builder_name(kt_builder *builder, const char *stem, const char *between, int number) {
-    char digits[16];
-    const int more = snprintf(digits, sizeof digits, "%d", number);
-    const size_t first = strlen(stem), second = strlen(between);
-    char *name = kt_pool_take(&builder->pool, first + second + (size_t)more + 1, 1);
-    if (name == NULL)
-        return NULL;
-    memcpy(name, stem, first);
-    memcpy(name + first, between, second);
-    memcpy(name + first + second, digits, (size_t)more);
+    enum { DIGITS = 12 };
+    const size_t size = strlen(stem) + strlen(between) + DIGITS;
+    char *name = kt_pool_take(&builder->pool, size, 1);
+    if (name != NULL)
+        (void)snprintf(name, size, "%s%s%d", stem, between, number);
     return name;
 }
 

@@ -312,6 +312,19 @@ static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t s
     return kt_model_switched(simulation->model, set);
 }
 
+/* What events and contacts remember. */
+static void restore_events(kt_simulation *simulation, const char *from, const kt_checkpoint_offsets *at) {
+#if KT_HAS_EVENTS
+    const kt_simulation_sizes *size = &simulation->size;
+    kt_copy(simulation->event_memory, from + at->events, size->event * sizeof(kt_event_memory));
+    kt_copy(simulation->event_root, from + at->roots, size->event * sizeof(kt_event_root));
+    kt_copy(simulation->contact_state, from + at->contacts, size->contacts * sizeof(kt_contact_memory));
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->follow(simulation);
+#endif
+    (void)simulation, (void)from, (void)at;
+}
+
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, block))
         return KT_ERROR_ARGUMENT;
@@ -351,15 +364,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         simulation->memory.next_record = 0;
         kt_simulation_skip_records(simulation);
     }
-    if (KT_HAS_EVENTS && size->event > 0) {
-        memcpy(simulation->event_memory, from + at.events, size->event * sizeof(kt_event_memory));
-        memcpy(simulation->event_root, from + at.roots, size->event * sizeof(kt_event_root));
-    }
-#if KT_HAS_EVENTS
-    kt_copy(simulation->contact_state, from + at.contacts, size->contacts * sizeof(kt_contact_memory));
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->follow(simulation);
-#endif
+    restore_events(simulation, from, &at);
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_breakpoints(simulation);
     simulation->memory.piece = memory.piece;
