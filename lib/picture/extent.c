@@ -45,6 +45,17 @@ static void hear_ends_of_line(void *user, kt_vec3 from, kt_vec3 to) {
     listener->each(listener->user, to);
 }
 
+static void hear_rope(const kt_picture *p, const kt_picture_loop *loop, const kt_pose *poses,
+                      const point_listener *listener) {
+    kt_vec3 points[2];
+    const int count = loop->rope == NULL
+                          ? 0
+                          : kt_picture_rope_points(loop, p->gravity, kt_body_frame_pose(&loop->ends[0], poses).position,
+                                                   kt_body_frame_pose(&loop->ends[1], poses).position, points);
+    for (int k = 0; k < count; k++)
+        listener->each(listener->user, points[k]);
+}
+
 void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_point *each, void *user) {
     point_listener listener = {each, user};
     for (int i = 0; i < p->joint_count; i++)
@@ -56,6 +67,7 @@ void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_poi
             each(user, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
         for (int k = 0; k < p->loops[i].stroke_count; k++)
             each(user, kt_pose_apply(first, p->loops[i].strokes[k].to));
+        hear_rope(p, &p->loops[i], poses, &listener);
     }
     for (int i = 0; i < p->effect_count; i++) {
         for (int k = 0; k < p->effects[i].end_count; k++)

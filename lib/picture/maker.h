@@ -26,9 +26,6 @@ void kt_picture_list_loops(kt_picture_maker *m);
 void kt_picture_list_relations(kt_picture_maker *m);
 void kt_picture_list_effects(kt_picture_maker *m);
 
-/* rope.c: sets the lengths that ropes without a function have. */
-void kt_picture_measure_ropes(kt_picture_maker *m);
-
 /* Whether a slider of the world represents only a number, such as the length of a tendon. */
 bool kt_picture_is_number(const kt_picture_maker *m, int body);
 

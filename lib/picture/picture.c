@@ -129,6 +129,16 @@ static void find_plane(kt_picture_maker *m) {
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
 
+/* Sets the lengths that ropes without a function have. */
+static void measure_ropes(kt_picture_maker *m) {
+    for (int i = 0; i < m->picture->loop_count; i++) {
+        kt_picture_loop *loop = &m->picture->loops[i];
+        const kt_vec3 first = kt_body_frame_pose(&loop->ends[0], m->poses).position,
+                      second = kt_body_frame_pose(&loop->ends[1], m->poses).position;
+        loop->rope_given = loop->rope != NULL ? kt_vec3_norm(kt_vec3_sub(second, first)) : (double)NAN;
+    }
+}
+
 static kt_status fill_picture(kt_picture_maker *m, double *lengths, kt_error *error) {
     kt_status status = KT_OK;
     kt_picture *p = m->picture;
@@ -136,7 +146,7 @@ static kt_status fill_picture(kt_picture_maker *m, double *lengths, kt_error *er
         m->first[i] = -1;
     kt_picture_list_joints(m);
     kt_picture_list_loops(m);
-    kt_picture_measure_ropes(m);
+    measure_ropes(m);
     kt_picture_list_relations(m);
     kt_picture_list_effects(m);
     if (m->options->boxes) {

@@ -1,5 +1,5 @@
 /* Ropes: their lengths, and how far slack ones sag. */
-#include "picture/maker.h"
+#include "picture/picture.h"
 
 #include <math.h>
 
@@ -33,11 +33,21 @@ double kt_picture_rope_sag(double length, double distance) {
     return low;
 }
 
-void kt_picture_measure_ropes(kt_picture_maker *m) {
-    for (int i = 0; i < m->picture->loop_count; i++) {
-        kt_picture_loop *loop = &m->picture->loops[i];
-        const kt_vec3 first = kt_body_frame_pose(&loop->ends[0], m->poses).position,
-                      second = kt_body_frame_pose(&loop->ends[1], m->poses).position;
-        loop->rope_given = loop->rope != NULL ? kt_vec3_norm(kt_vec3_sub(second, first)) : (double)NAN;
+int kt_picture_rope_points(const kt_picture_loop *loop, kt_vec3 gravity, kt_vec3 a, kt_vec3 b, kt_vec3 points[2]) {
+    const kt_vec3 between = kt_vec3_sub(b, a), middle = kt_vec3_scale(0.5, kt_vec3_add(a, b));
+    const double distance = kt_vec3_norm(between),
+                 sag = kt_picture_rope_sag(kt_picture_rope_length(loop, 0.0), distance);
+    if (!(sag > 0.0) || !(distance > 0.0))
+        return 0;
+    const kt_vec3 along = kt_vec3_scale(1.0 / distance, between);
+    const kt_vec3 down = kt_vec3_sub(gravity, kt_vec3_scale(kt_vec3_dot(gravity, along), along));
+    const double size = kt_vec3_norm(down);
+    if (size > 1e-3 * kt_vec3_norm(gravity)) {
+        points[0] = kt_vec3_add(middle, kt_vec3_scale(sag / size, down));
+        return 1;
     }
+    const kt_mat3 axes = kt_triad_from_axis(along, 0); /* it is drawn on one of two sides */
+    points[0] = kt_vec3_add(middle, kt_vec3_scale(sag, kt_vec3_add(axes.y, axes.z)));
+    points[1] = kt_vec3_sub(middle, kt_vec3_scale(sag, kt_vec3_add(axes.y, axes.z)));
+    return 2;
 }

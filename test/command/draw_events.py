@@ -197,7 +197,9 @@ loops: [{{name: rope, type: distance, between: [world, load], slack: true, resti
 simulate: {{duration: 1}}
 """)
             run(path, "draw", "rope.yaml", "--at", "0,0.001", "--out", "rope.svg")
-            drawn = [[float(n) for n in NUMBER.findall(d)] for d in re.findall(r'stroke-dasharray:5,4;" d="([^"]*)"', (path / "rope.svg").read_text())]
+            svg = (path / "rope.svg").read_text()
+            drawn = [[float(n) for n in NUMBER.findall(d)] for d in re.findall(r'stroke-dasharray:5,4;" d="([^"]*)"', svg)]
+            page = [float(n) for n in re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg).groups()]
             expected = eval(length, {"t": 0}) if length else chord
             points = drawn[0] if drawn else []
             at = [points[k:k + 2] for k in range(0, len(points), 2)]
@@ -211,6 +213,8 @@ simulate: {{duration: 1}}
                 below = curve[100][1] - 0.5 * (curve[0][1] + curve[-1][1])
                 if below < -0.01 * scale:
                     wrong.append(f"{(x, z)}, {length}: the rope rises by {-below / scale} m")
+            if not all(0 < c < size for p in at for c, size in zip(p, page)):
+                wrong.append(f"{(x, z)}, {length}: the rope leaves the page of {page}")
             found = sum(math.dist(p, q) for p, q in zip(at, at[1:])) / scale
             if not abs(found / max(expected, chord) - 1) < 0.01:
                 wrong.append(f"{(x, z)}, {length}: {found} m are drawn, the rope has {expected} m")
