@@ -57,7 +57,7 @@ enum { KT_BEAM_SEGMENTS_MAX = 10000 /* segments */ };
 typedef struct kt_beam {
     const char *name;      /* as a body's */
     kt_end from;           /* where the beam begins, along x of this frame; default: the world's origin */
-    kt_end to;             /* where the beam ends, unless that end is free */
+    kt_end to;             /* where the beam ends; required unless that end is free */
     kt_beam_end ends[2];   /* default: clamped, free */
     int segments;          /* 2 to KT_BEAM_SEGMENTS_MAX */
     double length;         /* along the axis, m */

@@ -111,7 +111,7 @@ kt_status kt_beam_check(const kt_beam *b, kt_error *error) {
         return kt_error_set(error, KT_ERROR_MODEL, "damping",
                             "%g: damping, in seconds times the stiffness, is zero or more", b->damping);
     if (!(b->polar_inertia >= 0.0) || !isfinite(b->polar_inertia))
-        return kt_error_set(error, KT_ERROR_MODEL, "inertia_per_length", "%g kg m must be above zero and finite",
+        return kt_error_set(error, KT_ERROR_MODEL, "inertia_per_length", "%g kg m must be finite and not below zero",
                             b->polar_inertia);
     if (!isfinite(turn))
         return kt_error_set(error, KT_ERROR_MODEL, "curvature", "the curvature is not finite");
@@ -229,10 +229,23 @@ static const kt_marker *find_added_marker(const kt_builder *builder, const kt_en
         const kt_body *body = &builder->bodies[i];
         const bool is_it = body->name != NULL && strcmp(body->name, end->body) == 0;
         for (int k = 0; is_it && k < body->marker_count; k++)
-            if (strcmp(body->markers[k].name, end->marker) == 0)
+            if (body->markers[k].name != NULL && strcmp(body->markers[k].name, end->marker) == 0)
                 return &body->markers[k];
     }
     return NULL;
+}
+
+/* A second end that is attached needs its place: without one, the beam would end where the world begins. */
+static kt_status check_second_end(const kt_beam *b, kt_error *error) {
+    const kt_end none = kt_end_default();
+    const bool has_place = b->to.body != NULL || b->to.marker != NULL || b->to.at.x != none.at.x ||
+                           b->to.at.y != none.at.y || b->to.at.z != none.at.z ||
+                           b->to.rotation.type != none.rotation.type;
+    return b->ends[1] == KT_BEAM_FREE || has_place
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_MODEL, "to",
+                              "the second end is attached; give its place (body \"world\" for the world's origin), or "
+                              "make the end free");
 }
 
 /* Attaches the first segment at `from`. */
@@ -391,6 +404,8 @@ kt_status kt_builder_add_beam(kt_builder *builder, const kt_beam *b, kt_error *e
     kt_beam_parts parts = {.segment = NULL};
     kt_error from = {0};
     kt_status status = kt_beam_check(b, &from);
+    if (status == KT_OK)
+        status = check_second_end(b, &from);
     if (status != KT_OK)
         return name_beam(b, status, &from, error);
     status = kt_builder_reserve(builder, b->segments, 1, b->segments + 1, error);

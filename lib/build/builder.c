@@ -76,27 +76,30 @@ const kt_marker *kt_builder_marker(kt_builder *builder, const char *name, kt_vec
 kt_status kt_builder_add_body(kt_builder *builder, const kt_body *body, kt_error *error) {
     if (KT_IS_MISSING(error, builder, body))
         return KT_ERROR_ARGUMENT;
+    const kt_body copy = *body; /* it may lie in the array, which moves */
     const kt_status status = kt_builder_reserve(builder, 1, 0, 0, error);
     if (status == KT_OK)
-        builder->bodies[builder->body_count++] = *body;
+        builder->bodies[builder->body_count++] = copy;
     return status;
 }
 
 kt_status kt_builder_add_loop(kt_builder *builder, const kt_loop *loop, kt_error *error) {
     if (KT_IS_MISSING(error, builder, loop))
         return KT_ERROR_ARGUMENT;
+    const kt_loop copy = *loop; /* it may lie in the array, which moves */
     const kt_status status = kt_builder_reserve(builder, 0, 1, 0, error);
     if (status == KT_OK)
-        builder->loops[builder->loop_count++] = *loop;
+        builder->loops[builder->loop_count++] = copy;
     return status;
 }
 
 kt_status kt_builder_add_effect(kt_builder *builder, const kt_effect *effect, kt_error *error) {
     if (KT_IS_MISSING(error, builder, effect))
         return KT_ERROR_ARGUMENT;
+    const kt_effect copy = *effect; /* it may lie in the array, which moves */
     const kt_status status = kt_builder_reserve(builder, 0, 0, 1, error);
     if (status == KT_OK)
-        builder->effects[builder->effect_count++] = *effect;
+        builder->effects[builder->effect_count++] = copy;
     return status;
 }
 

@@ -11,6 +11,7 @@
 typedef struct maker {
     kt_triangles mesh;
     size_t vertex_room, triangle_room;
+    long before; /* vertices before the line that is read, from which negative numbers count */
     kt_status status;
     kt_error *error;
 } maker;
@@ -182,7 +183,7 @@ static bool take_corner(maker *m, const char **at, long *index) {
     if (!take_mesh_number(at, &number))
         return false;
     const long named = (long)(fabs(number) < 1e9 ? number : 0.0);
-    *index = named > 0 ? named - 1 : m->mesh.vertex_count + named;
+    *index = named > 0 ? named - 1 : m->before + named;
     if (*index < 0 || *index >= m->mesh.vertex_count) {
         (void)fail_mesh(m, KT_ERROR_SCENE, "a face or a line of the mesh names a vertex that is not there");
         *index = -1;
@@ -221,8 +222,10 @@ static bool read_polyline(maker *m, const char *at) {
 }
 
 static void read_obj_lines(maker *m, const char *text) {
+    m->before = 0;
     for (const char *line = text; *line != '\0'; line = next_mesh_line(line)) {
         const char *word = first_word(line);
+        m->before += line_begins(word, "v");
         if (line_begins(word, "l") && !read_polyline(m, word + 1))
             return;
     }
@@ -233,6 +236,7 @@ static void read_obj(maker *m, const char *text) {
     double x[3];
     for (const char *line = text; *line != '\0'; line = next_mesh_line(line)) {
         const char *word = first_word(line);
+        m->before = m->mesh.vertex_count;
         if (line_begins(word, "v") && (!read_vertex(m, word + 1, x) || !add_vertex(m, x)))
             return;
         if (line_begins(word, "f") && !read_face(m, word + 1))

@@ -194,6 +194,24 @@ KT_TEST(links_of_a_tree_lie_on_the_ends_of_their_parents) {
     kt_builder_free(builder);
 }
 
+/* The array of bodies moves as it grows, also while a body of it is added once more. */
+KT_TEST(a_body_that_was_added_can_be_added_again) {
+    kt_builder *builder = NULL;
+    kt_error e = {0};
+    kt_body body = kt_body_default();
+    body.mass = 3.0;
+    if (!is_fine("builder", kt_builder_create(&builder, &e), &e) ||
+        !is_fine("body", kt_builder_add_body(builder, &body, &e), &e))
+        return;
+    for (int i = 0; i < 100; i++)
+        (void)is_fine("again", kt_builder_add_body(builder, kt_builder_body(builder, 0), &e), &e);
+    int equal = 0;
+    for (int i = 0; i <= 100; i++)
+        equal += kt_builder_body(builder, i)->mass == 3.0;
+    kt_check_equal_int("bodies with its mass", equal, 101);
+    kt_builder_free(builder);
+}
+
 KT_TEST(bodies_can_be_changed_until_they_are_described) {
     kt_builder *builder = NULL;
     kt_error e = {0};
@@ -252,6 +270,12 @@ KT_TEST(what_makes_no_beam_is_rejected) {
     beam.from.marker = "rim";
     check_rejected(&beam, "beam 'b'",
                    "from: body 'hub' with a marker 'rim' has not been added; add it before the beam");
+    beam = plane_beam(4);
+    beam.ends[1] = KT_BEAM_CLAMPED;
+    check_rejected(
+        &beam, "beam 'b'",
+        "to: the second end is attached; give its place (body \"world\" for the world's origin), or make the "
+        "end free");
     beam.name = NULL;
     check_rejected(&beam, "beam ''", "name: the name is missing; the segments are NAME-1, NAME-2, ...");
 }

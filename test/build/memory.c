@@ -19,6 +19,7 @@ static int build_all(long n, int *wrong) {
     beam.segments = 40;
     beam.length = beam.mass.value = beam.EI[1].value = 1.0;
     beam.ends[1] = KT_BEAM_HINGED;
+    beam.to.at.x = 0.9;
     tree.name = beam.name;
     tree.count = 60;
     kt_interpose_start_failing(n);

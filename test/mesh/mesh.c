@@ -170,7 +170,7 @@ KT_TEST(holes_and_faces_that_are_turned_over_have_a_place) {
 
 /* Lines without area, unless there are polygons. */
 KT_TEST(lines_of_obj_are_read_without_polygons) {
-    static const char *const texts[] = {"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 3/5 2\nl -1 1\n",
+    static const char *const texts[] = {"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 3/5 2\nl -1 1\nv 0 0 1\n",
                                         "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 1 2 3\n"};
     static const int ends[3][3] = {{0, 2, 2}, {2, 1, 1}, {2, 0, 0}};
     for (int i = 0; i < 2; i++) {

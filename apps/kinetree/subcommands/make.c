@@ -278,7 +278,10 @@ int kt_command_make(int argc, char **argv) {
         build_links(&maker, builder, &tip, &error) == KT_OK) {
         code = write_made_scene(builder, title);
     } else {
-        kt_say("there is not enough memory for %ld links", maker.settings.links);
+        if (error.code != KT_OK && error.code != KT_ERROR_MEMORY)
+            kt_say_error(&error);
+        else
+            kt_say("there is not enough memory for %ld links", maker.settings.links);
         code = KT_EXIT_INTEGRATION;
     }
     kt_builder_free(builder);
