@@ -90,8 +90,8 @@ double kt_picture_rope_length(const kt_picture_loop *loop, double t);
  * NaN. The rope is drawn as a parabola of its length. */
 double kt_picture_rope_sag(double length, double distance);
 
-/* The middle of a rope that sags at t = 0 between ends at a and b, or the corners of where it may be if its ends lie one
- * above the other. Returns the number of points, 0 if it is taut. */
+/* The middle of a rope that sags at t = 0 between ends at a and b, or the corners of where it may be if its ends lie
+ * one above the other. Returns the number of points, 0 if it is taut. */
 int kt_picture_rope_points(const kt_picture_loop *loop, kt_vec3 gravity, kt_vec3 a, kt_vec3 b, kt_vec3 points[2]);
 
 /* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of
