@@ -5,8 +5,8 @@
  * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
  * Loops that events close where a body is have the places that auxiliary states hold (foothold.h).
  */
-#include "base/require.h"
 #include "base/pool.h"
+#include "base/require.h"
 #include "kinetree/closure.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"

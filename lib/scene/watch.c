@@ -1,7 +1,7 @@
 /* Events of a scene in a simulation: their formulas, with the variables that they read bound to the simulation's model
  * (bound.c), their actions, and the communication points of FMUs (couple.c). */
-#include "base/require.h"
 #include "base/pool.h"
+#include "base/require.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/follow.h"

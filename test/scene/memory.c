@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/pool.h"
 #include "check.h"
 #include "collect.h"
-#include "base/pool.h"
 #include "interpose.h"
 
 #include "kinetree/import.h"
