@@ -107,7 +107,7 @@ typedef struct kt_builder kt_builder;
 KT_API KT_CHECKED kt_status kt_builder_create(kt_builder **builder, kt_error *error);
 KT_API void kt_builder_free(kt_builder *builder);
 
-/* Add a copy of an item. What the item points to remains the caller's. Nothing is checked before the description is.
+/* Add a copy of an item. Its names and arrays remain the caller's. Nothing is checked before the description is.
  * Errors: KT_ERROR_MEMORY; the builder is then unchanged.
  * Cost: O(1) on average. */
 KT_API KT_CHECKED kt_status kt_builder_add_body(kt_builder *builder, const kt_body *body, kt_error *error);

@@ -135,7 +135,7 @@ static double value_along(const kt_beam_property *a, double part) {
     return i == last ? a->stations[i] : a->stations[i] + (x - i) * (a->stations[i + 1] - a->stations[i]);
 }
 
-/* What the segments of a beam have in common. */
+/* Numbers and names that all segments of a beam share. */
 typedef struct kt_beam_segment {
     const kt_beam *beam;
     const char *const *names; /* of the segments */

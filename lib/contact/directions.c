@@ -179,7 +179,7 @@ void kt_contacts_slip_together(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator);
     for (int k = c->sides; k < c->n; k++)
-        for (int i = c->sides; has_left_at(&simulation->contact_state[k], t) && i < c->n; i++)
+        for (int i = c->sides; !kt_contact_rubs(c, k) && has_left_at(&simulation->contact_state[k], t) && i < c->n; i++)
             if (i != k && kt_contacts_share_rate(c, i, k))
                 c->item[i].leaves = c->item[k].leaves = true;
 }

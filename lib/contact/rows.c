@@ -53,7 +53,8 @@ static int next_sticking(const struct kt_contacts *c, const kt_model *model, int
 void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier) {
     for (int k = c->sides; k < c->n; k++) {
         const int v = c->item[k].v;
-        if (next_sticking(c, model, c->sides, v) != k || next_sticking(c, model, k + 1, v) == c->n)
+        if (kt_contact_rubs(c, k) || next_sticking(c, model, c->sides, v) != k ||
+            next_sticking(c, model, k + 1, v) == c->n)
             continue; /* it is not the first of several */
         double load = 0.0, limit = 0.0;
         for (int i = k; i < c->n; i = next_sticking(c, model, i + 1, v)) {
@@ -67,7 +68,7 @@ void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, 
 
 void kt_contacts_hold_together(struct kt_contacts *c) {
     for (int k = c->sides; k < c->n; k++)
-        for (int i = c->sides; c->item[k].next == KT_CONTACT_ON && i < c->n; i++)
+        for (int i = c->sides; !kt_contact_rubs(c, k) && c->item[k].next == KT_CONTACT_ON && i < c->n; i++)
             if (kt_contacts_share_rate(c, i, k) && c->item[i].next != KT_CONTACT_RELEASED)
                 c->item[i].next = KT_CONTACT_ON;
 }

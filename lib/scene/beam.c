@@ -233,7 +233,7 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_scene_beam *
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-/* Stand for the ends of the beam, and for what the first segment has from the file. */
+/* Words of the text that nodes of the file replace: the ends of the beam, the parent of the first segment. */
 static const char *const word_from = "__from__", *const word_to = "__to__", *const word_parent = "__parent__";
 /* Numbers that are replaced: they are written since they differ from the defaults. */
 static const kt_vec3 numbers_of_file = {1.0, 2.0, 3.0};

@@ -312,7 +312,7 @@ static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t s
     return kt_model_switched(simulation->model, set);
 }
 
-/* What events and contacts remember. */
+/* Restores the memory of events and contacts. */
 static void restore_events(kt_simulation *simulation, const char *from, const kt_checkpoint_offsets *at) {
 #if KT_HAS_EVENTS
     const kt_simulation_sizes *size = &simulation->size;

@@ -32,8 +32,8 @@ static int modes_at(const kt_spectrum *spectrum, double time, kt_mode *first) {
     return count;
 }
 
-/* A block stands on a stop, or on four contacts with friction, and carries a pendulum. What is closed is a constraint:
- * the pendulum alone moves, with lambda^2 = -3 g / (2 l). Friction holds the block at any place and angle: three modes
+/* A block stands on a stop, or on four contacts with friction, and carries a pendulum. Closed contacts are constraints.
+ * Only the pendulum moves, with lambda^2 = -3 g / (2 l). Friction holds the block at any place and angle: three modes
  * of the rate 0. The simulation closes two of the four contacts, and all four rest. */
 KT_TEST(closed_contacts_are_constraints_of_the_modes) {
     static const char *const grounds[] = {
