@@ -156,14 +156,17 @@ static const char *path_body(const kt_effect *effect, int k) {
  * around a surface. */
 static void write_cause(kt_path_watch *watch, const kt_effect *effect, const kt_path_step *step, double low,
                         double high, char *text, size_t size) {
-    unsigned char *within = calloc(2 * (size_t)effect->path_count, 1), *after = within + effect->path_count;
+    unsigned char *within = calloc(2 * (size_t)effect->path_count, 1), *after;
     int surfaces = 0, last = 0;
     snprintf(text, size, "the path changes its way around a surface");
-    if (within != NULL && move_into_step(watch, step, low))
+    if (within == NULL)
+        return;
+    after = within + effect->path_count;
+    if (move_into_step(watch, step, low))
         find_points_within(watch, effect, within);
-    if (within != NULL && move_into_step(watch, step, high))
+    if (move_into_step(watch, step, high))
         find_points_within(watch, effect, after);
-    for (int k = 1; within != NULL && k + 1 < effect->path_count; k++) {
+    for (int k = 1; k + 1 < effect->path_count; k++) {
         const int changed = within[k] ^ after[k], point = changed & 1 ? k - 1 : k + 1;
         surfaces += effect->path[k].radius > 0.0;
         last = effect->path[k].radius > 0.0 ? k : last;

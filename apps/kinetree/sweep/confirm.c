@@ -26,6 +26,8 @@ static double expect_time(const kt_sweep *sweep, int64_t first, int64_t end, int
     double quickest[BLOCKS], all = 0.0; /* s for each run */
     const double begin = kt_clock();
     int64_t places = 0;
+    for (int i = 0; i < BLOCKS; i++)
+        quickest[i] = INFINITY;
     for (int64_t size = threads, round = 1;; size *= 2, round++) {
         for (int64_t i = 0; i < BLOCKS && (i + places == 0 || kt_clock() - begin < patience); i++) {
             kt_sweep_worker worker = {.has_scene = false};
@@ -34,7 +36,7 @@ static double expect_time(const kt_sweep *sweep, int64_t first, int64_t end, int
             if (kt_sweep_run_all(sweep, from, from + size, threads, drop, NULL, &worker) != 0)
                 return -1.0;
             const double each = (kt_clock() - start) / (double)size;
-            quickest[i] = i < places ? fmin(quickest[i], each) : each;
+            quickest[i] = fmin(quickest[i], each);
             places = i < places ? places : i + 1;
         }
         const double spent = kt_clock() - begin;
