@@ -67,7 +67,8 @@ typedef struct kt_beam {
     kt_beam_property GA[2]; /* shear along y and z, N */
     kt_beam_property GJ;    /* torsion, N m^2 */
     kt_beam_property EI[2]; /* bending about y and z, N m^2 */
-    kt_vec3 curvature;      /* of the unloaded beam: turns about x, y, z for each length, rad/m; default 0 */
+    kt_vec3 curvature;      /* of the unloaded beam: turns about x, y, z for each length, rad/m; default 0. In a
+                               plane: about z alone */
     double damping;         /* s; it multiplies each stiffness; default 0 */
 } kt_beam;
 

@@ -72,6 +72,11 @@ static kt_status check_section(const kt_beam *b, kt_error *error) {
         return kt_error_set(
             error, KT_ERROR_MODEL, "",
             "EI is one number, so the beam bends in its plane alone; leave out EA, GA and GJ, or write EI: [y, z]");
+    if (is_in_plane(b) && (b->curvature.x != 0.0 || b->curvature.y != 0.0))
+        return kt_error_set(error, KT_ERROR_MODEL, "curvature",
+                            "EI is one number, so the beam lies in its plane; curvature about x or y (%g, %g rad/m) "
+                            "needs EI: [y, z] and GJ",
+                            b->curvature.x, b->curvature.y);
     if (!is_in_plane(b) && !is_along(&b->GJ))
         return kt_error_set(
             error, KT_ERROR_MODEL, "",

@@ -270,6 +270,10 @@ KT_TEST(what_makes_no_beam_is_rejected) {
     beam = plane_beam(4);
     beam.curvature.x = (double)INFINITY;
     check_rejected(&beam, "beam 'b'", "curvature: the curvature is not finite");
+    beam.curvature = kt_vec3_make(0.0, 0.25, 0.5);
+    check_rejected(&beam, "beam 'b'",
+                   "curvature: EI is one number, so the beam lies in its plane; curvature about x or y (0, 0.25 rad/m) "
+                   "needs EI: [y, z] and GJ");
     beam = plane_beam(4);
     beam.from.body = "hub";
     beam.from.marker = "rim";

@@ -429,6 +429,8 @@ KT_TEST(what_is_wrong_with_a_beam_is_told_with_the_mend) {
     check_fault(keys, "'to: END' is missing");
     snprintf(keys, sizeof keys, "%s, ends: [clamped, free], to: world", whole);
     check_fault(keys, "leave out one of them");
+    snprintf(keys, sizeof keys, "%s, curvature: [0.1, 0, 0]", whole);
+    check_fault(keys, "curvature about x or y (0.1, 0 rad/m) needs EI: [y, z] and GJ");
     snprintf(keys, sizeof keys, "%s, damping: -1", whole);
     check_fault(keys, "zero or more");
     snprintf(keys, sizeof keys, "%s, from: crnak", whole);
