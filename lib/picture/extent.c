@@ -45,15 +45,20 @@ static void hear_ends_of_line(void *user, kt_vec3 from, kt_vec3 to) {
     listener->each(listener->user, to);
 }
 
+/* Points on the curve of a slack rope. */
 static void hear_rope(const kt_picture *p, const kt_picture_loop *loop, const kt_pose *poses,
                       const point_listener *listener) {
-    kt_vec3 points[2];
-    const int count = loop->rope == NULL
-                          ? 0
-                          : kt_picture_rope_points(loop, p->gravity, kt_body_frame_pose(&loop->ends[0], poses).position,
-                                                   kt_body_frame_pose(&loop->ends[1], poses).position, points);
-    for (int k = 0; k < count; k++)
-        listener->each(listener->user, points[k]);
+    const kt_vec3 a = kt_body_frame_pose(&loop->ends[0], poses).position;
+    const kt_vec3 b = kt_body_frame_pose(&loop->ends[1], poses).position;
+    kt_vec3 control[2];
+    if (loop->rope == NULL || !kt_picture_rope_curve(p, loop, 0.0, a, b, control))
+        return;
+    for (int k = 1; k < 8; k++) {
+        const double s = k / 8.0, r = 1.0 - s;
+        const kt_vec3 outer = kt_vec3_add(kt_vec3_scale(r * r * r, a), kt_vec3_scale(s * s * s, b));
+        const kt_vec3 inner = kt_vec3_add(kt_vec3_scale(r, control[0]), kt_vec3_scale(s, control[1]));
+        listener->each(listener->user, kt_vec3_add(outer, kt_vec3_scale(3.0 * r * s, inner)));
+    }
 }
 
 void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_point *each, void *user) {

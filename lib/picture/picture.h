@@ -86,14 +86,6 @@ typedef struct kt_picture_loop {
 /* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value there. */
 double kt_picture_rope_length(const kt_picture_loop *loop, double t);
 
-/* The depth, m, of the middle of a rope that sags between ends at a distance; 0: the rope is taut, or its length is
- * NaN. The rope is drawn as a parabola of its length. */
-double kt_picture_rope_sag(double length, double distance);
-
-/* The middle of a rope that sags at t = 0 between ends at a and b, or the corners of where it may be if its ends lie
- * one above the other. Returns the number of points, 0 if it is taut. */
-int kt_picture_rope_points(const kt_picture_loop *loop, kt_vec3 gravity, kt_vec3 a, kt_vec3 b, kt_vec3 points[2]);
-
 /* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of
  * one. */
 typedef struct kt_picture_relation {
@@ -206,6 +198,11 @@ void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *p
  * of strokes, and the corners of lines along paths. Solids and planes are not among them. */
 typedef void kt_picture_point(void *user, kt_vec3 point);
 void kt_picture_points(const kt_picture *picture, const kt_pose *poses, kt_picture_point *each, void *user);
+
+/* Whether a rope between ends at a and b is slack at the time t, s. It hangs as a parabola of its length. `control`
+ * receives the inner control points of this parabola as a cubic curve. Without gravity, it hangs down on the page. */
+bool kt_picture_rope_curve(const kt_picture *picture, const kt_picture_loop *loop, double t, kt_vec3 a, kt_vec3 b,
+                           kt_vec3 control[2]);
 
 /* The box widened by all solids and points of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);

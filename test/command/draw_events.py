@@ -185,7 +185,7 @@ simulate: {duration: 1, tolerance: 1e-10}
                 wrong.append(f"{words} up to {end} s: {len(ends)} boxes, the last one {fallen} m below the first")
     note(f"the last state is off by {worst:.4f} of 0.01 of the height of the picture")
     claim("the_last_state_is_that_at_the_end_whatever_the_rounding", wrong)
-    # A slack rope is drawn as a curve that is about as long as the rope, for a chord of 1 m or less. A taut rope is a straight line.
+    # A slack rope is drawn as a curve straight below its chord that is about as long as the rope, for a chord of 1 m or less. A taut rope is a straight line.
     wrong = []
     for x, z in ((1, 0), (-0.6, -0.3), (0, -0.5), (0.1, 0.8)):
         for length in ("1.0001", "1.25", "1 + 0.5*t", "2", None):
@@ -208,6 +208,9 @@ simulate: {{duration: 1}}
                 continue
             scale = math.dist(at[0], at[-1]) / chord
             if len(at) == 4:
+                thirds = [at[0][0] + (at[3][0] - at[0][0]) * k / 3 for k in (1, 2)]
+                if max(abs(p[0] - third) for p, third in zip(at[1:3], thirds)) > 0.01 * scale:
+                    wrong.append(f"{(x, z)}, {length}: the rope does not hang straight down")
                 curve = [[sum(w * p[k] for w, p in zip(((1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s * s * (1 - s), s**3), at)) for k in (0, 1)] for s in (i / 200 for i in range(201))]
                 at = curve
                 below = curve[100][1] - 0.5 * (curve[0][1] + curve[-1][1])

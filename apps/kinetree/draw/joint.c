@@ -288,25 +288,20 @@ static void paint_strokes(const kt_sheet *sheet, const kt_picture_loop *loop) {
                       loop->type == KT_LOOP_CURVE ? 1.4 : 0.7, kt_sheet_faded(sheet, sheet->palette->quiet));
 }
 
-/* The depth of a rope that sags in the state of a sheet, m. 0: the rope is taut, or the loop is no rope. */
-static double sag_of_rope(const kt_sheet *sheet, const kt_picture_loop *loop) {
+/* Paints the curve of a rope that is slack in the state of a sheet. Returns false if the loop is no slack rope. */
+static bool paint_slack_rope(const kt_sheet *sheet, const kt_picture_loop *loop) {
     const kt_drawing *d = sheet->drawing;
     const ptrdiff_t at = sheet->poses - d->poses;
     const int state = at >= 0 ? (int)(at / d->picture->body_count) : d->state_count;
-    if (loop->rope == NULL || d->times == NULL || state >= d->state_count)
-        return 0.0;
-    const double distance = kt_vec3_norm(kt_vec3_sub(kt_body_frame_pose(&loop->ends[1], sheet->poses).position,
-                                                     kt_body_frame_pose(&loop->ends[0], sheet->poses).position));
-    return kt_picture_rope_sag(kt_picture_rope_length(loop, d->times[state]), distance);
-}
-
-/* A rope is a parabola on the lower side of the line between its ends. */
-static void paint_rope(const kt_sheet *sheet, kt_spot a, kt_spot b, double sag) {
-    const double dashes[] = {5.0, 4.0}, depth = 4.0 / 3.0 * sag * sheet->scale;
-    const kt_spot along = kt_spot_direction(a, b);
-    const double aside = along.x < 0.0 ? -depth : depth;
-    const kt_spot p = kt_spot_offset(kt_spot_between(a, b, 1.0 / 3.0), along, 0.0, aside),
-                  q = kt_spot_offset(kt_spot_between(a, b, 2.0 / 3.0), along, 0.0, aside);
+    const kt_vec3 from = kt_body_frame_pose(&loop->ends[0], sheet->poses).position;
+    const kt_vec3 to = kt_body_frame_pose(&loop->ends[1], sheet->poses).position;
+    const double dashes[] = {5.0, 4.0};
+    kt_vec3 control[2];
+    if (loop->rope == NULL || d->times == NULL || state >= d->state_count ||
+        !kt_picture_rope_curve(d->picture, loop, d->times[state], from, to, control))
+        return false;
+    const kt_spot a = kt_sheet_place(sheet, from), b = kt_sheet_place(sheet, to);
+    const kt_spot p = kt_sheet_place(sheet, control[0]), q = kt_sheet_place(sheet, control[1]);
     kt_paper_use(sheet->c, kt_sheet_faded(sheet, sheet->palette->ink));
     cairo_set_line_width(sheet->c, 1.4);
     cairo_set_dash(sheet->c, dashes, 2, 0.0);
@@ -314,6 +309,7 @@ static void paint_rope(const kt_sheet *sheet, kt_spot a, kt_spot b, double sag) 
     cairo_curve_to(sheet->c, p.x, p.y, q.x, q.y, b.x, b.y);
     cairo_stroke(sheet->c);
     cairo_set_dash(sheet->c, NULL, 0, 0.0);
+    return true;
 }
 
 void kt_paint_loops(const kt_sheet *sheet) {
@@ -322,13 +318,10 @@ void kt_paint_loops(const kt_sheet *sheet) {
     for (int i = 0; i < p->loop_count; i++) {
         const kt_picture_loop *loop = &p->loops[i];
         const kt_spot a = kt_sheet_frame(sheet, &loop->ends[0]), b = kt_sheet_frame(sheet, &loop->ends[1]);
-        const double sag = sag_of_rope(sheet, loop);
         paint_strokes(sheet, loop);
-        if (sag > 0.0)
-            paint_rope(sheet, a, b, sag);
-        else if (loop->type == KT_LOOP_DISTANCE)
+        if (!paint_slack_rope(sheet, loop) && loop->type == KT_LOOP_DISTANCE)
             kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->ink), 1.4);
-        else if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)
+        if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)
             kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->quiet), 1.0);
         if (sheet->drawing->is_diagram && is_slot(loop->type))
             paint_slot(sheet, loop);

@@ -40,12 +40,15 @@ const acts = ({released = []}, t) => released.filter((at) => at <= t).length % 2
 /* The name of effect i. Without one, its place in the list, as in records. */
 const effect_name = ({name}, i) => name || `effect[${i}]`;
 
-/* The depth of a parabola over a chord that has the length of a rope, by bisection. */
-const sag_of = (length, chord) => {
+/* How far the middle of a rope hangs below that of its chord c, along the unit vector g, by bisection. lib/picture/rope.c
+ * derives the length of the parabola. 0: the rope is taut. */
+const sag_of = (length, c, g) => {
+    const along = dot(c, g), h = norm(sub(c, scale(along, g)));
+    const integral = (w) => (w * Math.hypot(w, h) + (h > 0 ? h * h * Math.asinh(w / h) : 0)) / 2;
     let low = 0, high = length / 2;
-    for (let i = 0; i < 30; i++) {
-        const depth = (low + high) / 2, u = (4 * depth) / chord;
-        if ((u < 1e9 ? (chord / 2) * (Math.hypot(1, u) + Math.asinh(u) / u) : 2 * depth) > length)
+    for (let i = 0; i < 30 && length > norm(c) * (1 + 1e-6); i++) {
+        const depth = (low + high) / 2;
+        if (integral(along + 4 * depth) - integral(along - 4 * depth) > 8 * depth * length)
             high = depth;
         else
             low = depth;
@@ -300,19 +303,18 @@ class Figure {
         const [a, b] = ends.map((end) => this.place(poses, end)), chord = norm(sub(a, b));
         const length = rope === undefined ? 0 : rope[Math.min(frame_at(this.motion, this.time), rope.length - 1)];
         const colour = [...(this.loop_is_marked(i) ? this.theme.alarm : this.theme.ink), 0.8];
-        if (length > chord * (1 + 1e-6))
-            this.draw_sag(a, b, sag_of(length, chord), colour);
+        const down = scale(-1, this.data.up), depth = sag_of(length, sub(b, a), down);
+        if (depth > 0)
+            this.draw_sag(a, b, scale(depth, down), colour);
         else if (chord > 1e-3 * this.data.radius)
             this.line(this.thick, a, b, colour);
     }
 
-    /* A slack rope sags to the side of gravity, or to any side if it hangs along gravity. */
-    draw_sag(a, b, depth, colour) {
-        const n = unit(sub(b, a)), g = this.data.gravity ?? [0, 0, 0], down = sub(g, scale(dot(g, n), n)), steps = 16;
-        const side = norm(down) > 1e-3 * norm(g) ? unit(down) : normal_to(n);
+    draw_sag(a, b, sag, colour) {
+        const steps = 16;
         let last = a;
         for (let i = 1; i <= steps; i++) {
-            const s = i / steps, p = add(add(a, scale(s, sub(b, a))), scale(4 * s * (1 - s) * depth, side));
+            const s = i / steps, p = add(add(a, scale(s, sub(b, a))), scale(4 * s * (1 - s), sag));
             this.line(this.thick, last, p, colour);
             last = p;
         }
