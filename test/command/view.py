@@ -207,9 +207,9 @@ output: {interval: 0.002}
 
 
 def check_effects(folder):
-    """Forces of a spring and a contact against their formulas at the places of the frames. These are exact to 2^-25 m (floats
+    """--out names the page. Forces of a spring and a contact against their formulas at the places of the frames. These are exact to 2^-25 m (floats
     up to 0.5 m), which the contact's stiffness, at most 1e4 * 1.5 * sqrt(0.1) N/m, turns into 1.4e-4 N."""
-    run = kinetree("view", "-", "--view", "ball.html", "--quiet", folder=folder, text=BALL)
+    run = kinetree("view", "-", "--out", "ball.html", "--quiet", folder=folder, text=BALL)
     data, blocks, _ = read_view(f"{folder}/ball.html")
     kinds = [(arrow["source"], data["effects"][arrow["effect"]]["type"]) for arrow in data["arrows"] if "effect" in arrow]
     worst, deepest, first = 0.0, 0.0, 3 * [arrow["source"] for arrow in data["arrows"]].index("effect")

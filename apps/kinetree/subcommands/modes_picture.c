@@ -105,7 +105,7 @@ int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *
     const int number = kt_modes_slowest(motion, DEFLECTED_MOST, d.modes, &d.count);
     if (number == 0) {
         kt_say("%s is not written: there is no mode to be drawn", path);
-        return KT_EXIT_DONE;
+        return KT_EXIT_INTEGRATION;
     }
     d.poses = calloc((size_t)(d.count + 1) * (size_t)kt_model_body_count(motion->model), sizeof *d.poses);
     if (d.poses == NULL)

@@ -126,6 +126,7 @@ int kt_modes_view(const kt_small_motion *motion, const char *state, const char *
         code = report_no_memory_for_view();
     } else if (shown.count == 0) {
         kt_say("%s is not written: there is no mode to be shown", path);
+        code = KT_EXIT_INTEGRATION;
     } else {
         frames->boxes = boxes;
         code = take_rest(motion, frames) == 0 ? write_modes(motion, &shown, state, frames, path) : KT_EXIT_INTEGRATION;

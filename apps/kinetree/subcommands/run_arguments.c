@@ -109,7 +109,8 @@ const kt_usage kt_usage_view = {
              "Any browser with WebGL 2 opens this one file without a network.\n"
              "The motion plays, and can be turned and zoomed. Curves of the recorded quantities follow below.\n"
              "\n"
-             "Takes the options of 'kinetree run'. Records are written only if --out names a file.\n"
+             "Takes the options of 'kinetree run'. Records are written only if --out names a file of records.\n"
+             "A name that ends in .html is that of the page.\n"
              "The frames are the records. If the scene gives no interval, there are 60 a second, but at least 600 and "
              "at most 6000 in all.\n"
              "The page always shows the reactions in joints and loops. 'run --view' shows them if they are recorded.\n",
@@ -188,6 +189,16 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
     return code;
 }
 
+/* The page is the result of 'view', so that --out may name it. */
+static void take_page(const kt_usage *usage, kt_run_arguments *arguments) {
+    const size_t length = arguments->out != NULL ? strlen(arguments->out) : 0;
+    if (usage != &kt_usage_view || arguments->view != NULL || length <= 5 ||
+        strcmp(arguments->out + length - 5, ".html") != 0)
+        return;
+    arguments->view = arguments->out;
+    arguments->out = NULL;
+}
+
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
     *arguments = not_given;
     arguments->command = usage->command;
@@ -195,6 +206,7 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     int code = kt_arguments_read(usage, argc, argv, arguments, &operands);
     if (code >= 0)
         return code;
+    take_page(usage, arguments);
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
                     (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
     if (to_stdout > 1) {
