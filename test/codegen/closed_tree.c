@@ -300,3 +300,55 @@ bool kt_closed_grow_form(kt_closed_tree *c, kt_random *random, kt_loop_type type
     c->form = form;
     return kt_tree_grow(&c->tree, &plan, random) && draw_loops(c, random, type, 1);
 }
+
+/* ---- singular positions ------------------------------------------------------------------------------------------ */
+
+/* M = L L': replaces the lower triangle. Returns false if a pivot is not positive. */
+static bool factor_metric(double *mass, int n) {
+    for (int j = 0; j < n; j++)
+        for (int i = j; i < n; i++) {
+            double sum = mass[i + n * j];
+            for (int k = 0; k < j; k++)
+                sum -= mass[i + n * k] * mass[j + n * k];
+            if (i == j && !(sum > 0.0))
+                return false;
+            mass[i + n * j] = i == j ? sqrt(sum) : sum / mass[j + n * j];
+        }
+    return true;
+}
+
+static double dot_of(const double *x, const double *y, int n) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+double kt_closed_least_direction(const kt_tree *tree, const kt_tree_state *s, const double *matrix, int m) {
+    static double mass[KT_TREE_NV * KT_TREE_NV], row[KT_TREE_NV][KT_TREE_NV];
+    const int n = tree->nv;
+    double least = 1.0;
+    kt_error error = {0};
+    if (kt_dynamics_mass(tree->model, tree->data, s->q, mass, &error) != KT_OK || !factor_metric(mass, n))
+        return 1.0;
+    for (int r = 0; r < m; r++) {
+        double *y = row[r];
+        for (int i = 0; i < n; i++) {
+            y[i] = matrix[r + m * i];
+            for (int k = 0; k < i; k++)
+                y[i] -= mass[i + n * k] * y[k];
+            y[i] /= mass[i + n * i];
+        }
+        const double whole = dot_of(y, y, n);
+        for (int k = 0; k < r; k++) {
+            const double part = dot_of(y, row[k], n);
+            for (int i = 0; i < n; i++)
+                y[i] -= part * row[k][i];
+        }
+        const double normal = dot_of(y, y, n);
+        least = fmin(least, normal / whole);
+        for (int i = 0; i < n; i++)
+            y[i] /= sqrt(normal);
+    }
+    return least;
+}
