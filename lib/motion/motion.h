@@ -258,9 +258,10 @@ typedef struct kt_known_gap {
 
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
-    size_t x;       /* auxiliary states */
-    size_t work;    /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
-    size_t n;       /* of the integrator: work, or work + 2 if a balance is computed */
+    size_t x;    /* auxiliary states */
+    size_t work; /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
+    size_t n;    /* of the integrator: work, or work + 2 if a balance is computed: */
+    bool integrates_works;
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
     size_t gap;   /* effects that act on one side of a boundary */
@@ -272,9 +273,7 @@ typedef struct kt_simulation_sizes {
     size_t mask;              /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
     size_t ranks;
 #endif
-#if KT_HAS_QUASI_STATICS
-    size_t balanced; /* n if coordinates move no mass, else 0 */
-#endif
+    size_t balanced; /* n if coordinates move no mass, so that their forces are balanced in every state; else 0 */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
@@ -474,24 +473,10 @@ static inline size_t kt_simulation_contact_events(const kt_simulation *simulatio
 #endif
 }
 
-/* Whether some coordinates move no mass, so that the forces on these coordinates are balanced in every state. */
-static inline bool kt_simulation_balances_forces(const kt_simulation *simulation) {
-#if KT_HAS_QUASI_STATICS
-    return simulation->size.balanced > 0;
-#else
-    (void)simulation;
-    return false;
-#endif
-}
-
-static inline bool kt_simulation_is_balanced(const kt_simulation *simulation) {
-    return simulation->size.n > simulation->size.work;
-}
-
 /* The works in a state y; NaN if they are not computed. */
 static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
     kt_work none = {(double)NAN, (double)NAN};
-    if (!kt_simulation_is_balanced(simulation))
+    if (!simulation->size.integrates_works)
         return none;
     kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
     return work;

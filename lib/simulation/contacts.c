@@ -150,7 +150,7 @@ static kt_status add_holds(kt_simulation *simulation, const double *y, double *l
 static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
-    const bool balanced = kt_simulation_is_balanced(simulation), accounts = balanced || simulation->watches_works;
+    const bool balanced = simulation->size.integrates_works, accounts = balanced || simulation->watches_works;
     const uint64_t set = kt_contacts_set(simulation);
     kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
     kt_status status = KT_OK;

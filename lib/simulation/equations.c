@@ -21,6 +21,7 @@
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
+#include "model/switching.h"
 #include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
@@ -53,9 +54,10 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
 
 /* Writes v' to `a`, and points *rate at the velocities that give q': those of the state, or the caller's. The state is
  * a part of y. power: NULL without a balance. */
-static int accelerate_state(kt_simulation *simulation, kt_dynamic_state at, const double **rate, double *a,
+static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *given, const double **rate, double *a,
                             kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
+    kt_dynamic_state at = *given;
     *rate = at.v;
     if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
         kt_simulation_inputs(simulation, at.q, &at.tau, &at.external);
@@ -76,25 +78,21 @@ static int accelerate_state(kt_simulation *simulation, kt_dynamic_state at, cons
     return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
 }
 
-/* The state in y, under the forces of the simulation. */
-KT_INLINE kt_dynamic_state state_at(const kt_simulation *simulation, double t, const double *y) {
-    return (kt_dynamic_state){t, y, y + simulation->size.nq, simulation->tau, simulation->external};
-}
-
 int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                              const kt_wrench *external, double *a, kt_error *error) {
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate_state(simulation, (kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a,
+    return accelerate_state(simulation, &(kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a,
                             NULL, error);
 }
 
 int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
+    const kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate_state(simulation, state_at(simulation, t, y), &rate, simulation->a, power, error);
+    return accelerate_state(simulation, &at, &rate, simulation->a, power, error);
 }
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
@@ -106,56 +104,12 @@ KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, 
     return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
 }
 
-/* Computes the slope at (t, y), with the forces and drives of the time `at`, which differs from t by rounding. The
- * argument `state` is y, or y with its forces balanced. */
-KT_INLINE int find_slope(kt_simulation *simulation, double t, double at, const double *y, const double *state,
-                         double *dydt) {
-    const kt_simulation_sizes *size = &simulation->size;
-    const bool balanced = kt_simulation_is_balanced(simulation);
-    const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
-    kt_power power = {0.0, 0.0};
-    const double *rate;
-    const int result = accelerate_state(simulation, state_at(simulation, at, state), &rate, dydt + size->nq,
-                                        balanced || at_end ? &power : NULL, &simulation->cause);
-    if (simulation->acceleration == NULL || balanced)
-        simulation->memory.factorizations += (uint64_t)simulation->groups;
-    /* Powers and the caller's right-hand side may leave anything in data. */
-    const bool left = !balanced && !(at_end && (simulation->model->driven || simulation->external != NULL));
-    simulation->cached = left && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
-    simulation->slope = dydt;
-    if (result != 0) {
-        simulation->ahead = t != kt_integrator_time(simulation->integrator);
-        return result > 0 && simulation->ahead ? 1 : -1;
-    }
-    if (size->quaternion > 0)
-        kt_position_rate(simulation->model, state, rate, dydt);
-    else if (size->nq > 0)
-        memcpy(dydt, rate, size->nq * sizeof *dydt);
-    else
-        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
-    if (at_end)
-        kt_simulation_take_power(simulation, y, dydt, power);
-    if (balanced) {
-        dydt[size->work] = power.dissipated;
-        dydt[size->work + 1] = power.supplied;
-    }
-    return 0;
-}
-
-static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, t, y, y, dydt);
-}
-
-static int evaluate_slope_inside(double t, const double *y, double *dydt, void *user) {
-    return find_slope(user, t, kt_simulation_time_inside(user, t), y, y, dydt);
-}
-
 /* Balances the forces of the state y at the time `at`, for coordinates that move no mass. */
 static kt_status balance_forces(kt_simulation *simulation, double at, const double *y, double *balanced,
                                 kt_error *error) {
 #if KT_HAS_QUASI_STATICS
     const kt_simulation_sizes *size = &simulation->size;
-    const kt_dynamic_state state = state_at(simulation, at, y);
+    const kt_dynamic_state state = {at, y, y + size->nq, simulation->tau, simulation->external};
     const kt_status status = kt_massless_solve(simulation->model, simulation->data, &state, error);
     if (status == KT_OK) {
         memmove(balanced, y, size->n * sizeof *y);
@@ -169,35 +123,69 @@ static kt_status balance_forces(kt_simulation *simulation, double at, const doub
 #endif
 }
 
-/* Classifies an error at t for the integrator: a smaller step may avoid it unless it is at the present state. */
-static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
-    simulation->ahead = t != kt_integrator_time(simulation->integrator);
-    return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
-}
-
-/* The right-hand side of models with auxiliary states or coordinates that move no mass. It is a separate function, so
- * that other models need no tests for them. */
-static int evaluate_slope_of_states(double t, const double *y, double *dydt, void *user) {
-    kt_simulation *simulation = user;
-    const kt_simulation_sizes *size = &simulation->size;
-    const double at = simulation->breakpoints.any ? kt_simulation_time_inside(simulation, t) : t;
-    const double *state = y;
+/* Puts the auxiliary states of y into force, and points `at` to the state with its forces balanced. */
+static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynamic_state *at) {
     kt_simulation_use_states(simulation, y);
 #if KT_HAS_QUASI_STATICS
-    if (size->balanced > 0) {
-        const kt_status status = balance_forces(simulation, at, y, simulation->balanced, &simulation->cause);
+    if (simulation->size.balanced > 0) {
+        const kt_status status = balance_forces(simulation, at->t, y, simulation->balanced, &simulation->cause);
         if (status != KT_OK)
-            return fail_slope(simulation, t, status);
-        state = simulation->balanced;
+            return status;
+        at->q = simulation->balanced;
+        at->v = simulation->balanced + simulation->size.nq;
     }
 #endif
-    const int result = find_slope(simulation, t, at, y, state, dydt);
-    if (result != 0 || size->x == 0)
-        return result;
-    const kt_status status =
-        kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at, state, state + size->nq,
-                                         dydt + size->nq + size->nv, &simulation->cause);
-    return status == KT_OK ? 0 : fail_slope(simulation, t, status);
+    (void)at;
+    return KT_OK;
+}
+
+/* Classifies an error at t for the integrator: a smaller step may avoid it unless it is at the present state. */
+static int fail_slope(kt_simulation *simulation, double t, bool is_recoverable) {
+    simulation->ahead = t != kt_integrator_time(simulation->integrator);
+    return is_recoverable && simulation->ahead ? 1 : -1;
+}
+
+/* Computes the slope at (t, y). Next to a breakpoint, forces and drives are those of a time that differs from t by
+ * rounding. */
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_simulation_sizes *size = &simulation->size;
+    const bool works = size->integrates_works;
+    const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
+    kt_dynamic_state at = {t, y, y + size->nq, simulation->tau, simulation->external};
+    kt_power power = {0.0, 0.0};
+    const double *rate;
+    if (simulation->breakpoints.any)
+        at.t = kt_simulation_time_inside(simulation, t);
+    kt_status status = KT_HAS_FORMULAS && size->x + size->balanced > 0 ? use_states(simulation, y, &at) : KT_OK;
+    if (status != KT_OK)
+        return fail_slope(simulation, t, kt_simulation_is_recoverable(status));
+    const int result =
+        accelerate_state(simulation, &at, &rate, dydt + size->nq, works || at_end ? &power : NULL, &simulation->cause);
+    if (simulation->acceleration == NULL || works)
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+    /* Powers and the caller's right-hand side may leave anything in data. */
+    const bool left = !works && !(at_end && (simulation->model->driven || simulation->external != NULL));
+    simulation->cached = left && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    simulation->slope = dydt;
+    if (result != 0)
+        return fail_slope(simulation, t, result > 0);
+    if (size->quaternion > 0)
+        kt_position_rate(simulation->model, at.q, rate, dydt);
+    else if (size->nq > 0)
+        memcpy(dydt, rate, size->nq * sizeof *dydt);
+    else
+        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    if (at_end)
+        kt_simulation_take_power(simulation, y, dydt, power);
+    if (works) {
+        dydt[size->work] = power.dissipated;
+        dydt[size->work + 1] = power.supplied;
+    }
+    if (KT_HAS_FORMULAS && size->x > 0)
+        status = kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at.t, at.q, at.v,
+                                                  dydt + size->nq + size->nv, &simulation->cause);
+    return status == KT_OK ? 0 : fail_slope(simulation, t, kt_simulation_is_recoverable(status));
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -219,6 +207,7 @@ static kt_status project_by_caller(kt_simulation *simulation, double t, double *
 }
 
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    const bool balances = KT_HAS_QUASI_STATICS && simulation->size.balanced > 0;
     *changed = false;
     if (simulation->closes_loops)
         simulation->cached = KT_CACHED_NOTHING;
@@ -230,10 +219,10 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
         simulation->memory.factorizations += (uint64_t)simulation->groups;
         const kt_status status = kt_state_project_trusted(simulation->model, simulation->data, t, y,
                                                           y + simulation->size.nq, changed, error);
-        if (status != KT_OK || !kt_simulation_balances_forces(simulation))
+        if (status != KT_OK || !balances)
             return status;
     }
-    if (kt_simulation_balances_forces(simulation)) {
+    if (balances) {
         *changed = true;
         simulation->cached = KT_CACHED_NOTHING;
         kt_simulation_use_states(simulation, y);
@@ -248,32 +237,28 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* Stores the correction that the engine's own projection has made after a step. */
-static void remember_correction(kt_simulation *simulation, double t) {
-    kt_corrections *corrections = &simulation->memory.corrections;
-    const kt_data *data = simulation->data;
-    corrections->fastest = fmax(corrections->fastest, data->fastest);
-    if (data->correction > corrections->most) {
-        corrections->most = data->correction;
-        corrections->time = t;
-        corrections->v = data->corrected_v;
-    }
-}
-
-/* Projects the state after a step. y is finite, since the integrator has checked it. A motion ends at a dead point of
- * its drives: smaller steps would only approach that point and finally leap over it. */
+/* Projects the state after a step, and stores the correction of the engine's own projection. y is finite, since the
+ * integrator has checked it. A motion ends at a dead point of its drives: smaller steps would only approach that point
+ * and finally leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
-    kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
+    const kt_data *data = simulation->data;
+    const bool engine = simulation->projection == NULL;
+    const kt_status status = kt_simulation_project(simulation, t, y, changed, &simulation->cause);
     simulation->ahead = true;
-    if (simulation->closes_loops && status == KT_OK && simulation->projection == NULL) {
+    if (status != KT_OK)
+        return kt_simulation_is_recoverable(status) && !(engine && data->dead) ? 1 : -1;
+    if (simulation->closes_loops && engine) {
+        kt_corrections *corrections = &simulation->memory.corrections;
         simulation->cached = KT_CACHED_POSES;
-        remember_correction(simulation, t);
+        corrections->fastest = fmax(corrections->fastest, data->fastest);
+        if (data->correction > corrections->most) {
+            corrections->most = data->correction;
+            corrections->time = t;
+            corrections->v = data->corrected_v;
+        }
     }
-    if (status == KT_OK)
-        return 0;
-    const bool dead = simulation->projection == NULL && simulation->data->dead;
-    return kt_simulation_is_recoverable(status) && !dead ? 1 : -1;
+    return 0;
 }
 
 /* Errors of accelerations next to a singular position. They are uncertain by passage.acceleration. If both ways to
@@ -314,13 +299,8 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     if (simulation->steps_over_contacts)
         return (kt_integrator_callbacks){.rhs = write_no_slope, .user = simulation};
 #endif
-    const bool projects =
-        simulation->closes_loops || simulation->size.quaternion > 0 || kt_simulation_balances_forces(simulation);
-    kt_integrator_callbacks callbacks = {simulation->breakpoints.any ? evaluate_slope_inside : evaluate_slope,
-                                         projects ? project_state : NULL, simulation};
-    if (KT_HAS_FORMULAS && (simulation->size.x > 0 || kt_simulation_balances_forces(simulation)))
-        callbacks.rhs = evaluate_slope_of_states;
-    return callbacks;
+    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0 || simulation->size.balanced > 0;
+    return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
 }
 
 /* ---- the model --------------------------------------------------------------------------------------------------- */
@@ -339,9 +319,19 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     kt_simulation_forget_breakpoints(simulation);
 }
 
-kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
-    kt_simulation_renew_model(simulation);
+void kt_simulation_renew_model(const kt_simulation *simulation) {
 #if KT_HAS_EVENTS
+    const kt_model *model = simulation->model;
+    if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
+        simulation->contact_calls->renew(simulation);
+#endif
+    (void)simulation;
+}
+
+kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        kt_simulation_renew_model(simulation);
     if (simulation->memory.beyond) {
         simulation->memory.beyond = false;
         return simulation->contact_calls->resolve(simulation, error);

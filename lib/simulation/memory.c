@@ -190,11 +190,12 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     if (KT_HAS_FORMULAS)
         size->x = x;
     size->work = all > 0 ? all : 1;
-    size->n = size->work + ((settings->record & KT_RECORD_BALANCE) != 0 ? 2 : 0);
+    size->integrates_works = (settings->record & KT_RECORD_BALANCE) != 0;
+    size->n = size->work + (size->integrates_works ? 2 : 0);
 #if KT_HAS_QUASI_STATICS
     size->balanced = model->n.massless > 0 ? size->n : 0;
 #endif
-    size->panel = size->n > size->work && !(settings->run.step > 0.0);
+    size->panel = size->integrates_works && !(settings->run.step > 0.0);
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
@@ -343,7 +344,7 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK && simulation->transformation != NULL)
         return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
     memcpy(simulation->y, q, simulation->size.state * sizeof *q);
-    if (status == KT_OK && kt_simulation_balances_forces(simulation)) {
+    if (status == KT_OK && KT_HAS_QUASI_STATICS && simulation->size.balanced > 0) {
         bool changed;
         status = kt_simulation_project(simulation, 0.0, simulation->y, &changed, error);
         memcpy(q, simulation->y, simulation->size.state * sizeof *q);

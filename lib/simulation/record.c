@@ -330,7 +330,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
     kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
-    for (int k = 0; k < (int)simulation->size.nv && kt_simulation_balances_forces(simulation); k++)
+    for (int k = 0; k < (int)simulation->size.nv && KT_HAS_QUASI_STATICS && simulation->size.balanced > 0; k++)
         if (kt_massless_moves(simulation->model, k))
             a[k] = (double)NAN;
     return KT_OK;

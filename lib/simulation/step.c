@@ -472,7 +472,7 @@ static kt_status exchange_parameters(const instant_change *change, kt_error *err
 static kt_status move_to_change(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
                                 kt_error *error) {
     kt_simulation_energy after = {0.0, 0.0};
-    const bool balanced = kt_simulation_is_balanced(simulation);
+    const bool balanced = simulation->size.integrates_works;
     simulation->cached = KT_CACHED_NOTHING;
 #if KT_HAS_EVENTS
     const bool keeps_forces = simulation->steps_over_contacts && change->q == NULL; /* those of the last step */
@@ -501,7 +501,7 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     begin_change(simulation);
     if (KT_HAS_JACOBIAN && simulation->watches_works)
         kt_simulation_complete_powers(simulation);
-    if (kt_simulation_is_balanced(simulation) || simulation->watches_works)
+    if (simulation->size.integrates_works || simulation->watches_works)
         status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
     if (KT_HAS_EVENTS && status == KT_OK)
         status = exchange_parameters(change, error);
