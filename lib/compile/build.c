@@ -405,6 +405,7 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
         kt_articulated_number(m);
         size_links(b);
         kt_planar_links_fill(m, b->moves);
+        m->exceeds_caches = m->n.link > KT_LINKS_NEAR;
         m->isa = kt_isa_resolve(options->isa);
         gear_links(b);
         m->forward = kt_forward_tree;

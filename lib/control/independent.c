@@ -200,7 +200,7 @@ static kt_status complete_solution(kt_actuation_work *w, kt_data *data, double t
     kt_dense_apply(w->basis, (int)nv, w->dofs, w->solution, w->right);
     for (size_t i = 0; i < nv; i++)
         w->right[i] = w->chosen[i] ? x[i] : w->right[i] + w->force[i];
-    return kt_commit(w->model, w->right, x, v ? "acceleration" : "velocity", error);
+    return kt_commit(w->model, NULL, w->right, x, v ? "acceleration" : "velocity", error);
 }
 
 /* The chosen ones of n numbers are finite. */

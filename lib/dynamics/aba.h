@@ -442,7 +442,7 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
     kt_link_motion *motion = data->motion;
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
     kt_angles_gather(model, data, q, 0, angles, data->sine, data->cosine);
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     kt_ground_set(kt_gravity3(model, data), &motion[0]);
     for (size_t i = 1; i < end; i++) {
         const kt_link *link = &model->link[i];
@@ -488,7 +488,7 @@ static __attribute__((noinline, unused)) kt_elimination kt_eliminate_armature(co
 KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,
                                          kt_eliminate *eliminate, void *context) {
     const size_t stride = data->has_external ? 1 : 0; /* from the wrench of a link to the next one's */
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     kt_articulated x, carried;
     bool ended = false; /* the link before has passed nothing on */
     memset(&carried, 0, sizeof carried);
@@ -523,7 +523,7 @@ typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, kt_real1
 
 KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,
                                       kt_real1 *a) {
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     for (size_t i = 1; i < end; i++) {
         if (far) {
             kt_link_fetch(model, data, kt_ahead(i, end));

@@ -257,7 +257,7 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_real2 e = kt_make2(kt_real1_splat(1.0), kt_real1_splat(0.0));
     kt_real1 omega = kt_real1_splat(0.0);
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     kt_planar_ground_set(plane->gravity, &motion[0]);
     for (; link < last; link++, m++) {
         if (far)
@@ -266,8 +266,8 @@ KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data
             e = kt_load2(motion[link->parent].rotation);
             omega = motion[link->parent].omega;
         }
-        e = kt_planar_pose_after(link, e, q, cosine, sine, m);
-        omega = kt_planar_velocity_after(link, omega, v, m);
+        e = kt_planar_pose(link, e, q, cosine, sine, m);
+        omega = kt_planar_velocity(link, omega, v, m);
         kt_planar_wrench_set(link, omega, m);
         if (link->branches)
             data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
@@ -313,7 +313,7 @@ KT_INLINE size_t kt_planar_articulated_backward(const kt_model *model, kt_data *
     kt_planar_response *response = &data->planar_response[plane->last] - 1;
     kt_planar_inertia *inertia = data->planar_inertia;
     kt_planar_carried x = {.j = kt_real1_splat(0.0)};
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     bool ended = false; /* the link before has passed nothing on */
     for (; link >= first; link--, m--, response--) {
         if (far)
@@ -345,7 +345,7 @@ KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *dat
     kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
     kt_real2 linear = kt_minus2(kt_const_load2(gravity));
     kt_real1 alpha = kt_real1_splat(0.0);
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     kt_store2(motion[0].linear, linear);
     for (; link < last; link++, m++, response++) {
         if (far)

@@ -60,7 +60,8 @@ KT_INLINE void poses(const kt_model *model, kt_data *data, const kt_plane *plane
     kt_planar_ground_set(none, &motion[0]);
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
-        kt_planar_pose(link, &motion[link->parent], q, data->planar_cosine, data->planar_sine, &motion[k]);
+        (void)kt_planar_pose(link, kt_load2(motion[link->parent].rotation), q, data->planar_cosine, data->planar_sine,
+                             &motion[k]);
         if (link->branches)
             data->planar_inertia[k] = (kt_planar_inertia){.j = 0.0};
     }

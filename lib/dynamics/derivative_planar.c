@@ -58,8 +58,8 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];
         const kt_planar_motion *up = &motion[link->parent];
-        kt_planar_pose(link, up, at->q, data->planar_cosine, data->planar_sine, &motion[k]);
-        kt_planar_velocity(link, up, at->v, &motion[k]);
+        (void)kt_planar_pose(link, kt_load2(up->rotation), at->q, data->planar_cosine, data->planar_sine, &motion[k]);
+        (void)kt_planar_velocity(link, up->omega, at->v, &motion[k]);
         kt_planar_acceleration(link, up, a, &motion[k]);
         set_link(link, &motion[k], up, at->v, &links[k]);
     }

@@ -1,7 +1,6 @@
 /* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace missing inputs by
  * zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
-#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
@@ -44,13 +43,17 @@ static const char *body_of_velocity(const kt_model *model, size_t v) {
     return model->text + model->body[best].name;
 }
 
-/* Copies a result if it is finite; otherwise names the joint at which it is not. */
-kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error) {
+kt_status kt_commit(const kt_model *model, const kt_input *input, const double *from, double *to, const char *what,
+                    kt_error *error) {
     const size_t n = model->n.v;
     if (kt_all_finite(from, n)) {
-        kt_copy(to, from, n * sizeof *to);
+        if (n > 0) /* `to` may be NULL otherwise */
+            memcpy(to, from, n * sizeof *to);
         return KT_OK;
     }
+    const kt_status status = input ? kt_input_check(model, input, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
     size_t i = 0;
     while (i < n - 1 && isfinite(from[i]))
         i++;
@@ -59,17 +62,6 @@ kt_status kt_commit(const kt_model *model, const double *from, double *to, const
     return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
                         "its %s is %g; look for a position, velocity, force or torque that is not finite or is huge",
                         what, from[i]);
-}
-
-/* Copies a result. If it is not finite, checks the inputs, and reports them if they are at fault. */
-static kt_status commit_or_blame(const kt_model *model, const kt_input *input, const double *from, double *to,
-                                 const char *what, kt_error *error) {
-    if (kt_all_finite(from, model->n.v)) {
-        kt_copy(to, from, model->n.v * sizeof *to);
-        return KT_OK;
-    }
-    const kt_status status = kt_input_check(model, input, error);
-    return status == KT_OK ? kt_commit(model, from, to, what, error) : status;
 }
 
 static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_SIZE]) {
@@ -83,7 +75,7 @@ kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic
     const size_t failed = model->kernels->forward(model, data, at->q, at->v ? at->v : model->zero,
                                                   at->tau ? at->tau : model->zero, at->external, data->scratch);
     if (!failed)
-        return commit_or_blame(model, &input, data->scratch, a, "acceleration", error);
+        return kt_commit(model, &input, data->scratch, a, "acceleration", error);
     const kt_status status = kt_input_check(model, &input, error);
     if (status != KT_OK)
         return status;
@@ -98,7 +90,7 @@ kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double 
                              const kt_wrench *external, double *tau, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     model->kernels->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
-    return commit_or_blame(model, &input, data->scratch, tau, "force", error);
+    return kt_commit(model, &input, data->scratch, tau, "force", error);
 }
 
 kt_status kt_dynamics_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,

@@ -169,8 +169,10 @@ kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
 
-/* Copies a result of nv numbers if it is finite; otherwise the error names the joint at which it is not. */
-kt_status kt_commit(const kt_model *model, const double *from, double *to, const char *what, kt_error *error);
+/* Copies a result of nv numbers if it is finite. Otherwise the error reports the input that is at fault (NULL: none is
+ * checked), or names the joint at which the result is not finite. */
+kt_status kt_commit(const kt_model *model, const kt_input *input, const double *from, double *to, const char *what,
+                    kt_error *error);
 
 /* Does the same as kt_kinematics_update, but writes to `links` instead of data->kinematics. If links is NULL, writes to
  * data->motion alone. posed: the data already hold the poses of q. Outputs are unchanged on failure. */

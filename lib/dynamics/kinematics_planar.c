@@ -43,8 +43,8 @@ KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_pl
         kt_link_origin *at = &data->origin[i];
         const kt_link_origin *before = &data->origin[model->link[i].parent];
         if (!posed)
-            kt_planar_pose(link, parent, q, data->planar_cosine, data->planar_sine, &flat[k]);
-        kt_planar_velocity(link, parent, v, &flat[k]);
+            (void)kt_planar_pose(link, kt_load2(parent->rotation), q, data->planar_cosine, data->planar_sine, &flat[k]);
+        (void)kt_planar_velocity(link, parent->omega, v, &flat[k]);
         kt_planar_acceleration(link, parent, a, &flat[k]);
         to_world(basis, &model->planar_rest[k], &flat[k], m);
         m->offset = kt_const_apply3(up->axes, model->link[i].at);

@@ -29,7 +29,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
     kt_link_origin *load = data->origin;
-    const bool far = kt_is_far(model);
+    const bool far = model->exceeds_caches;
     kt_dof_projection p;
     kt_angles_gather(model, data, q, 0, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_gravity3(model, data), &motion[0]);

@@ -60,7 +60,7 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
         kt_planar_motion *m = &motion[k];
         kt_planar_gradient_link *x = &links[k];
         const kt_real2 r = kt_across2(kt_load2(m->offset));
-        kt_planar_velocity(link, up, at->v, m);
+        (void)kt_planar_velocity(link, up->omega, at->v, m);
         kt_planar_acceleration(link, up, at->a, m);
         x->velocity = kt_add2(px->velocity, kt_scale2(up->omega, r));
         x->u = kt_add2(px->u, kt_scale2(px->w, r));

@@ -26,8 +26,8 @@ static inline void forward_pass(const kt_model *model, kt_data *data, const kt_p
     kt_planar_ground_set(plane->gravity, &motion[0]);
     for (; link < last; link++, m++) {
         const kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
-        kt_planar_pose(link, parent, q, cosine, sine, m);
-        kt_planar_velocity(link, parent, v, m);
+        (void)kt_planar_pose(link, kt_load2(parent->rotation), q, cosine, sine, m);
+        (void)kt_planar_velocity(link, parent->omega, v, m);
         kt_planar_acceleration(link, parent, a, m);
         inertial_wrench(link, m);
     }

@@ -27,12 +27,10 @@ KT_OPERATOR bool kt_is_rejected(void *data, kt_condition has_inertia) {
 #endif
 }
 
-/* Prefetches memory that a sweep reaches a few links later. This makes a mechanism faster that exceeds the caches:
- * processors prefetch along few arrays at a time, and less so backwards. It does not help if a cache holds the
- * mechanism. */
-enum { KT_LINKS_AHEAD = 8, KT_LINKS_NEAR = 3000 };
-
-KT_INLINE bool kt_is_far(const kt_model *model) { return model->n.link > KT_LINKS_NEAR; }
+/* Prefetches memory that a sweep reaches a few links later. This makes a mechanism faster that exceeds the caches
+ * (model->exceeds_caches): processors prefetch along few arrays at a time, and less so backwards. It does not help if a
+ * cache holds the mechanism. */
+enum { KT_LINKS_AHEAD = 8 };
 
 KT_INLINE void kt_fetch(const void *memory, size_t size) {
 #ifdef __OPTIMIZE_SIZE__

@@ -44,8 +44,8 @@ KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motio
 }
 
 /* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
-KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, const kt_real1 *q,
-                                        const kt_real1 *cosine, const kt_real1 *sine, kt_planar_motion *out) {
+KT_INLINE kt_real2 kt_planar_pose(const kt_planar_link *link, kt_real2 e, const kt_real1 *q, const kt_real1 *cosine,
+                                  const kt_real1 *sine, kt_planar_motion *out) {
     if (link->revolute) {
         const kt_real2 own = kt_planar_sum(e, cosine[link->angle], link->sign * sine[link->angle]);
         kt_store2(out->offset, kt_planar_const_sum(e, link->at));
@@ -60,8 +60,8 @@ KT_INLINE kt_real2 kt_planar_pose_after(const kt_planar_link *link, kt_real2 e, 
 
 /* Computes the velocity of one link whose pose is set, from its parent's angular velocity w. Stores c_f in linear.
  * Returns its own omega. */
-KT_INLINE kt_real1 kt_planar_velocity_after(const kt_planar_link *link, kt_real1 w, const kt_real1 *v,
-                                            kt_planar_motion *out) {
+KT_INLINE kt_real1 kt_planar_velocity(const kt_planar_link *link, kt_real1 w, const kt_real1 *v,
+                                      kt_planar_motion *out) {
     const kt_real2 around = kt_scale2(-(w * w), kt_load2(out->offset));
     const kt_real1 x = v[link->v];
     if (link->revolute) {
@@ -71,17 +71,6 @@ KT_INLINE kt_real1 kt_planar_velocity_after(const kt_planar_link *link, kt_real1
     const kt_real2 u = kt_planar_const_sum(kt_load2(out->rotation), link->along);
     kt_store2(out->linear, kt_add2(around, kt_scale2(2.0 * (w * x), kt_across2(u))));
     return out->omega = w;
-}
-
-/* The pose and velocity of one link from the parent's motion. */
-KT_INLINE void kt_planar_pose(const kt_planar_link *link, const kt_planar_motion *parent, const kt_real1 *q,
-                              const kt_real1 *cosine, const kt_real1 *sine, kt_planar_motion *out) {
-    (void)kt_planar_pose_after(link, kt_load2(parent->rotation), q, cosine, sine, out);
-}
-
-KT_INLINE void kt_planar_velocity(const kt_planar_link *link, const kt_planar_motion *parent, const kt_real1 *v,
-                                  kt_planar_motion *out) {
-    (void)kt_planar_velocity_after(link, parent->omega, v, out);
 }
 
 /* From c_f to the full accelerations, for joint accelerations a. */

@@ -190,33 +190,12 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
 KT_INLINE bool has_joint_force_callback(const kt_model *model) {
     return model->n.effect > 0 && model->batch[0].ends == 0;
 }
-KT_INLINE bool has_wrench_callback(const kt_model *model) { return model->n.force_link > 0; }
 
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at) {
     if (has_joint_force_callback(model))
         at->tau = data->tau;
-    if (has_wrench_callback(model))
+    if (model->n.force_link > 0)
         at->external = data->applied;
-}
-
-/* s->power and s->differenced are constants where this is inlined. */
-KT_INLINE bool sum_all(sum *s) {
-    const kt_model *model = s->model;
-    kt_data *data = s->data;
-    if (has_joint_force_callback(model))
-        memcpy(data->tau, s->at->tau ? s->at->tau : model->zero, model->n.v * sizeof(double));
-    if (has_wrench_callback(model)) {
-        if (s->at->external)
-            memcpy(data->applied, s->at->external, model->n.body * sizeof *data->applied);
-        else
-            memset(data->applied, 0, model->n.body * sizeof *data->applied);
-        kt_force_frames_sweep(model, data, s->at->q, s->at->v);
-    }
-    for (size_t i = 0; i < model->n.batch; i++)
-        if ((!s->differenced || model->batch[i].type == KT_EFFECT_CUSTOM) &&
-            !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
-            return false;
-    return true;
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
@@ -339,19 +318,33 @@ static kt_status blame_effect(const sum *s, kt_error *error) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-/* Ends a sum: at->tau and at->external become the sums. Otherwise the error names the effect at fault. */
-KT_INLINE kt_status conclude(const sum *s, bool done, kt_dynamic_state *at, kt_error *error) {
-    if (!done)
-        return reject_code(s, error);
+/* Makes at->tau and at->external the sums; or the error names the effect at fault. s->power and s->differenced are
+ * constants where this is inlined. */
+KT_INLINE kt_status sum_all(sum *s, kt_dynamic_state *at, kt_error *error) {
+    const kt_model *model = s->model;
+    kt_data *data = s->data;
+    s->at = at;
+    if (has_joint_force_callback(model))
+        memcpy(data->tau, at->tau ? at->tau : model->zero, model->n.v * sizeof(double));
+    if (model->n.force_link > 0) {
+        if (at->external)
+            memcpy(data->applied, at->external, model->n.body * sizeof *data->applied);
+        else
+            memset(data->applied, 0, model->n.body * sizeof *data->applied);
+        kt_force_frames_sweep(model, data, at->q, at->v);
+    }
+    for (size_t i = 0; i < model->n.batch; i++)
+        if ((!s->differenced || model->batch[i].type == KT_EFFECT_CUSTOM) &&
+            !(model->batch[i].ends ? apply_wrenches(s, &model->batch[i]) : apply_joint_forces(s, &model->batch[i])))
+            return reject_code(s, error);
     const kt_status status = s->excess == 0.0 ? KT_OK : blame_effect(s, error);
-    kt_effects_recall(s->model, s->data, at);
+    kt_effects_recall(model, data, at);
     return status;
 }
 
 kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
-    sum s = {.model = model, .data = data, .at = at, .power = NULL};
-    const bool done = sum_all(&s);
-    return conclude(&s, done, at, error);
+    sum s = {.model = model, .data = data, .power = NULL};
+    return sum_all(&s, at, error);
 }
 
 #if KT_HAS_EFFECT_JACOBIAN
@@ -432,16 +425,14 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
 #endif
 
 kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
-    sum s = {.model = model, .data = data, .at = at, .power = NULL, .differenced = true};
-    const bool done = sum_all(&s);
-    return conclude(&s, done, at, error);
+    sum s = {.model = model, .data = data, .power = NULL, .differenced = true};
+    return sum_all(&s, at, error);
 }
 
 kt_status kt_effects_account(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_power *power,
                              kt_error *error) {
-    sum s = {.model = model, .data = data, .at = at, .power = power};
-    const bool done = sum_all(&s);
-    return conclude(&s, done, at, error);
+    sum s = {.model = model, .data = data, .power = power};
+    return sum_all(&s, at, error);
 }
 
 /* Adds J' W = g(q) - (g(q) - J' W), from inverse dynamics at rest with the wrenches and without. */
@@ -472,7 +463,7 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
     memcpy(all, at.tau, model->n.v * sizeof *all);
     if (at.external)
         status = add_wrenches_along(model, data, q, at.external, all, error);
-    return status == KT_OK ? kt_commit(model, all, forces, "force", error) : status;
+    return status == KT_OK ? kt_commit(model, NULL, all, forces, "force", error) : status;
 }
 
 double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {

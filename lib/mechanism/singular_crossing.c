@@ -510,7 +510,7 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynam
     }
     const kt_input input = {.q = at.q, .v = at.v, .x = at.tau, .what = "force or torque", .external = at.external};
     kt_status status = failed ? reject_singular_position(model, failed, at.t, &input, error)
-                              : kt_commit(model, data->scratch, a, "acceleration", error);
+                              : kt_commit(model, NULL, data->scratch, a, "acceleration", error);
     if (status == KT_OK)
         return KT_OK;
     const kt_status faulty = failed ? KT_OK : kt_input_check(model, &input, error);

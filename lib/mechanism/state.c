@@ -37,8 +37,8 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     double *new_q = data->assembled_q, *new_v = data->assembled_v;
     const kt_input input = {.q = q, .v = v};
     data->dead = false;
-    kt_copy(new_q, q, model->n.q * sizeof *q);
-    kt_copy(new_v, v, model->n.v * sizeof *v);
+    memcpy(new_q, q, model->n.q * sizeof *q);
+    memcpy(new_v, v, model->n.v * sizeof *v);
     if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
         return kt_input_reject_not_finite(model, t, &input, error);
     if (KT_HAS_LOOPS && model->n.group) {
@@ -47,9 +47,9 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
             return status;
     }
     measure_correction(model, data, v, new_v);
-    moved |= model->n.q > 0 && memcmp(q, new_q, model->n.q * sizeof *q) != 0;
-    kt_copy(q, new_q, model->n.q * sizeof *q);
-    kt_copy(v, new_v, model->n.v * sizeof *v);
+    moved |= memcmp(q, new_q, model->n.q * sizeof *q) != 0;
+    memcpy(q, new_q, model->n.q * sizeof *q);
+    memcpy(v, new_v, model->n.v * sizeof *v);
     if (changed)
         *changed = moved;
     return KT_OK;
@@ -61,7 +61,9 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
         return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v};
     const kt_status status = kt_input_check(model, &input, error);
-    return status == KT_OK ? kt_state_project_trusted(model, data, t, q, v, changed, error) : status;
+    double none = 0.0; /* a model that does not move may have no arrays */
+    return status == KT_OK ? kt_state_project_trusted(model, data, t, q ? q : &none, v ? v : &none, changed, error)
+                           : status;
 }
 
 kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool projects, double *q, double *v,

@@ -175,6 +175,9 @@ typedef struct kt_dynamic_state {
 typedef kt_status kt_forward_call(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                   kt_error *error);
 
+/* Data of so many links fit into the caches of a processor (dynamics/sweep.h). */
+enum { KT_LINKS_NEAR = 3000 };
+
 struct kt_model {
     size_t bytes;
     kt_counts n;
@@ -199,6 +202,7 @@ struct kt_model {
     double tolerance;    /* that of the description: by which loops may contradict each other (compile/rank.c) */
     double disagreement; /* by which they do, with the increase that motion may cause; 0: they do not */
     double rounding;     /* relative gaps that given lengths leave by their rounding (closure/rounding.h) */
+    bool exceeds_caches; /* it has more than KT_LINKS_NEAR links */
     bool ordered;        /* velocity coordinates have the order of the links */
     bool driven;         /* some loop depends on time, or drives at a constant speed */
     bool has_delassus;   /* some group is solved by reduction/delassus.h */

@@ -21,8 +21,8 @@ void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const
     kt_planar_gather(model, data, q);
     kt_planar_ground_set(none, &motion[0]);
     for (size_t k = 1; k < model->n.planar; k++)
-        kt_planar_pose(&model->planar[k], &motion[model->planar[k].parent], q, data->planar_cosine, data->planar_sine,
-                       &motion[k]);
+        (void)kt_planar_pose(&model->planar[k], kt_load2(motion[model->planar[k].parent].rotation), q,
+                             data->planar_cosine, data->planar_sine, &motion[k]);
 }
 
 /* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
@@ -30,7 +30,7 @@ void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
-        kt_planar_velocity(link, &data->planar[link->parent], v, m);
+        (void)kt_planar_velocity(link, data->planar[link->parent].omega, v, m);
         kt_planar_wrench_set(link, m->omega, m);
         if (link->branches)
             data->planar_inertia[k] = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
@@ -126,23 +126,6 @@ static bool eliminate_planar_front(const kt_model *model, kt_data *data, int32_t
     return true;
 }
 
-/* Eliminates one group in the backward pass; `top` is its parent's planar index. On the ground this gives its
- * accelerations. */
-static bool eliminate_whole(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *gravity,
-                            const double *tau, double *a) {
-    const kt_group *group = &model->group[g];
-    kt_group_work w;
-    kt_group_find(model, data, (size_t)g, data->factored[g], &w);
-    kt_planar_group_bias(model, data, group, top, -gravity[0], -gravity[1]);
-    if (data->special_form[g])
-        return KT_KERNEL(kt_front4_solve)(model, data, (size_t)g, tau, a);
-    if (kt_group_has_fronts(group))
-        return eliminate_planar_front(model, data, g, top, tau, a);
-    if (group->has_armature)
-        return eliminate_dense_armature(model, data, group, &w, top, tau, a);
-    return eliminate_dense(model, data, group, &w, top, tau, false, a);
-}
-
 #endif
 
 /* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
@@ -191,59 +174,44 @@ static size_t solve_planar_delassus(const closure *c, const kt_plane *plane) {
     return model->n.group;
 }
 
+/* Eliminates the group of a link in the backward pass. On the ground this gives its accelerations. */
+static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
+    const kt_model *model = c->model;
+    kt_data *data = c->data;
+    const size_t g = (size_t)link->group;
+    const kt_group *group = &model->group[g];
+    const int32_t top = link->parent;
+    if (c->v && group->form == KT_FORM_PIN)
+        return eliminate_pin(model, data, link->group, top, c->gravity, c->v, tau, c->a);
+    const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+    kt_planar_group_bias(model, data, group, top, kt_const_real1(-c->gravity[0]), kt_const_real1(-c->gravity[1]));
 #ifndef KT_LANES
-
-static bool eliminate_group(const closure *c, const kt_planar_link *link, const double *tau) {
-    const bool pin = c->v && c->model->group[link->group].form == KT_FORM_PIN;
-    return pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
-               : eliminate_whole(c->model, c->data, link->group, link->parent, c->gravity, tau, c->a);
+    if (data->special_form[g])
+        return KT_KERNEL(kt_front4_solve)(model, data, g, tau, c->a);
+    if (kt_group_has_fronts(group))
+        return eliminate_planar_front(model, data, link->group, top, tau, c->a);
+#endif
+    return group->has_armature ? eliminate_dense_armature(model, data, group, &w, top, tau, c->a)
+                               : eliminate_dense(model, data, group, &w, top, tau, false, c->a);
 }
 
-static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, double *a) {
+static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
     const kt_group *group = &model->group[g];
-    kt_group_work w;
     if (pins && group->form == KT_FORM_PIN) {
         kt_pin_respond(model, data, group, top, a);
         return;
     }
+#ifndef KT_LANES
     if (kt_group_has_fronts(group)) {
         const kt_planar_motion *p = &data->planar[top];
         const double base[3] = {p->alpha, p->linear[0], p->linear[1]};
         KT_KERNEL(kt_front_respond)(model, data, (size_t)g, base, a);
         return;
     }
-    kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
-    kt_planar_group_respond(model, data, group, &w, top, a);
-}
-
-#else
-
-static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
-    const kt_model *model = c->model;
-    const kt_group *group = &model->group[link->group];
-    const size_t g = (size_t)link->group;
-    kt_group_work w;
-    if (c->v && group->form == KT_FORM_PIN)
-        return eliminate_pin(model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a);
-    kt_group_find(model, c->data, g, c->data->factored[g], &w);
-    kt_planar_group_bias(model, c->data, group, link->parent, kt_const_real1(-c->gravity[0]),
-                         kt_const_real1(-c->gravity[1]));
-    return group->has_armature ? eliminate_dense_armature(model, c->data, group, &w, link->parent, tau, c->a)
-                               : eliminate_dense(model, c->data, group, &w, link->parent, tau, false, c->a);
-}
-
-static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
-    const kt_group *group = &model->group[g];
-    kt_group_work w;
-    if (pins && group->form == KT_FORM_PIN) {
-        kt_pin_respond(model, data, group, top, a);
-        return;
-    }
-    kt_group_find(model, data, (size_t)g, KT_ROWS_ALL, &w);
-    kt_planar_group_respond(model, data, group, &w, top, a);
-}
-
 #endif
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)g, KT_ROWS_ALL);
+    kt_planar_group_respond(model, data, group, &w, top, a);
+}
 
 /* A group is eliminated at its first link, which the backward pass reaches last; `joint` eliminates links of the
  * tree. */
