@@ -254,8 +254,7 @@ static bool close_initial_velocities(const kt_model *model, kt_data *data, doubl
 static bool group_fits_velocities(const kt_model *model, kt_data *data, size_t g, double t, const double *q,
                                   const double *v) {
     kt_violation violation = kt_violation_none;
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    kt_group_velocity_violation(model, data, g, &w, v, &violation);
+    model->group_kernels->violate(model, data, g, v, &violation);
     return violation.slip <= KT_CLOSED_STEP * violation.speed ||
            kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }

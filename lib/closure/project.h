@@ -36,24 +36,11 @@ typedef enum kt_closure {
 } kt_closure;
 
 /* Whether a group was near a singular position when it was last factored. */
-static inline bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
-    for (size_t g = 0; g < model->n.group; g++)
-        if (data->near[g])
-            return true;
-    return false;
-}
+bool kt_is_near_singular(const kt_model *model, const kt_data *data);
 
 /* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. It is
  * 0 if a direction is lost, and 1 if no group is near. `rows` must be factored, with all directions. */
-static inline double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows rows) {
-    double least = 1.0;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const bool lost = data->rank[g] < model->group[g].rank[rows];
-        if (data->near[g])
-            least = fmin(least, lost ? 0.0 : data->last[g] / model->group[g].usual[rows]);
-    }
-    return least;
-}
+double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows rows);
 
 /* The in-place forms of kt_state_project and kt_state_assemble for a model with loops. `given` are the positions before
  * the assembly. `input` is used in messages. */
@@ -69,26 +56,10 @@ kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, cons
 void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d);
 
 /* Stores -(A v + phi_t) of all groups in `right` and its violation in *violation. */
-static inline void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v,
-                                         kt_violation *violation) {
-    violation->velocity = violation->slip = 0.0;
-    violation->speed = KT_SPEED_LEAST;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_group_velocity_violation(model, data, g, &w, v, violation);
-    }
-}
+void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation);
 
 /* right <- -phi in all groups whose gap is above `goal`. */
-static inline void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        kt_violation violation = kt_violation_none;
-        kt_group_position_residuals(&w, &violation);
-        for (int r = 0; r < w.k; r++) /* closed groups do not move, even if others must */
-            w.right[r] = violation.gap > goal ? -w.residual[r] : 0.0;
-    }
-}
+void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal);
 
 /* The end of a projection. */
 typedef struct kt_projection_limits {

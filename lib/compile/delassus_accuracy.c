@@ -34,9 +34,8 @@
  * is relative to the largest term, or to the terms of velocities of 1 rad/s if these are larger. Equations that depend
  * on others do not count. */
 static double off_by(const kt_model *model, kt_data *data, size_t g, const double *a) {
-    kt_group_work w;
     double off = 0.0, terms = 1.0;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     model->group_kernels->apply(model, data, g, KT_ROWS_ALL, a, kt_group_products(&w), w.residual);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)

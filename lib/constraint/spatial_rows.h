@@ -209,8 +209,7 @@ KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size
     const kt_group *group = &model->group[g];
     const kt_loop_record *loop = &model->loop[model->group_loop[group->loop]];
     const int32_t slot = kt_rows_slots(model, group, loop)[0];
-    kt_group_work w;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     w.a[0] = slot >= 0 ? model->term[loop->term].coefficient : 0.0;
     kt_rows_relation_value(model, group, &w, loop, slot, q, t);
 }

@@ -72,10 +72,9 @@ static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) {
 
 double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
     const int32_t slot = slot_of(model, loop);
-    kt_group_work w;
     if (slot < 0)
         return 0.0;
-    kt_group_find(model, data, (size_t)loop->group, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     return w.multiplier[slot];
 }
 

@@ -364,10 +364,6 @@ typedef struct sums {
     kt_real4 square[KT_DELASSUS_MAX], force;
 } sums;
 
-KT_INLINE const kt_front_motion *motion_of(const sweep *s, int32_t link) {
-    return &s->data->front_motion[s->f.group->v + s->model->link[link].local];
-}
-
 KT_INLINE void add_dof(const sweep *s, int n, int32_t local, kt_real4 u, kt_real1 inverse, kt_real1 free, sums *to) {
     kt_store4(n, u, &s->d.column[local]);
     s->d.inverse[local] = inverse;
@@ -470,7 +466,9 @@ KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) 
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
         const bool spherical = s->model->link[i].motion == KT_MOTION_SPHERICAL;
-        const kt_front_motion *from = spherical ? motion_of(s, i) : up ? motion_of(s, up) : &rest;
+        const kt_front_motion *from = spherical ? kt_front_motion_of(&s->f, i)
+                                      : up      ? kt_front_motion_of(&s->f, up)
+                                                : &rest;
         const kt_front_motion at = {.alpha = from->alpha, .linear = kt_add3(from->linear, ground)};
         receive(s, i, is, from_child, &p);
         if (is.components == KT_FRONT_SPACE / 2)

@@ -165,5 +165,6 @@ KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric
 
 #define KT_DRIVER_KERNELS                                                                                              \
     .forward = forward, .residuals = residuals, .fill = fill, .prepare = prepare, .least_step = least_step,            \
-    .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure), .damp = KT_KERNEL(kt_damped_solve),   \
+    .violate = KT_KERNEL(kt_group_violate_velocities), .apply = KT_KERNEL(kt_front_apply),                             \
+    .measure = KT_KERNEL(kt_damped_measure), .damp = KT_KERNEL(kt_damped_solve),                                       \
     .nullspace = KT_KERNEL(kt_front_nullspace), .factor = KT_KERNEL(kt_groups_factor)

@@ -178,7 +178,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
                     .components = kt_front_is_planar(model, data, g) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
                     .stride = plan->stride};
-    kt_group_find(model, data, g, rows, &f->w);
+    f->w = kt_group_matrices(model, data, g, rows);
     const size_t stride = (size_t)plan->stride;
     kt_real1 *at = f->w.front + plan->shared;
     f->link_acceleration = at, at += plan->vectors * (size_t)plan->width;

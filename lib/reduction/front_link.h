@@ -67,6 +67,11 @@ KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, d
 
 #endif
 
+/* The motion of a link of the group, relative to the parent's origin (front_rows.c). */
+KT_INLINE kt_front_motion *kt_front_motion_of(const kt_front *f, int32_t link) {
+    return &f->data->front_motion[f->group->v + f->model->link[link].local];
+}
+
 /* The holder of the equation of a relation that a step completes. */
 static inline int32_t kt_front_relation_of(const kt_front *f, const kt_front_step *step, int32_t loop) {
     int32_t i = step->term;

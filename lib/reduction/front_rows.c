@@ -13,10 +13,6 @@
 
 /* ---- motion of the links ----------------------------------------------------------------------------------------- */
 
-static kt_front_motion *front_motion_of(const kt_front *f, int32_t link) {
-    return &f->data->front_motion[f->group->v + f->model->link[link].local];
-}
-
 /* Returns the point to which positions are relative, in the axes of the parent. It is that of the first loop that has
  * one. */
 static kt_real3 front_origin_of(const kt_front *f, bool planar) {
@@ -88,11 +84,11 @@ static kt_front_motion motion_of_parent(const kt_front *f, bool planar) {
 static void move_links(const kt_front *f, const kt_front_motion *parent, bool planar, bool moving, const kt_real1 *v) {
     for (int l = 0; l < f->group->link_count; l++) {
         const int32_t i = f->model->group_link[f->group->link + l], up = f->model->link[i].parent;
-        const kt_front_motion *from = up == f->group->parent ? parent : front_motion_of(f, up);
+        const kt_front_motion *from = up == f->group->parent ? parent : kt_front_motion_of(f, up);
         if (planar)
-            move_planar(f, from, i, moving, v, front_motion_of(f, i));
+            move_planar(f, from, i, moving, v, kt_front_motion_of(f, i));
         else
-            move_spatial(f, from, i, moving, v, front_motion_of(f, i));
+            move_spatial(f, from, i, moving, v, kt_front_motion_of(f, i));
     }
 }
 
@@ -106,7 +102,7 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
     for (int k = 0; k < 2; k++) {
-        const kt_front_motion *m = loop->link[k] == f->group->parent ? parent : front_motion_of(f, loop->link[k]);
+        const kt_front_motion *m = loop->link[k] == f->group->parent ? parent : kt_front_motion_of(f, loop->link[k]);
         kt_planar_end *e = &end[k];
         const kt_real1 w = moving ? f->data->planar[flat->link[k]].omega : kt_real1_splat(0.0);
         kt_planar_rotate(&f->data->planar[flat->link[k]], flat->arm[k], e->arm);
@@ -140,7 +136,7 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
 /* The motion of an end; its arm from the origin of its link. */
 static kt_real3 place_end(const kt_front *f, const kt_loop_record *loop, int k, const kt_front_motion *parent,
                           bool moving, kt_loop_end *end) {
-    const kt_front_motion *m = loop->link[k] == f->group->parent ? parent : front_motion_of(f, loop->link[k]);
+    const kt_front_motion *m = loop->link[k] == f->group->parent ? parent : kt_front_motion_of(f, loop->link[k]);
     const kt_link_motion *link = &f->data->motion[loop->link[k]];
     const kt_mat3 *own = &loop->frame[k].rotation;
     const kt_real3 arm = kt_apply3(link->axes, kt_from3(loop->frame[k].position));

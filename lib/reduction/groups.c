@@ -15,8 +15,7 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
-    kt_group_work w;
-    kt_group_find(model, data, g, rows, &w);
+    kt_group_work w = kt_group_matrices(model, data, g, rows);
     int rank = kind->factor(&w, group->rank[rows]);
     data->factored[g] = rows;
     data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;
@@ -65,13 +64,25 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     return some;
 }
 
+void KT_KERNEL(kt_group_violate_velocities)(const kt_model *model, kt_data *data, size_t g, const double *v,
+                                            kt_violation *violation) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    if (kt_group_has_fronts(group)) {
+        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+        kt_group_violation(&w, w.multiplier, violation);
+    } else {
+        kt_group_velocity_residuals(model, group, &w, v, violation);
+    }
+}
+
 void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
                                    kt_violation *violation) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_position_residuals(&w, violation);
     if (v)
-        kt_group_velocity_violation(model, data, g, &w, v, violation);
+        KT_KERNEL(kt_group_violate_velocities)(model, data, g, v, violation);
     for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
         data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
     for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)

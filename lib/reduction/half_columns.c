@@ -51,10 +51,9 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
 /* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
  * whole is left there, too: it then stays at rest to the last bit. */
 static bool choose_half_equations(const kt_model *model, const kt_data *data, size_t g) {
-    kt_group_work w;
     kt_half h;
     int count = 0;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     place(model, data, g, &h);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
@@ -107,8 +106,7 @@ bool KT_KERNEL(kt_half_keep)(const kt_model *model, kt_data *data, size_t i, con
 void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
-    kt_group_work w;
-    kt_group_find(model, data, (size_t)link->group, KT_ROWS_ALL, &w); /* inlined: few of the matrices are read */
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
     const double acceleration = w.right[0] / w.a[0];
     kt_v4 n, f;
     axis_of(link, m, &n, &f);
@@ -431,11 +429,10 @@ static void complete_responses(const kt_model *model, kt_data *data, const kt_gr
 
 bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
-    kt_group_work w;
     kt_half h;
     if (group->rank[KT_ROWS_ALL] == 0)
         return true;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     place(model, data, g, &h);
     find_free(model, data, group, &h);
     for (int b = 0; b < h.n; b++) {
@@ -543,9 +540,8 @@ static void combine_columns(const kt_half *h, const double *factor, int count, c
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
                                    const double *change, const double *column) {
     const kt_group *group = &model->group[g];
-    kt_group_work w;
     kt_half h;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     place(model, data, g, &h);
     combine_columns(&h, factor, count, (const kt_v4 *)(const void *)column, h.free);
     for (int r = 0; r < h.rank; r++) {

@@ -19,6 +19,8 @@ typedef struct kt_reduction_kernels {
      * Coordinates to be held (NULL: none) count as constants. Returns false if a number is not finite. */
     bool (*residuals)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                       const bool *held, kt_violation *violation);
+    /* Stores -(A v + phi_t) of a group that has been filled in `right`, and adds its violation to the given one. */
+    void (*violate)(const kt_model *model, kt_data *data, size_t g, const double *v, kt_violation *violation);
     /* Factors the equations that have been filled; returns false if a number is not finite. `regular`: as above. */
     bool (*factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* As `factor`, for `least_step` only: at regular positions groups are left to their own forms. */
@@ -67,18 +69,6 @@ KT_REDUCTION_DECLARE(v4)
 /* The kernels for the model's sweep: the spatial ones, or those that compute planar links in their planes. They are
  * model->group_kernels. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
-
-/* Stores -(A v + phi_t) of a group in `right` and adds its violation to the given one. It uses the entries of A or, if
- * fronts reduce the group, `apply`. w: the group's matrices of all rows. */
-static inline void kt_group_velocity_violation(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w,
-                                               const double *v, kt_violation *violation) {
-    if (kt_group_has_fronts(&model->group[g])) {
-        model->group_kernels->apply(model, data, g, KT_ROWS_ALL, v, w->right, w->multiplier);
-        kt_group_violation(w, w->multiplier, violation);
-    } else {
-        kt_group_velocity_residuals(model, &model->group[g], w, v, violation);
-    }
-}
 
 /* The spatial kernels, which treat planar links like all others. */
 const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model);

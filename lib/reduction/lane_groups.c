@@ -15,8 +15,7 @@ static size_t spatial_end(const kt_model *model) { return has_planar(model) ? mo
 
 static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_lanes_at *at) {
     const bool in_plane = has_planar(model) && kt_group_is_planar(model, &model->group[g]);
-    kt_group_work w;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     if (kt_group_has_fronts(&model->group[g]))
         KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, at->q, at->v, at->t);
     else if (in_plane)
@@ -29,10 +28,9 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
 static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     const kt_group *group = &model->group[g];
     const int rank = group->rank[rows];
-    kt_group_work w;
     if (group->form == KT_FORM_DELASSUS)
         return KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
-    kt_group_find(model, data, g, rows, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, rows);
     const kt_condition full = KT_KERNEL(kt_qr_factor)(&w, rank);
     data->factored[g] = rows;
     return rank > 0 ? full & ~(kt_abs1(w.factor[(rank - 1) * (w.m + 1)]) < KT_NEAR_SINGULAR * group->usual[rows])
@@ -43,8 +41,7 @@ static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g,
 static void add_velocity_violation(const kt_model *model, kt_data *data, size_t g, const kt_real1 *v,
                                    kt_violation *violation) {
     const kt_group *group = &model->group[g];
-    kt_group_work w;
-    kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     if (!kt_group_has_fronts(group)) {
         kt_group_velocity_residuals(model, group, &w, v, violation);
         return;
@@ -81,9 +78,8 @@ kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data
     if (end > 1)
         KT_KERNEL(kt_spatial_links_pose)(model, data, at->q, end);
     for (size_t g = 0; g < model->n.group; g++) {
-        kt_group_work w;
         fill_group(model, data, g, false, at);
-        kt_group_find(model, data, g, KT_ROWS_ALL, &w);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_group_position_residuals(&w, violation);
         add_velocity_violation(model, data, g, at->v, violation);
     }
@@ -108,9 +104,8 @@ kt_condition KT_KERNEL(kt_groups_prepare)(const kt_model *model, kt_data *data, 
 void KT_KERNEL(kt_groups_aim)(const kt_model *model, kt_data *data, double goal) {
     const kt_real1 zero = kt_real1_splat(0.0);
     for (size_t g = 0; g < model->n.group; g++) {
-        kt_group_work w;
         kt_violation violation = {.speed = zero};
-        kt_group_find(model, data, g, KT_ROWS_CLOSED, &w);
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_group_position_residuals(&w, &violation);
         for (int r = 0; r < w.k; r++)
             w.right[r] = kt_choose(violation.gap > goal, -w.residual[r], zero);
@@ -121,12 +116,11 @@ static void least_in_coordinates(const kt_model *model, kt_data *data) {
     kt_clear(data->delta, model->n.v * sizeof *data->delta);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        kt_group_work w;
         if (group->form == KT_FORM_DELASSUS) {
             KT_KERNEL(kt_delassus_least)(model, data, g, data->delta);
             continue;
         }
-        kt_group_find(model, data, g, data->factored[g], &w);
+        const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         KT_KERNEL(kt_qr_particular)(&w, group->rank[data->factored[g]], w.right, w.free);
         for (int i = 0; i < w.m; i++)
             data->delta[model->group_v[group->v + i]] = w.free[i];

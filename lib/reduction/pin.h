@@ -254,8 +254,7 @@ KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, co
             a[p.link[i]->v] = p.x[i] + p.n[i] * z;
         return regular;
     }
-    kt_group_work w;
-    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)(group - model->group), KT_ROWS_ALL);
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         w.free[p.link[i]->local] = p.x[i] + p.n[i] * z;
         kt_pin_null_vector(&w)[p.link[i]->local] = p.n[i];
@@ -272,8 +271,7 @@ KT_INLINE void kt_pin_respond(const kt_model *model, const kt_data *data, const 
                               kt_real1 *a) {
     const kt_planar_motion *up = &data->planar[top];
     const int32_t *v = model->group_v + group->v;
-    kt_group_work w;
-    kt_group_find(model, data, (size_t)(group - model->group), KT_ROWS_ALL, &w);
+    const kt_group_work w = kt_group_matrices(model, data, (size_t)(group - model->group), KT_ROWS_ALL);
     const kt_real1 *momentum = kt_pin_momentum(&w), *n = kt_pin_null_vector(&w);
     const kt_real1 pull = momentum[0] * up->alpha + (momentum[1] * up->linear[0] + momentum[2] * up->linear[1]);
     for (int i = 0; i < KT_PIN_LINKS; i++)
