@@ -17,6 +17,7 @@
  * are ei, ej and Rj(b) ek. So det G is -sin b for k = i, and e cos b for k = m. As g2 is normal to the two others, the
  * rows of the inverse are (g2 x g3) / det, g2 and (g1 x g2) / det.
  */
+#include "algebra/parts.h"
 #include "base/require.h"
 #include "kinetree/algebra.h"
 
@@ -59,8 +60,6 @@ static kt_status check_euler_angles(int sequence, kt_vec3 angles, axes *a, kt_er
     return KT_OK;
 }
 
-static kt_vec3 column(kt_mat3 m, int i) { return i == 0 ? m.x : i == 1 ? m.y : m.z; }
-
 /* ---- angles to matrix and back ----------------------------------------------------------------------------------- */
 
 static kt_mat3 compose_euler_rotation(const axes *a, kt_vec3 angles) {
@@ -72,7 +71,7 @@ static void to_canonical(const axes *a, kt_mat3 r, double c[3][3]) {
     const int axis[3] = {a->i, a->j, 3 - a->i - a->j};
     const double sign[3] = {1.0, 1.0, a->e};
     for (int col = 0; col < 3; col++) {
-        const kt_vec3 v = column(r, axis[col]);
+        const kt_vec3 v = kt_mat3_column(r, axis[col]);
         const double u[3] = {v.x, v.y, v.z};
         for (int row = 0; row < 3; row++)
             c[row][col] = sign[row] * sign[col] * u[axis[row]];
@@ -131,9 +130,9 @@ kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, 
 static kt_mat3 euler_rate_map(const axes *a, kt_vec3 angles) {
     const kt_mat3 identity = kt_mat3_identity(), ri = kt_matrix_about(a->i, angles.x);
     kt_mat3 g;
-    g.x = column(identity, a->i);
-    g.y = column(ri, a->j);
-    g.z = kt_mat3_apply(ri, column(kt_matrix_about(a->j, angles.y), a->k));
+    g.x = kt_mat3_column(identity, a->i);
+    g.y = kt_mat3_column(ri, a->j);
+    g.z = kt_mat3_apply(ri, kt_mat3_column(kt_matrix_about(a->j, angles.y), a->k));
     return g;
 }
 

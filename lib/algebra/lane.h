@@ -28,6 +28,12 @@ typedef double kt_v2 __attribute__((vector_size(16)));
 KT_INLINE kt_v4 kt_v4_splat(double s) { return (kt_v4){s, s, s, s}; }
 KT_INLINE kt_v4 kt_v4_from(kt_vec3 a) { return (kt_v4){a.x, a.y, a.z, 0.0}; }
 KT_INLINE kt_vec3 kt_v4_vec3(kt_v4 a) { return kt_vec3_make(a[0], a[1], a[2]); }
+KT_INLINE kt_v4 kt_v4_load(const double *x) {
+    kt_v4 v;
+    memcpy(&v, x, sizeof v);
+    return v;
+}
+KT_INLINE void kt_v4_store(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
 
 KT_INLINE kt_v2 kt_v2_splat(double s) { return (kt_v2){s, s}; }
 KT_INLINE kt_v2 kt_v2_load(const double *x) {

@@ -10,6 +10,7 @@
  * Only the band |i - j| <= limit can hold values <= limit.
  */
 #include "base/names.h"
+#include "base/text.h"
 
 #include <string.h>
 
@@ -70,14 +71,13 @@ int kt_names_find(const kt_names *names, int scope, const char *name) {
 /* ---- spelling ---------------------------------------------------------------------------------------------------- */
 
 /* Not those of ctype.h, which depend on the locale. */
-static bool is_name_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_'; }
 static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
 
 bool kt_name_is_valid(const char *name) {
-    if (name == NULL || !is_name_letter(*name))
+    if (name == NULL || !kt_is_letter(*name))
         return false;
     for (name++; *name != '\0'; name++)
-        if (!is_name_letter(*name) && !(*name >= '0' && *name <= '9') && *name != '-')
+        if (!kt_is_letter(*name) && !kt_is_digit(*name) && *name != '-')
             return false;
     return true;
 }

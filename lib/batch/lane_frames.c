@@ -4,8 +4,6 @@
 
 #include "dynamics/point.h"
 
-static kt_real3 load3(const kt_real1 *x) { return kt_make3(x[0], x[1], x[2]); }
-
 static void store3(kt_real1 *x, kt_real3 a) {
     x[0] = a.x;
     x[1] = a.y;
@@ -19,7 +17,7 @@ typedef struct placement {
 
 static placement placement_of(const kt_lane_frame *frame) {
     const kt_real1 *x = (const void *)frame->marker;
-    return (placement){.rotation = {load3(x), load3(x + 3), load3(x + 6)}, .position = load3(x + 9)};
+    return (placement){.rotation = {kt_load3(x), kt_load3(x + 3), kt_load3(x + 6)}, .position = kt_load3(x + 9)};
 }
 
 /* The frame's origin in its body. */

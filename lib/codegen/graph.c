@@ -164,8 +164,6 @@ kt_op kt_op_input(kt_graph *g, kt_op_array array, int index) {
     return find_node(g, (kt_op_node){.kind = KT_OP_INPUT, .origin = KT_OP_OF_STATE, .a = (int32_t)array, .b = index});
 }
 
-static bool is_constant(const kt_graph *g, kt_op a) { return g->node[a].kind == KT_OP_CONSTANT; }
-
 static int32_t step_of_section(const kt_graph *g, int32_t section) {
     return section >= 0 ? g->section[section].step : -1;
 }
@@ -182,7 +180,7 @@ static bool is_free_sign(const kt_graph *g, kt_op a) {
 kt_op kt_op_negate(kt_graph *g, kt_op a) {
     if (g->failed)
         return 0;
-    if (is_constant(g, a))
+    if (kt_op_is_constant(g, a))
         return kt_op_number(g, -g->node[a].value);
     return is_free_sign(g, a) ? g->node[a].a : find_operation(g, KT_OP_NEGATE, a, -1);
 }
@@ -200,7 +198,7 @@ static bool take_sign(kt_graph *g, kt_op *a) {
 static kt_op add_signed(kt_graph *g, kt_op a, kt_op b, bool minus) {
     if (g->failed)
         return 0;
-    if (is_constant(g, a) && is_constant(g, b))
+    if (kt_op_is_constant(g, a) && kt_op_is_constant(g, b))
         return kt_op_number(g, g->node[a].value + (minus ? -1.0 : 1.0) * g->node[b].value);
     if (kt_op_is(g, a, 0.0))
         return minus ? kt_op_negate(g, b) : b;
@@ -224,25 +222,25 @@ kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b) { return add_signed(g, a, b,
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
     if (g->failed)
         return 0;
-    if (is_constant(g, b)) {
+    if (kt_op_is_constant(g, b)) {
         const kt_op swap = a;
         a = b;
         b = swap;
     }
-    if (is_constant(g, a)) {
+    if (kt_op_is_constant(g, a)) {
         const double value = g->node[a].value;
         const kt_op_node n = g->node[b];
-        if (is_constant(g, b))
+        if (kt_op_is_constant(g, b))
             return kt_op_number(g, value * n.value);
         if (value == 0.0)
             return a;
         if (value == 1.0 || value == -1.0)
             return value == 1.0 ? b : kt_op_negate(g, b);
-        if (n.kind == KT_OP_MULTIPLY && is_constant(g, n.a))
+        if (n.kind == KT_OP_MULTIPLY && kt_op_is_constant(g, n.a))
             return kt_op_scale(g, value * g->node[n.a].value, n.b);
     }
     const bool first = take_sign(g, &a), minus = take_sign(g, &b) != first;
-    const bool keep = is_constant(g, a) || a < b;
+    const bool keep = kt_op_is_constant(g, a) || a < b;
     const kt_op product = kt_op_is(g, a, 1.0) ? b : find_operation(g, KT_OP_MULTIPLY, keep ? a : b, keep ? b : a);
     return minus ? kt_op_negate(g, product) : product;
 }
@@ -262,7 +260,7 @@ kt_op kt_op_subtract_products(kt_graph *g, kt_op a, kt_op b, kt_op c, kt_op d) {
 kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b) {
     if (g->failed || kt_op_is(g, a, 0.0))
         return a;
-    if (is_constant(g, a) && is_constant(g, b))
+    if (kt_op_is_constant(g, a) && kt_op_is_constant(g, b))
         return kt_op_number(g, g->node[a].value / g->node[b].value);
     const bool first = take_sign(g, &a), minus = take_sign(g, &b) != first;
     const kt_op quotient = find_operation(g, KT_OP_DIVIDE, a, b);
@@ -297,7 +295,7 @@ const char *kt_op_function_name(kt_op_function function) {
 kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b) {
     if (g->failed)
         return 0;
-    if (is_constant(g, a) && (b < 0 || is_constant(g, b)))
+    if (kt_op_is_constant(g, a) && (b < 0 || kt_op_is_constant(g, b)))
         return kt_op_number(g, call_function(function, g->node[a].value, b < 0 ? 0.0 : g->node[b].value));
     if (function == KT_OP_ABS || function == KT_OP_COS || function == KT_OP_COSH)
         (void)take_sign(g, &a);
@@ -307,7 +305,7 @@ kt_op kt_op_call(kt_graph *g, kt_op_function function, kt_op a, kt_op b) {
 kt_op kt_op_choose(kt_graph *g, kt_op condition, kt_op chosen, kt_op other) {
     if (g->failed || chosen == other)
         return chosen;
-    if (is_constant(g, condition))
+    if (kt_op_is_constant(g, condition))
         return g->node[condition].value > 0.0 ? chosen : other;
     return find_general(g, (kt_op_node){.kind = KT_OP_CHOOSE, .a = condition, .b = chosen, .c = other});
 }

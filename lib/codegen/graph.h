@@ -145,6 +145,7 @@ int kt_op_operands(const kt_op_node *n, kt_op operand[3]);
 const char *kt_op_function_name(kt_op_function function);
 
 /* Whether a node is this constant. */
+static inline bool kt_op_is_constant(const kt_graph *g, kt_op a) { return g->node[a].kind == KT_OP_CONSTANT; }
 static inline bool kt_op_is(const kt_graph *g, kt_op a, double value) {
     return g->node[a].kind == KT_OP_CONSTANT && g->node[a].value == value;
 }

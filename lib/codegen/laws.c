@@ -312,19 +312,12 @@ static kt_op3 map_moment(const code_effect *e, kt_op3 theta, kt_op3 u) {
     return kt_op3_add(g, kt_op3_add(g, u, half), second);
 }
 
-static kt_op33 transposed(const kt_op33 *a) {
-    kt_op33 out;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            out.row[i].x[j] = a->row[j].x[i];
-    return out;
-}
-
 static void bushing_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
     const code_end *first = &e->end[0], *second = &e->end[1];
-    const kt_op33 *axes = &first->axes, back = transposed(axes), turned = kt_op33_multiply(g, &back, &second->axes);
+    const kt_op33 *axes = &first->axes, back = kt_op33_transpose(axes),
+                  turned = kt_op33_multiply(g, &back, &second->axes);
     const kt_op3 apart = kt_op3_subtract(g, second->point, first->point);
     const kt_op3 moving = kt_op3_subtract(g, second->velocity, velocity_at(g, first, apart));
     const kt_op3 d = kt_op33_apply(g, &back, apart), u = kt_op33_apply(g, &back, moving);

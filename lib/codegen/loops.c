@@ -185,10 +185,6 @@ bool kt_code_read_loops(kt_code_tree *tree) {
     return !tree->graph->failed;
 }
 
-static const kt_expression *formula_of_loop(const kt_model *model, const kt_loop_record *r) {
-    return (const kt_expression *)(const void *)(model->number + r->number);
-}
-
 void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) {
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
@@ -214,7 +210,7 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
         }
         kt_code_hash_curve(model, &r->curve, hash, h);
         if (kt_has_formula_row(r))
-            kt_code_hash_formula(formula_of_loop(model, r), hash, h);
+            kt_code_hash_formula(kt_loop_formula(model, r), hash, h);
     }
 }
 
@@ -335,7 +331,7 @@ static void add_loop_formula(kt_code_tree *tree, const kt_loop_record *r, kt_cod
     kt_op position[KT_FORMULA_VARIABLE_MAX];
     for (int k = 0; k < r->term_count; k++)
         position[k] = kt_op_input(g, KT_OP_POSITION, tree->link[term[k].link].link->q);
-    const kt_op value = kt_code_formula(g, formula_of_loop(tree->model, r), position);
+    const kt_op value = kt_code_formula(g, kt_loop_formula(tree->model, r), position);
     kt_op bent = kt_op_number(g, 0.0);
     for (int k = 0; k < r->term_count; k++) {
         const kt_link *link = tree->link[term[k].link].link;

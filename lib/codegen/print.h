@@ -87,6 +87,17 @@ typedef struct kt_code_names {
     bool effects_have_time, loops_have_time; /* as an argument of forces, and of equations */
 } kt_code_names;
 
+/* The time, as a parameter and as an argument of steps; as an argument of forces, and of equations. */
+static inline bool kt_code_steps_have_time(const kt_code_names *n) {
+    return n->effects_have_time || n->loops_have_time;
+}
+static inline const char *kt_code_take_time(const kt_code_names *n) {
+    return kt_code_steps_have_time(n) ? "number t, " : "";
+}
+static inline const char *kt_code_pass_time(const kt_code_names *n) { return kt_code_steps_have_time(n) ? "t, " : ""; }
+static inline const char *kt_code_pass_effect_time(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
+static inline const char *kt_code_pass_loop_time(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
+
 /* The heads of project, heun, rk4 and semi_implicit, and of A and B of the steps. */
 enum { KT_CODE_STEPS = 7 };
 

@@ -62,7 +62,6 @@ static bool grow_roll(kt_code_roll *r, void **array, int32_t count, int32_t *roo
     return true;
 }
 
-static bool is_constant_node(const kt_graph *g, kt_op i) { return g->node[i].kind == KT_OP_CONSTANT; }
 static bool is_prepared_node(const kt_graph *g, kt_op i) { return g->node[i].origin == KT_OP_OF_PARAMETERS; }
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
@@ -83,7 +82,7 @@ static uint64_t hash_step(const kt_code_roll *r, const kt_graph *g, int32_t begi
             const int32_t to = r->at[operand[k]];
             const bool is_leaf = to < 0;
             mix_hash(&h, to >= begin ? 64u + (uint64_t)(to - begin) : is_leaf ? 32u : 33u);
-            if (is_leaf && is_constant_node(g, operand[k])) {
+            if (is_leaf && kt_op_is_constant(g, operand[k])) {
                 uint64_t bits;
                 memcpy(&bits, &g->node[operand[k]].value, sizeof bits);
                 mix_hash(&h, bits);
@@ -218,7 +217,7 @@ static bool classify_slot(const kt_code_roll *r, const kt_graph *g, kt_code_loop
     for (int i = 0; i < l->count; i++) {
         const kt_op node = s->cell[i];
         is_same &= node == s->cell[0];
-        is_number &= is_prepared_node(g, node) || is_constant_node(g, node);
+        is_number &= is_prepared_node(g, node) || kt_op_is_constant(g, node);
     }
     if (is_same) {
         s->kind = KT_SLOT_SAME;

@@ -100,11 +100,6 @@ static void print_walk(FILE *file, const kt_model *model, const char *plain, con
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 /* Arguments that only some models have. */
-static bool steps_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
-static const char *take_time(const kt_code_names *n) { return steps_have_time(n) ? "number t, " : ""; }
-static const char *pass_time(const kt_code_names *n) { return steps_have_time(n) ? "t, " : ""; }
-static const char *pass_time_to_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
-static const char *pass_time_to_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
 static const char *take_states(const kt_model *model) { return model->n.x > 0 ? "const real *x, " : ""; }
 static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? "x, " : ""; }
 
@@ -112,16 +107,17 @@ static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? 
 static void print_rates(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
     fprintf(file, "/* Accelerations of a state%s. Returns as %s_forward. */\nstatic int step_accelerations(%s%s",
-            model->n.x > 0 ? ", and rates of its auxiliary states behind them" : "", n->name, n->take, take_time(n));
+            model->n.x > 0 ? ", and rates of its auxiliary states behind them" : "", n->name, n->take,
+            kt_code_take_time(n));
     fprintf(file, "const real *q, const real *v, %sconst real *tau, real *a) {\n", take_states(model));
     if (model->n.effect > 0)
         fprintf(file,
                 "    real force[%d];\n    (void)%s_effects(%s%sq, v, %sforce);\n    for (int i = 0; i < %d; i++)\n"
                 "        force[i] += tau[i];\n",
-                nv, n->name, n->pass, pass_time_to_effects(n), pass_states(model), nv);
+                nv, n->name, n->pass, kt_code_pass_effect_time(n), pass_states(model), nv);
     if (model->n.x > 0)
-        fprintf(file, "    (void)%s_states(%s%sq, v, x, a + %d);\n", n->name, n->pass, pass_time_to_effects(n), nv);
-    fprintf(file, "    return %s_forward(%s%sq, v, %s, a);\n}\n\n", n->name, n->pass, pass_time_to_loops(n),
+        fprintf(file, "    (void)%s_states(%s%sq, v, x, a + %d);\n", n->name, n->pass, kt_code_pass_effect_time(n), nv);
+    fprintf(file, "    return %s_forward(%s%sq, v, %s, a);\n}\n\n", n->name, n->pass, kt_code_pass_loop_time(n),
             model->n.effect > 0 ? "force" : "tau");
 }
 
@@ -151,7 +147,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     fprintf(file, "    for (int i = 0; i <= stages; a += i++) {\n"
                   "        const number *row = i < stages ? a : b;\n");
-    if (steps_have_time(n))
+    if (kt_code_steps_have_time(n))
         fputs("        number node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n"
@@ -168,7 +164,7 @@ static void print_stages(FILE *file, const kt_code_names *n, const kt_model *mod
             "        if (i == stages)\n            break;\n"
             "        step_rate(y, y + %d, slope[i]);\n"
             "        code = step_accelerations(%s%sy, y + %d, ",
-            nq, nq, n->pass, steps_have_time(n) ? "t + node * h, " : "", nq);
+            nq, nq, n->pass, kt_code_steps_have_time(n) ? "t + node * h, " : "", nq);
     if (nx > 0)
         fprintf(file, "y + %d, ", nq + nv);
     fprintf(file, "tau, slope[i] + %d);\n        if (code != 0)\n            return code;\n    }\n", nq);
@@ -189,7 +185,8 @@ static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *m
             "static int step_explicit(%sint stages, const number *a, const number *b, %sconst real *q, const real *v,\n"
             "                         %sconst real *tau, number h, real *next_q, real *next_v%s) {\n"
             "    real y[%d], slope[4][%d];\n    int code = 0;\n",
-            n->take, take_time(n), take_states(model), nx > 0 ? ", real *next_x" : "", nq + nv + nx, nq + nv + nx);
+            n->take, kt_code_take_time(n), take_states(model), nx > 0 ? ", real *next_x" : "", nq + nv + nx,
+            nq + nv + nx);
     print_stages(file, n, model);
     if (count_quaternions(model) > 0)
         fputs("    code = step_units(y);\n    if (code != 0)\n        return code;\n", file);
@@ -205,7 +202,8 @@ static void print_method(FILE *file, const kt_code_names *n, const kt_model *mod
     fprintf(file,
             "%s {\n    static const number %s;\n"
             "    return step_explicit(%s%d, a, b, %sq, v, %stau, h, next_q, next_v%s);\n}\n\n",
-            signature, tables, n->pass, stages, pass_time(n), pass_states(model), model->n.x > 0 ? ", next_x" : "");
+            signature, tables, n->pass, stages, kt_code_pass_time(n), pass_states(model),
+            model->n.x > 0 ? ", next_x" : "");
 }
 
 /* q (+) d */
@@ -232,7 +230,7 @@ static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_mod
             "!= 0)\n"
             "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
             "        d[i] = h * u[i];\n    }\n",
-            signature, nq, nv + nx, nv, n->pass, pass_time(n), pass_states(model), nv);
+            signature, nq, nv + nx, nv, n->pass, kt_code_pass_time(n), pass_states(model), nv);
     if (nx > 0)
         fprintf(file, "    for (int i = 0; i < %d; i++)\n        u[%d + i] = x[i] + h * u[%d + i];\n", nx, nv, nv);
     fputs("    code = step_move(q, d, p);\n    if (code != 0)\n        return code;\n", file);

@@ -11,21 +11,15 @@
 #include "codegen/loops.h"
 #include "codegen/print.h"
 
-static bool changes_have_time(const kt_code_names *n) { return n->effects_have_time || n->loops_have_time; }
-static const char *take_time(const kt_code_names *n) { return changes_have_time(n) ? "number t, " : ""; }
-static const char *pass_time(const kt_code_names *n) { return changes_have_time(n) ? "t, " : ""; }
-static const char *time_of_effects(const kt_code_names *n) { return n->effects_have_time ? "t, " : ""; }
-static const char *time_of_loops(const kt_code_names *n) { return n->loops_have_time ? "t, " : ""; }
-
 void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
     fprintf(file,
             "/* da/dq, da/dv and da/dtau of a state, %d x %d each, in turn. Returns as %s_forward. */\n"
             "static int step_jacobians(%s%sconst real *q, const real *v, const real *tau, real *f) {\n",
-            nv, nv, n->name, n->take, take_time(n));
+            nv, nv, n->name, n->take, kt_code_take_time(n));
     if (model->n.effect == 0) {
         fprintf(file, "    return %s_forward_derivatives(%s%sq, v, tau, f, f + %d, f + %d);\n}\n\n", n->name, n->pass,
-                time_of_loops(n), nv * nv, 2 * nv * nv);
+                kt_code_pass_loop_time(n), nv * nv, 2 * nv * nv);
         return;
     }
     fprintf(file,
@@ -36,8 +30,9 @@ void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model 
             "    for (int c = 0; c < %d && code == 0; c++)\n        for (int m = 0; m < %d; m++)\n"
             "            for (int i = 0; i < %d; i++)\n"
             "                f[%d * c + i] += f[%d + %d * m + i] * by[%d * c + m];\n    return code;\n}\n\n",
-            nv, 2 * nv * nv, n->name, n->pass, time_of_effects(n), n->name, n->pass, time_of_effects(n), nv * nv, nv,
-            n->name, n->pass, time_of_loops(n), nv * nv, 2 * nv * nv, 2 * nv, nv, nv, nv, 2 * nv * nv, nv, nv);
+            nv, 2 * nv * nv, n->name, n->pass, kt_code_pass_effect_time(n), n->name, n->pass,
+            kt_code_pass_effect_time(n), nv * nv, nv, n->name, n->pass, kt_code_pass_loop_time(n), nv * nv, 2 * nv * nv,
+            2 * nv, nv, nv, nv, 2 * nv * nv, nv, nv);
 }
 
 /* K_i from Y_i and F. */
@@ -64,8 +59,8 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             "    real y[%d], slope[4][%d], f[%d], change[%d], k[4][%d];\n"
             "    for (int i = 0; i <= stages; a += i++) {\n"
             "        const number *row = i < stages ? a : b;\n",
-            n->take, take_time(n), 2 * nv, 2 * nv, 3 * nv * nv, all, all);
-    if (changes_have_time(n))
+            n->take, kt_code_take_time(n), 2 * nv, 2 * nv, 3 * nv * nv, all, all);
+    if (kt_code_steps_have_time(n))
         fputs("        number node = 0;\n        for (int j = 0; j < i; j++)\n            node += row[j];\n", file);
     fprintf(file,
             "        for (int l = 0; l < %d; l++) {\n            real sum = {0};\n"
@@ -77,7 +72,7 @@ void kt_code_print_explicit_changes(FILE *file, const kt_code_names *n, const kt
             "        if (i == stages)\n            break;\n"
             "        for (int l = 0; l < %d; l++)\n            slope[i][l] = y[%d + l];\n",
             all, 2 * nv + 1, 4 * nv * nv, 2 * nv, nv, nv, nv, nv);
-    const char *const time = changes_have_time(n) ? "t + node * h, " : "";
+    const char *const time = kt_code_steps_have_time(n) ? "t + node * h, " : "";
     fprintf(file,
             "        int code = step_accelerations(%s%sy, y + %d, tau, slope[i] + %d);\n"
             "        if (code == 0)\n            code = step_jacobians(%s%sy, y + %d, tau, f);\n"
@@ -99,7 +94,7 @@ void kt_code_print_method_changes(FILE *file, const kt_code_names *n, const char
                                   const char *tables) {
     fprintf(file,
             "%s {\n    static const number %s;\n    return step_changes(%s%d, a, b, %sq, v, tau, h, A, B);\n}\n\n",
-            signature, tables, n->pass, stages, pass_time(n));
+            signature, tables, n->pass, stages, kt_code_pass_time(n));
 }
 
 void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *n, const kt_model *model,
@@ -113,14 +108,14 @@ void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *n, con
             "        for (int i = 0; i < %d; i++) {\n"
             "            column[%d + i] = h * f[%d * c + i] + (number)(c == %d + i);\n"
             "            column[i] = h * column[%d + i] + (number)(c == i);\n        }\n    }\n",
-            signature, 3 * nv * nv, 6 * nv * nv, n->pass, pass_time(n), 3 * nv, 2 * nv, nv, nv, nv, nv, nv);
+            signature, 3 * nv * nv, 6 * nv * nv, n->pass, kt_code_pass_time(n), 3 * nv, 2 * nv, nv, nv, nv, nv, nv);
     if (has_loops)
         fprintf(file,
                 "    real p[%d], u[%d];\n    code = step_accelerations(%s%sq, v, tau, u);\n    if (code != 0)\n"
                 "        return code;\n    for (int i = 0; i < %d; i++) {\n        u[i] = v[i] + h * u[i];\n"
                 "        p[i] = q[i] + h * u[i];\n    }\n"
                 "    code = step_closed_changes(%s%sp, u, change);\n    if (code != 0)\n        return code;\n",
-                nv, nv, n->pass, pass_time(n), nv, n->pass, n->loops_have_time ? "t + h, " : "");
+                nv, nv, n->pass, kt_code_pass_time(n), nv, n->pass, n->loops_have_time ? "t + h, " : "");
     fprintf(file,
             "    for (int l = 0; l < %d; l++)\n        A[l] = change[l];\n"
             "    for (int l = 0; l < %d; l++)\n        B[l] = change[%d + l];\n    return 0;\n}\n\n",

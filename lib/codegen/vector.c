@@ -78,7 +78,7 @@ kt_op3 kt_op33_apply(kt_graph *g, const kt_op33 *m, kt_op3 a) {
     return out;
 }
 
-static kt_op33 transpose_op33(const kt_op33 *m) {
+kt_op33 kt_op33_transpose(const kt_op33 *m) {
     kt_op33 out;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -87,12 +87,12 @@ static kt_op33 transpose_op33(const kt_op33 *m) {
 }
 
 kt_op3 kt_op33_apply_transposed(kt_graph *g, const kt_op33 *m, kt_op3 a) {
-    const kt_op33 t = transpose_op33(m);
+    const kt_op33 t = kt_op33_transpose(m);
     return kt_op33_apply(g, &t, a);
 }
 
 kt_op33 kt_op33_multiply(kt_graph *g, const kt_op33 *a, const kt_op33 *b) {
-    const kt_op33 t = transpose_op33(b);
+    const kt_op33 t = kt_op33_transpose(b);
     kt_op33 out;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -101,7 +101,7 @@ kt_op33 kt_op33_multiply(kt_graph *g, const kt_op33 *a, const kt_op33 *b) {
 }
 
 kt_op33 kt_op33_rotate(kt_graph *g, const kt_op33 *r, const kt_op33 *h) {
-    const kt_op33 half = kt_op33_multiply(g, r, h), back = transpose_op33(r);
+    const kt_op33 half = kt_op33_multiply(g, r, h), back = kt_op33_transpose(r);
     return kt_op33_multiply(g, &half, &back);
 }
 

@@ -36,6 +36,7 @@ void kt_op3_name(kt_graph *g, kt_op3 a, const char *name, int number);
 kt_op33 kt_op33_of(kt_graph *g, const double m[3][3]);
 kt_op33 kt_op33_multiply(kt_graph *g, const kt_op33 *a, const kt_op33 *b);
 kt_op3 kt_op33_apply(kt_graph *g, const kt_op33 *m, kt_op3 a);
+kt_op33 kt_op33_transpose(const kt_op33 *m);
 kt_op3 kt_op33_apply_transposed(kt_graph *g, const kt_op33 *m, kt_op3 a);
 /* R H R' */
 kt_op33 kt_op33_rotate(kt_graph *g, const kt_op33 *r, const kt_op33 *h);

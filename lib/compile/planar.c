@@ -11,6 +11,7 @@
  * purpose.
  */
 #include "compile/planar.h"
+#include "algebra/parts.h"
 
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
@@ -30,8 +31,6 @@ enum {
 
 /* The joints that determine the normal of a tree so far: none, two prismatic ones, or a revolute one. */
 enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
-
-static kt_vec3 matrix_axis(kt_mat3 m, int k) { return k == 0 ? m.x : k == 1 ? m.y : m.z; }
 
 static bool is_parallel(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_cross(a, b)) <= PARALLEL; }
 
@@ -62,7 +61,7 @@ static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane
     kt_element elements[KT_ELEMENT_MAX];
     const int count = joint_elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
-        const kt_vec3 along = kt_mat3_apply(*rest, matrix_axis(elements[k].frame, elements[k].axis));
+        const kt_vec3 along = kt_mat3_apply(*rest, kt_mat3_column(elements[k].frame, elements[k].axis));
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
         if (!motion.planar) {
             tree->plane = SPATIAL;
@@ -158,7 +157,7 @@ static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = joint_elements_of(joint, elements);
     for (int k = 0; k < count; k++) {
-        const kt_vec3 along = matrix_axis(elements[k].frame, elements[k].axis);
+        const kt_vec3 along = kt_mat3_column(elements[k].frame, elements[k].axis);
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
         if (!motion.planar || !(motion.lengths ? is_normal : is_parallel)(along, b->basis.z))
             return false;
@@ -240,21 +239,19 @@ static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t 
     return kt_mat3_multiply(m->body[b].in_link.rotation, body[b].basis);
 }
 
-static double vector_entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
-
 static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int32_t plane) {
     const kt_link *link = &m->link[m->n.spatial + index - 1];
     const int32_t up = link->parent, k = link->axis;
     const kt_mat3 above = link_basis(m, body, up, &m->plane[plane]);
     const kt_mat3 own = link_basis(m, body, (int32_t)(m->n.spatial + index - 1), &m->plane[plane]);
     const kt_vec3 at = kt_mat3_apply_transposed(above, link->at);
-    const double x = vector_entry(own.x, k), y = vector_entry(own.y, k), length = sqrt(x * x + y * y);
+    const double x = kt_vec3_part(own.x, k), y = kt_vec3_part(own.y, k), length = sqrt(x * x + y * y);
     const bool slides = kt_link_lengths(link) > 0;
     m->planar[index] = (kt_planar_link){
         .at = {at.x, at.y},
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
         .size = link->size,
-        .sign = vector_entry(own.z, k) < 0.0 ? -1.0 : 1.0,
+        .sign = kt_vec3_part(own.z, k) < 0.0 ? -1.0 : 1.0,
         .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
         .group = -1,
         .q = link->q,

@@ -14,10 +14,6 @@
 
 enum { MOST = KT_FORMULA_VARIABLE_MAX };
 
-static const kt_expression *coupling_formula_of(const kt_model *model, const kt_loop_record *loop) {
-    return (const kt_expression *)(const void *)(model->number + loop->number);
-}
-
 static const kt_link *term_link_of(const kt_model *model, const kt_loop_record *loop, int k) {
     return &model->link[model->term[loop->term + k].link];
 }
@@ -33,7 +29,7 @@ static void gather_terms(const kt_model *model, const kt_loop_record *loop, bool
 
 void kt_formula_row_evaluate(const kt_model *model, const kt_loop_record *loop, const double *q, const double *v,
                              kt_formula_row *row) {
-    const kt_expression *f = coupling_formula_of(model, loop);
+    const kt_expression *f = kt_loop_formula(model, loop);
     double at[MOST], along[MOST] = {0.0}, y[3];
     gather_terms(model, loop, true, q, at);
     row->value = kt_expression_evaluate(f, at);
@@ -102,7 +98,7 @@ static double row_product(const double row[MOST], const double x[MOST], int n) {
 void kt_formula_row_gradient(const kt_dual_motion *at, const kt_loop_record *loop, const kt_loop_sum *sum, double *by_q,
                              double *by_v) {
     const kt_model *model = at->model;
-    const kt_expression *f = coupling_formula_of(model, loop);
+    const kt_expression *f = kt_loop_formula(model, loop);
     const int n = loop->term_count;
     double q[MOST] = {0.0}, x[MOST], a[MOST], h[MOST][MOST];
     gather_terms(model, loop, true, at->q, q);
@@ -129,7 +125,7 @@ void kt_formula_row_gradient(const kt_dual_motion *at, const kt_loop_record *loo
 void kt_formula_row_matrices(const kt_dual_motion *at, const kt_loop_record *loop, const double *lambda, bool moving,
                              double *d_q, double *by_q, double *by_v) {
     const kt_model *model = at->model;
-    const kt_expression *f = coupling_formula_of(model, loop);
+    const kt_expression *f = kt_loop_formula(model, loop);
     const int n = loop->term_count;
     const size_t nv = model->n.v, p = model->n.row, row = (size_t)loop->equation;
     double q[MOST] = {0.0}, v[MOST], a[MOST], h[MOST][MOST];

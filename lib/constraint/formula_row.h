@@ -3,6 +3,7 @@
 #define KT_CONSTRAINT_FORMULA_ROW_H
 
 #include "constraint/gradient.h"
+#include "kinetree/expression.h"
 
 /* At positions and, if v is not NULL, velocities; arrays in the order of the loop's terms. */
 typedef struct kt_formula_row {
@@ -13,6 +14,10 @@ typedef struct kt_formula_row {
 /* Whether a relation has a formula. */
 static inline bool kt_has_formula_row(const kt_loop_record *loop) {
     return KT_HAS_FORMULAS && loop->term_count > 0 && loop->type == KT_LOOP_COUPLING && loop->form > 0;
+}
+
+static inline const kt_expression *kt_loop_formula(const kt_model *model, const kt_loop_record *loop) {
+    return (const kt_expression *)(const void *)(model->number + loop->number);
 }
 
 /* O(terms * length of the formula). */

@@ -155,13 +155,6 @@ static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
     return c->touching > c->resting || c->resting > c->most;
 }
 
-static inline double kt_contacts_dot(size_t n, const double *x, const double *y) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * y[i];
-    return sum;
-}
-
 /* The rate below which friction has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
 /* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. */

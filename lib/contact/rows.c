@@ -5,6 +5,7 @@
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "kinetree/loop.h"
+#include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 
@@ -318,7 +319,7 @@ static void find_least_of_group(struct kt_contacts *c, const kt_group *group) {
         longest = k == 0 ? square : longest;
         if (!(square > 1e-18 * longest))
             break;
-        const double dot = kt_contacts_dot(rows, c->direction, c->drift + group->row);
+        const double dot = kt_dense_dot(c->direction, c->drift + group->row, (int)rows);
         for (size_t i = 0; i < rows; i++)
             least[i] += dot * c->direction[i];
     }

@@ -1,4 +1,5 @@
 /* Characters that a scene file may consist of, and texts that need no quotes. */
+#include "base/text.h"
 #include "document/text.h"
 
 #include "document/number.h"
@@ -66,9 +67,7 @@ static bool is_old_boolean(const char *text) {
     return false;
 }
 
-static bool is_letter_or_digit(char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-}
+static bool is_letter_or_digit(char c) { return kt_is_letter(c) || kt_is_digit(c); }
 
 bool kt_text_is_plain(const char *text) {
     double value;

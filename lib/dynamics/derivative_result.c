@@ -5,16 +5,11 @@ KT_INLINE void copy_number(const kt_derivative_work *w, size_t nv, size_t i, siz
     to[(size_t)w->row[k].v * nv + (size_t)w->row[i].v] = from[k / KT_LANES * nv + i][k % KT_LANES];
 }
 
-KT_INLINE kt_v4 load4(const double *x) {
-    kt_v4 v;
-    memcpy(&v, x, sizeof v);
-    return v;
-}
-
 /* Four rows of four columns, transposed. */
 KT_INLINE void copy_tile(size_t nv, size_t i, size_t k, const kt_v8 *from, double *to) {
     const double *x = (const double *)&from[k / KT_LANES * nv + i] + k % KT_LANES;
-    const kt_v4 a = load4(x), b = load4(x + KT_LANES), c = load4(x + 2 * KT_LANES), d = load4(x + 3 * KT_LANES);
+    const kt_v4 a = kt_v4_load(x), b = kt_v4_load(x + KT_LANES), c = kt_v4_load(x + 2 * KT_LANES),
+                d = kt_v4_load(x + 3 * KT_LANES);
     const kt_v4 ab = __builtin_shufflevector(a, b, 0, 4, 2, 6), ba = __builtin_shufflevector(a, b, 1, 5, 3, 7);
     const kt_v4 cd = __builtin_shufflevector(c, d, 0, 4, 2, 6), dc = __builtin_shufflevector(c, d, 1, 5, 3, 7);
     const kt_v4 column[4] = {__builtin_shufflevector(ab, cd, 0, 1, 4, 5), __builtin_shufflevector(ba, dc, 0, 1, 4, 5),

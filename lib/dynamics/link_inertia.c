@@ -1,7 +1,6 @@
 /* Inertias of links: those of their bodies, in space and in their planes; and gravity in planes. */
+#include "algebra/parts.h"
 #include "dynamics/dynamics.h"
-
-static double axis_entry(kt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
 void kt_link_load(kt_model *model, const kt_body_record *body) {
     kt_link *link = &model->link[body->link];
@@ -22,7 +21,7 @@ void kt_planar_link_set_inertia(kt_model *model, size_t index) {
     planar->moment[0] = moment.x;
     planar->moment[1] = moment.y;
     planar->inertia = kt_link_lengths(link) > 0 ? kt_vec3_dot(own.z, kt_sym3_apply(*j, own.z))
-                                                : axis_entry(kt_vec3_make(j->xx, j->yy, j->zz), link->axis);
+                                                : kt_vec3_part(kt_vec3_make(j->xx, j->yy, j->zz), link->axis);
     planar->mass = link->mass;
 }
 

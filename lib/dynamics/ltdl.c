@@ -15,13 +15,6 @@
 
 enum { LANES = 4 };
 
-KT_INLINE kt_v4 load(const double *x) {
-    kt_v4 v;
-    memcpy(&v, x, sizeof v);
-    return v;
-}
-KT_INLINE void store(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
-
 /* Lanes before the n-th. */
 typedef int64_t lane_mask __attribute__((vector_size(32)));
 KT_INLINE lane_mask lanes_before(size_t n) {
@@ -37,9 +30,9 @@ KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     const kt_v4 aa = kt_v4_splat(a);
     const size_t whole = n / LANES * LANES;
     for (size_t p = 0; p < whole; p += LANES)
-        store(y + p, load(y + p) + aa * load(x + p));
-    const kt_v4 rest = load(y + whole) + aa * load(x + whole);
-    store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
+        kt_v4_store(y + p, kt_v4_load(y + p) + aa * kt_v4_load(x + p));
+    const kt_v4 rest = kt_v4_load(y + whole) + aa * kt_v4_load(x + whole);
+    kt_v4_store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
 }
 
 /* The same, one by one; n < 2 LANES. Compilers unroll this loop. They would vectorise a loop from one to n, which would
@@ -70,8 +63,8 @@ KT_INLINE double dot(size_t n, const double *x, const double *y) {
     kt_v4 even = kt_v4_splat(0.0), odd = even;
     size_t p = 0;
     for (; p + 2 * LANES <= n; p += 2 * LANES) {
-        even += load(x + p) * load(y + p);
-        odd += load(x + p + LANES) * load(y + p + LANES);
+        even += kt_v4_load(x + p) * kt_v4_load(y + p);
+        odd += kt_v4_load(x + p + LANES) * kt_v4_load(y + p + LANES);
     }
     const kt_v4 s = even + odd;
     return dot_short(n - p, x + p, y + p, (s[0] + s[2]) + (s[1] + s[3]));
@@ -98,10 +91,10 @@ KT_INLINE void subtract_rows(const panel *w, size_t first, size_t end, size_t p,
         *diagonal -= a[s] * w->row[s][p];
     }
     for (size_t j = 0; j < p; j += LANES) {
-        kt_v4 x = load(row + j);
+        kt_v4 x = kt_v4_load(row + j);
         for (size_t s = first; s < end; s++)
-            x -= kt_v4_splat(a[s]) * load(w->row[s] + j);
-        store(row + j, x);
+            x -= kt_v4_splat(a[s]) * kt_v4_load(w->row[s] + j);
+        kt_v4_store(row + j, x);
     }
 }
 
@@ -167,7 +160,7 @@ static size_t factor_mass(kt_mass_factor *f) {
         for (size_t s = 0; s < w.count; s++) {
             double *row = f->number + f->row[end - 1 - s];
             for (size_t p = 0; p < (size_t)f->depth[end - 1 - s]; p += LANES)
-                store(row + p, kt_v4_splat(w.inverse[s]) * load(row + p));
+                kt_v4_store(row + p, kt_v4_splat(w.inverse[s]) * kt_v4_load(row + p));
         }
         end -= w.count;
     }
@@ -220,7 +213,7 @@ KT_INLINE void pass_up(const kt_mass_factor *f, bool is_short, bool solve, bool 
             next = path[depth - 1] + by * row[depth - 1];
             add_multiple(depth, by, row, path);
         } else {
-            store(path, kt_v4_splat(0.0));
+            kt_v4_store(path, kt_v4_splat(0.0));
         }
         x[k] = scale ? y / diagonal[k] : y;
         after = depth;

@@ -20,6 +20,7 @@
  *
  *     M da/dt = d(tau)/dt - sum over bodies of the wrench that m' and J' need in place of m and J.
  */
+#include "algebra/parts.h"
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/without_masses.h"
@@ -38,17 +39,13 @@ typedef struct content {
     kt_sym3 inertia;
 } content;
 
-static kt_sym3 scale_inertia(double s, kt_sym3 j) {
-    return kt_sym3_make(s * j.xx, s * j.yy, s * j.zz, s * j.xy, s * j.xz, s * j.yz);
-}
-
 /* order: 0, the values; 1, the derivatives. */
 static content content_at(const kt_model *model, const kt_mass_record *r, double t, int order) {
     const kt_body_record *body = &model->body[r->body];
     double m[3], j[6][3];
     kt_curve_evaluate(&r->curve[0], model->number, t, m);
     if (!r->has_moments)
-        return (content){m[order], scale_inertia(m[order] / body->mass, body->inertia)};
+        return (content){m[order], kt_sym3_scaled(m[order] / body->mass, body->inertia)};
     for (int k = 0; k < 6; k++)
         kt_curve_evaluate(&r->curve[1 + k], model->number, t, j[k]);
     return (content){m[order],

@@ -1,6 +1,7 @@
 /* Reads formulas with recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms
  * in postfix order. A character yields at most one term, except for `a <op>` pairs that wait for their second value. A
  * text of n bytes therefore has at most n terms. */
+#include "base/text.h"
 #include "expression/expression.h"
 
 #include "algebra/angle.h"
@@ -65,9 +66,6 @@ static bool put_operator(kt_parser *p, kt_operator code) {
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
 
-static bool is_formula_digit(char c) { return c >= '0' && c <= '9'; }
-static bool is_formula_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-
 static void skip_blanks(kt_parser *p) {
     while (*p->at == ' ' || *p->at == '\t' || *p->at == '\n' || *p->at == '\r')
         p->at++;
@@ -88,7 +86,7 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
     size_t length = 0;
     if (*spot == '\0')
         return "the end";
-    while (length + 1 < sizeof word && (is_formula_letter(spot[length]) || is_formula_digit(spot[length])))
+    while (length + 1 < sizeof word && (kt_is_letter(spot[length]) || kt_is_digit(spot[length])))
         length++;
     while (length == 0 || ((unsigned char)spot[length] & 0xC0U) == 0x80U) /* a character of UTF-8 is not cut */
         length++;
@@ -103,10 +101,10 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
 static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
     const char *spot = p->at;
     char text[KT_NAME_TEXT_SIZE];
-    if (!is_formula_letter(*spot))
+    if (!kt_is_letter(*spot))
         return true;
     const bool degrees = strncmp(spot, "deg", 3) == 0;
-    if ((degrees || strncmp(spot, "rad", 3) == 0) && !is_formula_letter(spot[3]) && !is_formula_digit(spot[3])) {
+    if ((degrees || strncmp(spot, "rad", 3) == 0) && !kt_is_letter(spot[3]) && !kt_is_digit(spot[3])) {
         *value = degrees ? kt_radians(*value) : *value;
         *is_angle = true;
         p->at += 3;
@@ -134,12 +132,11 @@ static bool parse_number(kt_parser *p, bool *is_angle) {
 /* The end of letters, digits, _, inner dots and [k]. */
 static const char *skip_name(const char *at) {
     for (;;) {
-        if (is_formula_letter(*at) || is_formula_digit(*at) ||
-            (*at == '.' && (is_formula_letter(at[1]) || is_formula_digit(at[1])))) {
+        if (kt_is_letter(*at) || kt_is_digit(*at) || (*at == '.' && (kt_is_letter(at[1]) || kt_is_digit(at[1])))) {
             at++;
-        } else if (*at == '[' && is_formula_digit(at[1])) {
+        } else if (*at == '[' && kt_is_digit(at[1])) {
             const char *end = at + 1;
-            while (is_formula_digit(*end))
+            while (kt_is_digit(*end))
                 end++;
             if (*end != ']')
                 return at;
@@ -301,9 +298,9 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
     char text[KT_NAME_TEXT_SIZE];
     const char *spot = p->at;
     *is_angle = false;
-    if (is_formula_digit(*spot) || *spot == '.')
+    if (kt_is_digit(*spot) || *spot == '.')
         return parse_number(p, is_angle);
-    if (is_formula_letter(*spot))
+    if (kt_is_letter(*spot))
         return parse_name(p, is_angle);
     if (!take_character(p, '('))
         return reject_formula(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));

@@ -110,6 +110,7 @@ static inline void kt_joint_store(double *x, kt_vec3 u) {
 }
 
 static inline kt_vec3 kt_joint_load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
+static inline kt_quat kt_joint_load_quaternion(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
 
 /* Rotation about the axis and translation along an axis: parts of several joints. */
 static inline void kt_measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,

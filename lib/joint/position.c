@@ -12,8 +12,6 @@
 
 #include <string.h>
 
-static kt_quat load_quaternion(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
-
 static void store_quaternion(double *p, kt_quat a) {
     p[0] = a.w;
     p[1] = a.x;
@@ -23,8 +21,8 @@ static void store_quaternion(double *p, kt_quat a) {
 
 /* out = p (+) d, a quaternion; out may be p or d. */
 static void add_rotation(const double *p, const double *d, double *out) {
-    store_quaternion(
-        out, kt_quat_normalize(kt_quat_multiply(load_quaternion(p), kt_quat_from_euler_vector(kt_joint_load(d)))));
+    store_quaternion(out, kt_quat_normalize(kt_quat_multiply(kt_joint_load_quaternion(p),
+                                                             kt_quat_from_euler_vector(kt_joint_load(d)))));
 }
 
 /* The coordinates of a body's joint. */
@@ -46,7 +44,8 @@ void kt_position_rate(const kt_model *model, const double *q, const double *v, d
         const part p = position_part_of(&model->body[i]);
         const double *turn = q + p.q + p.plain, *spin = v + p.v + p.plain;
         if (p.turns)
-            store_quaternion(qdot + p.q + p.plain, kt_quat_rate_body(load_quaternion(turn), kt_joint_load(spin)));
+            store_quaternion(qdot + p.q + p.plain,
+                             kt_quat_rate_body(kt_joint_load_quaternion(turn), kt_joint_load(spin)));
         for (int k = p.plain - 1; k >= 0; k--)
             qdot[p.q + k] = v[p.v + k];
     }
@@ -91,8 +90,8 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
             dv[p.v + k] = end[p.q + k] - q[p.q + k];
         if (!p.turns)
             continue;
-        const kt_quat from = kt_quat_conjugate(load_quaternion(q + p.q + p.plain));
-        const kt_quat to = load_quaternion(end + p.q + p.plain);
+        const kt_quat from = kt_quat_conjugate(kt_joint_load_quaternion(q + p.q + p.plain));
+        const kt_quat to = kt_joint_load_quaternion(end + p.q + p.plain);
         kt_joint_store(dv + p.v + p.plain, kt_euler_vector_from_quat(kt_quat_multiply(from, to)));
     }
 }
@@ -106,7 +105,7 @@ bool kt_position_normalize(const kt_model *model, double *q) {
             if (!motion.quaternions)
                 continue;
             double *p = q + model->link[i].q + motion.plain;
-            const kt_quat unit = kt_quat_normalize(load_quaternion(p));
+            const kt_quat unit = kt_quat_normalize(kt_joint_load_quaternion(p));
             if (!isfinite(unit.w + unit.x + unit.y + unit.z))
                 return false;
             if (pass)

@@ -10,25 +10,18 @@
 
 #include <math.h>
 
-KT_INLINE kt_v4 kt_front_load(const double *x) {
-    kt_v4 v;
-    memcpy(&v, x, sizeof v);
-    return v;
-}
-KT_INLINE void kt_front_store(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
-
 /* a . b over n numbers, rounded up */
 KT_INLINE double kt_front_dot(const double *a, const double *b, int n) {
-    kt_v4 sum = kt_front_load(a) * kt_front_load(b);
+    kt_v4 sum = kt_v4_load(a) * kt_v4_load(b);
     for (int i = KT_FRONT_LANES; i < n; i += KT_FRONT_LANES)
-        sum += kt_front_load(a + i) * kt_front_load(b + i);
+        sum += kt_v4_load(a + i) * kt_v4_load(b + i);
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
 /* y += a x */
 KT_INLINE void kt_front_add(double a, const double *x, int n, double *y) {
     for (int i = 0; i < n; i += KT_FRONT_LANES)
-        kt_front_store(y + i, kt_front_load(y + i) + kt_v4_splat(a) * kt_front_load(x + i));
+        kt_v4_store(y + i, kt_v4_load(y + i) + kt_v4_splat(a) * kt_v4_load(x + i));
 }
 
 /* A reflector 1 - t u u', all entries of which are stored. */
@@ -56,7 +49,7 @@ KT_INLINE double kt_front_make_reflector(double *x, int head, int n, double *to)
         return 0.0;
     const double length = sqrt(squares), r = x[head] > 0.0 ? -length : length, by = x[head] - r;
     for (int i = 0; i < n; i += KT_FRONT_LANES)
-        kt_front_store(x + i, kt_front_load(x + i) / kt_v4_splat(by));
+        kt_v4_store(x + i, kt_v4_load(x + i) / kt_v4_splat(by));
     x[head] = 1.0;
     *to = r;
     return -by / r;

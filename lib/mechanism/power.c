@@ -12,17 +12,11 @@
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 #include "model/scratch.h"
 
 #include <stdio.h>
-
-static double dot_product(const double *x, const double *y, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * y[i];
-    return sum;
-}
 
 static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
                                 const kt_wrench *wrenches) {
@@ -42,7 +36,8 @@ static kt_status power_of_loops(const kt_model *model, kt_data *data, const kt_d
     double *needed = kt_scratch_part(model, data, 1);
     const kt_status status = kt_inverse_trusted(model, data, at->q, at->v, a, at->external, needed, error);
     if (status == KT_OK)
-        *power = dot_product(at->v, needed, model->n.v) - (at->tau ? dot_product(at->v, at->tau, model->n.v) : 0.0);
+        *power = kt_dense_dot(at->v, needed, (int)model->n.v) -
+                 (at->tau ? kt_dense_dot(at->v, at->tau, (int)model->n.v) : 0.0);
     return status;
 }
 
@@ -101,7 +96,7 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         sum.supplied += kt_masses_power(model, data, t, q, v);
 #endif
     if (tau)
-        sum.supplied += dot_product(tau, v, model->n.v);
+        sum.supplied += kt_dense_dot(tau, v, (int)model->n.v);
     if (external)
         sum.supplied += power_of_wrenches(model, data, q, v, external);
     if (!isfinite(sum.dissipated + sum.supplied)) {

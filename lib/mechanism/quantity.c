@@ -11,6 +11,7 @@
  *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
  *                                                                     that of the plane's body there.
  */
+#include "algebra/parts.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/path_force.h"
 #include "mechanism/relative.h"
@@ -201,8 +202,6 @@ static kt_vec3 end_velocity_at(const kt_effect_end *end, kt_vec3 point) {
     return kt_vec3_add(end->velocity, kt_vec3_cross(end->omega, kt_vec3_sub(point, end->point)));
 }
 
-static double vector_component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
-
 static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     const bool touches = r->effect->type == KT_EFFECT_CONTACT;
     const kt_wrench *wrench = &r->load.wrench[r->effect->ends == 2 && !touches ? 1 : 0];
@@ -219,11 +218,11 @@ static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_FORCE_X:
     case KT_QUANTITY_FORCE_Y:
     case KT_QUANTITY_FORCE_Z:
-        return vector_component(wrench->force, (int)quantity - KT_QUANTITY_FORCE_X);
+        return kt_vec3_part(wrench->force, (int)quantity - KT_QUANTITY_FORCE_X);
     case KT_QUANTITY_MOMENT_X:
     case KT_QUANTITY_MOMENT_Y:
     case KT_QUANTITY_MOMENT_Z:
-        return vector_component(wrench->moment, (int)quantity - KT_QUANTITY_MOMENT_X);
+        return kt_vec3_part(wrench->moment, (int)quantity - KT_QUANTITY_MOMENT_X);
     case KT_QUANTITY_POWER:
         return effect_power_of(r);
     case KT_QUANTITY_COORDINATE:
@@ -241,7 +240,7 @@ static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_POINT_X:
     case KT_QUANTITY_POINT_Y:
     case KT_QUANTITY_POINT_Z:
-        return vector_component(l, (int)quantity - KT_QUANTITY_POINT_X);
+        return kt_vec3_part(l, (int)quantity - KT_QUANTITY_POINT_X);
     case KT_QUANTITY_COUNT:
         break;
     }

@@ -142,10 +142,6 @@ int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke s
     return p.count;
 }
 
-static kt_pose frame_pose_of(const kt_body_frame *frame, const kt_pose *poses) {
-    return kt_pose_compose(poses[frame->body], frame->pose);
-}
-
 void kt_strokes_list(kt_picture *p, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds) {
     kt_stroke *next = p->strokes;
     const double reach = 0.5 * kt_vec3_norm(kt_vec3_sub(bounds.high, bounds.low));
@@ -153,8 +149,8 @@ void kt_strokes_list(kt_picture *p, const kt_loop *loops, const kt_pose *poses, 
         kt_picture_loop *loop = &p->loops[i];
         if (loop->type != KT_LOOP_CURVE && loop->type != KT_LOOP_SURFACE)
             continue;
-        const kt_pose first = frame_pose_of(&loop->ends[0], poses);
-        const kt_vec3 apart = kt_vec3_sub(frame_pose_of(&loop->ends[1], poses).position, first.position);
+        const kt_pose first = kt_body_frame_pose(&loop->ends[0], poses);
+        const kt_vec3 apart = kt_vec3_sub(kt_body_frame_pose(&loop->ends[1], poses).position, first.position);
         const kt_vec3 middle = kt_mat3_apply_transposed(first.rotation, apart);
         loop->strokes = next;
         loop->stroke_count = kt_strokes_of(&loops[loop->loop], middle, reach > 0.0 ? reach : 1.0, next);

@@ -30,10 +30,10 @@ KT_INLINE void take_link(kt_front *f, const kt_front_step *step, const double *s
     for (int i = 0; i < end; i += KT_FRONT_LANES) {
         kt_v4 x[KT_FRONT_SPACE];
         for (int k = 0; k < c; k++)
-            x[k] = up ? kt_front_load(up + k * width + i) : kt_v4_splat(0.0);
+            x[k] = up ? kt_v4_load(up + k * width + i) : kt_v4_splat(0.0);
         kt_motion_shift_of4(c, r, x);
         for (int k = 0; k < c; k++)
-            kt_front_store(own + k * width + i, x[k]);
+            kt_v4_store(own + k * width + i, x[k]);
     }
     for (int k = 0; k < c; k++)
         for (int i = n; i < end; i++)

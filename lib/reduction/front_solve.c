@@ -21,15 +21,15 @@ KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int 
     for (int i = 0; i < all; i += KT_FRONT_LANES) {
         kt_v4 sum = kt_v4_splat(0.0);
         for (int c = from; c < all; c++)
-            sum += kt_v4_splat(u[c]) * kt_front_load(h + c * stride + i);
-        kt_front_store(w + i, kt_v4_splat(t) * sum);
+            sum += kt_v4_splat(u[c]) * kt_v4_load(h + c * stride + i);
+        kt_v4_store(w + i, kt_v4_splat(t) * sum);
     }
     kt_front_add(-0.5 * t * kt_front_dot(u, w, all), u, all, w);
     for (int c = 0; c < all; c++) {
         double *x = h + c * stride;
         const kt_v4 uc = kt_v4_splat(u[c]), wc = kt_v4_splat(w[c]);
         for (int i = 0; i < all; i += KT_FRONT_LANES)
-            kt_front_store(x + i, kt_front_load(x + i) - (wc * kt_front_load(u + i) + uc * kt_front_load(w + i)));
+            kt_v4_store(x + i, kt_v4_load(x + i) - (wc * kt_v4_load(u + i) + uc * kt_v4_load(w + i)));
     }
     kt_front_reflect(u, t, all, f->pull);
     for (int i = from; i < all; i++)
@@ -105,21 +105,21 @@ KT_INLINE void add_energy(const kt_front *f, int c, int all, const double *inert
     const int stride = f->stride;
     const double *t = f->product;
     for (int i = 0; i < all; i += KT_FRONT_LANES) {
-        kt_v4 force[KT_FRONT_SPACE] = {{0.0}}, pull = kt_front_load(f->pull + i), size = kt_front_load(f->size + i);
+        kt_v4 force[KT_FRONT_SPACE] = {{0.0}}, pull = kt_v4_load(f->pull + i), size = kt_v4_load(f->size + i);
         for (int j = 0; j < c; j++) {
-            const kt_v4 x = kt_front_load(t + j * stride + i);
+            const kt_v4 x = kt_v4_load(t + j * stride + i);
             for (int k = 0; k < c; k++)
                 force[k] += kt_v4_splat(inertia[j * c + k]) * x;
             pull -= kt_v4_splat(p[j]) * x;
             size += kt_v4_splat(inertia[j * (c + 1)]) * (x * x);
         }
-        kt_front_store(f->pull + i, pull);
-        kt_front_store(f->size + i, size);
+        kt_v4_store(f->pull + i, pull);
+        kt_v4_store(f->size + i, size);
         for (int j = 0; j < all && j < i + KT_FRONT_LANES; j++) {
             kt_v4 sum = force[0] * kt_v4_splat(t[j]);
             for (int k = 1; k < c; k++)
                 sum += force[k] * kt_v4_splat(t[k * stride + j]);
-            kt_front_store(f->energy + j * stride + i, kt_front_load(f->energy + j * stride + i) + sum);
+            kt_v4_store(f->energy + j * stride + i, kt_v4_load(f->energy + j * stride + i) + sum);
         }
     }
     for (int j = 0; j < all; j++)
@@ -210,7 +210,7 @@ KT_INLINE void solve_upper(const kt_front *f, int at, int n, double *y) {
 
 KT_INLINE void divide(double *x, int n, double by) {
     for (int i = 0; i < n; i += KT_FRONT_LANES)
-        kt_front_store(x + i, kt_front_load(x + i) / kt_v4_splat(by));
+        kt_v4_store(x + i, kt_v4_load(x + i) / kt_v4_splat(by));
 }
 
 /* Y = L^-1 H_ut by rows of t numbers, and H_tt - Y'Y, and g_t - Y' y for y = L^-1 g_u. */

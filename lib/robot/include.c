@@ -3,6 +3,7 @@
  * These files are in the folder of the robot, or in folders that the caller names (options->search, options->allow). A
  * path that leads elsewhere is rejected, also if it leads there through links of the file system. */
 #define _XOPEN_SOURCE 700 /* realpath, stat */
+#include "base/text.h"
 #include "document/file.h"
 #include "robot/robot.h"
 
@@ -10,18 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-
-/* Whether a path is relative and has no '..' in it. */
-static bool is_inner(const char *path) {
-    if (path[0] == '/' || path[0] == '\0' || strchr(path, '\\') != NULL)
-        return false;
-    for (const char *part = path; part != NULL; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == '\0'))
-            return false;
-    }
-    return true;
-}
 
 /* Whether a file is in a folder, after links of the file system are followed. Returns true for a missing file, because
  * reading then reports the fault. */
@@ -111,7 +100,7 @@ const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const k
         (void)kt_robot_fault(r, e, "a robot that is no file, but text, cannot include files");
         return NULL;
     }
-    const bool is_plain = is_inner(name);
+    const bool is_plain = kt_path_is_inner(name);
     const char *path = whole_path(r, source, name);
     if (path == NULL)
         return NULL;

@@ -7,6 +7,7 @@
  * published as NAME/urdf next to NAME/meshes. Included files may not (include.c).
  */
 #define _XOPEN_SOURCE 700 /* realpath */
+#include "base/text.h"
 #include "robot/robot.h"
 
 #include <stdio.h>
@@ -83,8 +84,6 @@ static bool try_around(search *s, const char *folder) {
     return s->found != NULL;
 }
 
-static bool begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
-
 /* Splits NAME/REST, before which some write a third slash. */
 static void split_package(search *s, const char *name) {
     name += strspn(name, "/");
@@ -105,13 +104,13 @@ const char *kt_mesh_path(kt_reader *r, const kt_robot_source *source, const char
     search s = {.r = r, .rest = name};
     if (source->folder == NULL || *name == '\0' || strlen(name) > 4096)
         return NULL;
-    if (begins(name, "package://") || begins(name, "model://")) {
+    if (kt_text_begins(name, "package://") || kt_text_begins(name, "model://")) {
         split_package(&s, strstr(name, "://") + 3);
         if (s.length > 0 && !try_search_path(&s, source->options->search))
             (void)try_around(&s, source->folder);
         return s.found;
     }
-    s.rest = begins(name, "file://") ? name + strlen("file://") : name;
+    s.rest = kt_text_begins(name, "file://") ? name + strlen("file://") : name;
     if (s.rest[0] == '/')
         (void)try_path(&s, "", 0, NULL, 0);
     else if (!try_folder(&s, source->folder, (int)strlen(source->folder)))

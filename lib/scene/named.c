@@ -6,6 +6,7 @@
  * that the formula around it may use. Code behind the reader sees formulas without such names.
  */
 #include "scene/named.h"
+#include "base/text.h"
 
 #include "scene/vary.h"
 
@@ -22,9 +23,6 @@ enum { IDLE = -2 };
 
 /* ---- the section ------------------------------------------------------------------------------------------------- */
 
-static bool is_word_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-static bool is_word_digit(char c) { return c >= '0' && c <= '9'; }
-
 bool kt_is_reserved(const char *name) {
 #define FUNCTION_NAME(id, function, least, most) #function,
     static const char *const words[] = {"t", "pi", "deg", "rad", KT_EXPRESSION_FUNCTION_LIST(FUNCTION_NAME)};
@@ -36,9 +34,9 @@ bool kt_is_reserved(const char *name) {
 
 /* Letters, digits and _ from a letter or _ on. */
 static bool is_expression_name(const char *name) {
-    bool good = is_word_letter(*name);
+    bool good = kt_is_letter(*name);
     for (; *name != '\0'; name++)
-        good = good && (is_word_letter(*name) || is_word_digit(*name));
+        good = good && (kt_is_letter(*name) || kt_is_digit(*name));
     return good;
 }
 
@@ -119,10 +117,9 @@ kt_node kt_spot_of(const kt_node *node, int at) {
 
 /* The end of a name, as the formula's own reader finds it: dots and [k] within. */
 static const char *end_of_name(const char *at) {
-    while (is_word_letter(*at) || is_word_digit(*at) ||
-           (*at == '.' && (is_word_letter(at[1]) || is_word_digit(at[1])))) {
+    while (kt_is_letter(*at) || kt_is_digit(*at) || (*at == '.' && (kt_is_letter(at[1]) || kt_is_digit(at[1])))) {
         at++;
-        if (*at == '[' && is_word_digit(at[1])) {
+        if (*at == '[' && kt_is_digit(at[1])) {
             const char *end = at + 1 + strspn(at + 1, "0123456789");
             at = *end == ']' ? end + 1 : at;
         }
@@ -148,19 +145,19 @@ static const char *end_with_hyphens(const char *from, const char *end, const kt_
 
 /* The end of the number at a place: 1e-3 has no name in it. */
 static const char *end_of_number(const char *at) {
-    while (is_word_digit(*at) || *at == '.')
+    while (kt_is_digit(*at) || *at == '.')
         at++;
     const char *exponent = at + 1 + (*at != '\0' && (at[1] == '+' || at[1] == '-'));
-    if ((*at == 'e' || *at == 'E') && is_word_digit(*exponent))
-        for (at = exponent; is_word_digit(*at);)
+    if ((*at == 'e' || *at == 'E') && kt_is_digit(*exponent))
+        for (at = exponent; kt_is_digit(*at);)
             at++;
     return at;
 }
 
 /* The next word from a place on, and its end; NULL: there is none. */
 static const char *next_formula_word(const char *at, const kt_symbols *variables, const char **end) {
-    while (*at != '\0' && !is_word_letter(*at))
-        at = is_word_digit(*at) || *at == '.' ? end_of_number(at) : at + 1;
+    while (*at != '\0' && !kt_is_letter(*at))
+        at = kt_is_digit(*at) || *at == '.' ? end_of_number(at) : at + 1;
     if (*at == '\0')
         return NULL;
     *end = end_of_name(at);

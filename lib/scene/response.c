@@ -3,6 +3,8 @@
  * passes a value as for a position.
  */
 #include "scene/response.h"
+#include "algebra/parts.h"
+#include "base/text.h"
 
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"
@@ -30,8 +32,6 @@ typedef struct parts {
     int component;
 } parts;
 
-static bool name_begins(const char *name, const char *with) { return strncmp(name, with, strlen(with)) == 0; }
-
 /* Splits "OF.LAST" at its last dot, with a last word of the list. */
 static bool split_response(const char *text, const char *const *words, parts *out) {
     const char *dot = strrchr(text, '.');
@@ -49,11 +49,11 @@ static bool split_response(const char *text, const char *const *words, parts *ou
 static bool find_by_velocity(const kt_description *d, const char *name, kt_variable *variable) {
     char text[KT_EXPRESSION_NAME_MAX + 1];
     const size_t length = strlen(name);
-    if (name_begins(name, "acceleration.")) {
+    if (kt_text_begins(name, "acceleration.")) {
         (void)snprintf(text, sizeof text, "velocity.%s", name + 13);
         return kt_variable_find(d, text, variable) && variable->type == KT_VARIABLE_VELOCITY;
     }
-    if (!name_begins(name, "marker.") || length < 3 || length >= sizeof text || name[length - 2] != 'a' ||
+    if (!kt_text_begins(name, "marker.") || length < 3 || length >= sizeof text || name[length - 2] != 'a' ||
         name[length - 3] != '.')
         return false;
     memcpy(text, name, length + 1);
@@ -65,13 +65,13 @@ static bool find_by_velocity(const kt_description *d, const char *name, kt_varia
 static bool find_parts(const char *name, parts *out) {
     static const char *const multiplier[COMPONENTS] = {"multiplier", "", "", "", "", ""};
     out->type = KT_RESPONSE_ANGULAR_VELOCITY;
-    if (name_begins(name, "angular_velocity."))
+    if (kt_text_begins(name, "angular_velocity."))
         return split_response(name + 17, axis_names, out);
     out->type = KT_RESPONSE_ANGULAR_ACCELERATION;
-    if (name_begins(name, "angular_acceleration."))
+    if (kt_text_begins(name, "angular_acceleration."))
         return split_response(name + 21, axis_names, out);
     out->type = KT_RESPONSE_JOINT_REACTION;
-    if (!name_begins(name, "reaction."))
+    if (!kt_text_begins(name, "reaction."))
         return false;
     if (split_response(name + 9, wrench_names, out))
         return true;
@@ -280,17 +280,15 @@ kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt
                : status;
 }
 
-static double response_component(kt_vec3 u, int k) { return k == 0 ? u.x : k == 1 ? u.y : u.z; }
-
 /* In world axes, or in those of the body. */
 static double turning(const kt_responses *of, const kt_event_response *r, kt_vec3 u) {
     const kt_vec3 w =
         r->component < 3 ? u : kt_mat3_apply_transposed(kt_body_pose(of->model, of->data, r->item).rotation, u);
-    return response_component(w, r->component % 3);
+    return kt_vec3_part(w, r->component % 3);
 }
 
 static double of_wrench(const kt_wrench *wrench, int k) {
-    return response_component(k < 3 ? wrench->force : wrench->moment, k % 3);
+    return kt_vec3_part(k < 3 ? wrench->force : wrench->moment, k % 3);
 }
 
 double kt_response_value(const kt_responses *responses, const kt_event_response *r) {
@@ -301,7 +299,7 @@ double kt_response_value(const kt_responses *responses, const kt_event_response 
     case KT_RESPONSE_ACCELERATION:
         return responses->a[r->item];
     case KT_RESPONSE_MARKER_ACCELERATION:
-        return response_component(kt_point_acceleration(model, data, r->item, r->point), r->component);
+        return kt_vec3_part(kt_point_acceleration(model, data, r->item, r->point), r->component);
     case KT_RESPONSE_ANGULAR_VELOCITY:
         return turning(responses, r, kt_body_twist(model, data, r->item).angular);
     case KT_RESPONSE_ANGULAR_ACCELERATION:

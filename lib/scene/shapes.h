@@ -2,15 +2,11 @@
 #ifndef KT_SCENE_SHAPES_H
 #define KT_SCENE_SHAPES_H
 
+#include "algebra/parts.h"
 #include "scene/part.h"
 
 /* The volume of the solid, m^3; zero for points and slender rods. */
 double kt_shape_volume(const kt_shape *shape);
-
-/* s S. */
-static inline kt_sym3 kt_sym3_scaled(double s, kt_sym3 a) {
-    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
-}
 
 /* A shape, and its own mass, NaN if it has none. */
 typedef struct kt_scene_part {

@@ -57,15 +57,11 @@ bool kt_method_is_coupled(const kt_method *method) {
     return family->implicit && !family->exact;
 }
 
-static double implicit_entry(const kt_method *method, size_t i, size_t j) {
-    return method->a[i * (size_t)method->stages + j];
-}
-
 static bool stage_counts(const kt_method *method, size_t i) {
     const size_t s = (size_t)method->stages;
     bool any = i + 1 == s;
     for (size_t j = i + 1; j < s; j++)
-        any = any || implicit_entry(method, j, i) != 0.0;
+        any = any || kt_implicit_entry(method, j, i) != 0.0;
     return any;
 }
 
@@ -73,7 +69,7 @@ kt_coupled kt_coupled_at(const kt_method *method, size_t first) {
     kt_coupled c = {first, first + 1};
     for (size_t i = first; i < c.end; i++)
         for (size_t j = c.end; j < (size_t)method->stages; j++)
-            if (implicit_entry(method, i, j) != 0.0)
+            if (kt_implicit_entry(method, i, j) != 0.0)
                 c.end = j + 1;
     return c;
 }
@@ -103,7 +99,7 @@ static void combine_slopes(const kt_step_work *w, size_t i, size_t end, size_t f
     const size_t N = implicit_numbers_of(w);
     memcpy(out, w->y + from, count * sizeof *out);
     for (size_t j = 0; j < end; j++) {
-        const double weight = w->step->h * implicit_entry(w->step->method, i, j);
+        const double weight = w->step->h * kt_implicit_entry(w->step->method, i, j);
         const double *k = w->slope + j * N + from;
         for (size_t l = 0; l < count && weight != 0.0; l++)
             out[l] += weight * k[l];
@@ -149,14 +145,14 @@ static void add_whole(const kt_step_work *w, size_t i, size_t block, double fact
 static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j) {
     double sum = 0.0;
     for (size_t l = c.first; l < c.end; l++)
-        sum += implicit_entry(method, i, l) * implicit_entry(method, l, j);
+        sum += kt_implicit_entry(method, i, l) * kt_implicit_entry(method, l, j);
     return sum;
 }
 
 /* Adds block (i, j) to the matrix, whose columns have m numbers. */
 static void add_stage_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), at = w->one_derivative ? 0 : i - c.first;
-    const double h = w->step->h, a = h * implicit_entry(w->step->method, i, j);
+    const double h = w->step->h, a = h * kt_implicit_entry(w->step->method, i, j);
     const double *by_q = w->by_q + at * e * e, *by_v = w->by_v + at * e * e;
     const size_t rates = rates_of(w);
     for (size_t l = 0; l < w->unknowns && i == j; l++)

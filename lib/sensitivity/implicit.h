@@ -13,6 +13,11 @@ typedef struct kt_coupled {
 
 /* The stages from stage `first` on that are solved together. */
 kt_coupled kt_coupled_at(const kt_method *method, size_t first);
+/* a_ij of an implicit method. */
+static inline double kt_implicit_entry(const kt_method *method, size_t i, size_t j) {
+    return method->a[i * (size_t)method->stages + j];
+}
+
 /* Whether the step depends on these stages. */
 bool kt_coupled_counts(const kt_method *method, kt_coupled c);
 

@@ -16,10 +16,6 @@
 
 #include <string.h>
 
-static double change_entry(const kt_method *method, size_t i, size_t j) {
-    return method->a[i * (size_t)method->stages + j];
-}
-
 /* The arrays of one column: changes at the start, of the slopes of stage j, and of V_i. */
 typedef struct column {
     const double *start_q, *start_v;
@@ -47,7 +43,7 @@ static void gather_stage_changes(kt_step_work *w, kt_coupled c, size_t i, const 
     memcpy(dq, k->start_q, nq * sizeof *dq);
     memcpy(dv, k->start_v, e * sizeof *dv);
     for (size_t j = 0; j < c.first; j++) {
-        const double a = h * change_entry(w->step->method, i, j);
+        const double a = h * kt_implicit_entry(w->step->method, i, j);
         kt_add_times(dq, a, k->rate_q + j * k->next_q, nq);
         kt_add_times(dv, a, k->rate_v + j * k->next_v, e);
     }
@@ -66,7 +62,7 @@ static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k,
     } else {
         memcpy(xi, dq, n * sizeof *xi);
         for (size_t j = c.first; j < c.end; j++)
-            kt_add_times(xi, w->step->h * change_entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
+            kt_add_times(xi, w->step->h * kt_implicit_entry(w->step->method, i, j), k->change_v + j * k->next_v, n);
     }
     memset(right + rates, 0, e * sizeof *right);
     for (size_t l = 0; l < e; l++) { /* most columns begin as unit vectors */
@@ -83,7 +79,7 @@ static bool only_start_changes(const kt_step_work *w, kt_coupled c) {
     bool others = !kt_is_plain(w->model);
     for (size_t i = c.first; i < c.end; i++)
         for (size_t j = 0; j < c.first; j++)
-            others = others || change_entry(w->step->method, i, j) != 0.0;
+            others = others || kt_implicit_entry(w->step->method, i, j) != 0.0;
     return !others;
 }
 
@@ -101,7 +97,7 @@ static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, 
             memcpy(right, held + (i - c.first) * n * w->held_most, n * sizeof *right);
         }
         for (size_t l = c.first; l < c.end && j >= n; l++)
-            reach += w->step->h * change_entry(w->step->method, i, l);
+            reach += w->step->h * kt_implicit_entry(w->step->method, i, l);
         for (size_t l = 0; l < e && !held; l++)
             right[l] = reach * w->by_q[at + l] + (j < n ? 0.0 : right[l]);
     }
@@ -126,7 +122,7 @@ static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
     }
     for (size_t i = c.first; i < c.end && !rates; i++)
         for (size_t j = c.first; j < c.end; j++)
-            kt_add_times(k->change_v + i * k->next_v, w->step->h * change_entry(w->step->method, i, j),
+            kt_add_times(k->change_v + i * k->next_v, w->step->h * kt_implicit_entry(w->step->method, i, j),
                          k->rate_v + j * k->next_v, e);
 }
 
@@ -180,9 +176,9 @@ static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double
     const size_t N = w->model->n.q + w->model->n.v;
     const double h = w->step->h;
     memset(s, 0, N * sizeof *s);
-    kt_add_times(s, h * change_entry(method, w->stages - 1, i), w->by_end, N);
+    kt_add_times(s, h * kt_implicit_entry(method, w->stages - 1, i), w->by_end, N);
     for (size_t j = c.end; j < w->stages; j++)
-        kt_add_times(s, h * change_entry(method, j, i), w->by_stage + j * N, N);
+        kt_add_times(s, h * kt_implicit_entry(method, j, i), w->by_stage + j * N, N);
 }
 
 /* y += A' x */
@@ -201,7 +197,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *right = x + (i - c.first) * n;
         memcpy(right, s + (i - c.first) * N + n, n * sizeof *right);
         for (size_t j = c.first; j < c.end; j++)
-            kt_add_times(right, h * change_entry(method, j, i), s + (j - c.first) * N, n);
+            kt_add_times(right, h * kt_implicit_entry(method, j, i), s + (j - c.first) * N, n);
     }
     kt_coupled_solve_transposed(w, c, x);
     for (size_t i = c.first; i < c.end; i++)
@@ -210,7 +206,7 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
         double *by_v = w->by_stage + i * N + n;
         memcpy(by_v, s + (i - c.first) * N, n * sizeof *by_v);
         for (size_t j = c.first; j < c.end; j++)
-            kt_add_times(by_v, h * change_entry(method, j, i), w->by_stage + j * N, n);
+            kt_add_times(by_v, h * kt_implicit_entry(method, j, i), w->by_stage + j * N, n);
         add_transposed(w->by_v + (i - c.first) * n * n, n, x + (i - c.first) * n, by_v);
     }
 }

@@ -13,8 +13,6 @@
 
 #include <string.h>
 
-static kt_quat load_rotation(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
-
 void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq) {
     kt_position_rate(model, q, xi, dq);
 }
@@ -29,7 +27,7 @@ void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, d
             continue;
         const int at = link->q + motion.plain;
         kt_joint_store(xi + link->v + motion.plain,
-                       kt_quat_angular_body(load_rotation(q + at), load_rotation(dq + at)));
+                       kt_quat_angular_body(kt_joint_load_quaternion(q + at), kt_joint_load_quaternion(dq + at)));
     }
 }
 
@@ -42,8 +40,8 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
         if (!motion.quaternions)
             continue;
         double *p = rate + link->q + motion.plain;
-        const kt_quat d =
-            kt_quat_rate_body(load_rotation(dq + link->q + motion.plain), kt_joint_load(v + link->v + motion.plain));
+        const kt_quat d = kt_quat_rate_body(kt_joint_load_quaternion(dq + link->q + motion.plain),
+                                            kt_joint_load(v + link->v + motion.plain));
         p[0] += d.w;
         p[1] += d.x;
         p[2] += d.y;

@@ -43,14 +43,12 @@ typedef struct motion {
     kt_twist velocity, acceleration;
 } motion;
 
-static kt_vec3 load_vector(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
-
 static kt_pose absolute_pose_of(const kt_model *absolute, int body, const double *q) {
     kt_pose pose = kt_pose_identity();
     if (body == 0)
         return pose;
     q += kt_body_coordinates(absolute, body).q;
-    pose.position = load_vector(q);
+    pose.position = kt_joint_load(q);
     pose.rotation = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
     return pose;
 }
@@ -61,11 +59,11 @@ static motion absolute_motion_of(const kt_model *absolute, int body, const doubl
     if (body == 0)
         return m;
     const int at = kt_body_coordinates(absolute, body).v;
-    m.velocity.linear = load_vector(v + at);
-    m.velocity.angular = kt_mat3_apply(m.pose.rotation, load_vector(v + at + 3));
+    m.velocity.linear = kt_joint_load(v + at);
+    m.velocity.angular = kt_mat3_apply(m.pose.rotation, kt_joint_load(v + at + 3));
     if (a) {
-        m.acceleration.linear = load_vector(a + at);
-        m.acceleration.angular = kt_mat3_apply(m.pose.rotation, load_vector(a + at + 3));
+        m.acceleration.linear = kt_joint_load(a + at);
+        m.acceleration.angular = kt_mat3_apply(m.pose.rotation, kt_joint_load(a + at + 3));
     }
     return m;
 }

@@ -1,5 +1,6 @@
 /* The archive of an FMU (archive.h), read by minizip. Names that lead out of the folder are rejected. */
 #include "fmu/archive.h"
+#include "base/text.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -124,18 +125,6 @@ bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
     return found;
 }
 
-/* Whether a name stays within the folder. */
-static bool is_within_folder(const char *name) {
-    if (name[0] == '/' || name[0] == '\0' || strchr(name, '\\') != NULL)
-        return false;
-    for (const char *part = name; part != NULL; part = strchr(part, '/')) {
-        part += *part == '/';
-        if (strncmp(part, "..", 2) == 0 && (part[2] == '/' || part[2] == '\0'))
-            return false;
-    }
-    return true;
-}
-
 /* Makes the folders of a name. */
 static bool make_folders(char *path, size_t from) {
     for (char *slash = strchr(path + from, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
@@ -171,7 +160,7 @@ static kt_status unpack_entry(unzFile zip, const char *path, const char *folder,
         return reject_entry(path, "?", error);
     name[sizeof name - 1] = '\0';
     const int length = snprintf(to, sizeof to, "%s/%s", folder, name);
-    if (!is_within_folder(name) || length >= (int)sizeof to || !make_folders(to, strlen(folder) + 1))
+    if (!kt_path_is_inner(name) || length >= (int)sizeof to || !make_folders(to, strlen(folder) + 1))
         return reject_entry(path, name, error);
     if (to[length - 1] == '/')
         return KT_OK;

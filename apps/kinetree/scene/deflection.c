@@ -6,6 +6,7 @@
  *
  * which is largest at tan 2 phi = -2 a.b / (|a|^2 - |b|^2). The point is a corner of the box around a solid. */
 #include "scene/deflection.h"
+#include "scene/play.h"
 
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"
@@ -105,17 +106,10 @@ kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt
     return KT_OK;
 }
 
-static kt_status take_deflected_poses(const kt_small_motion *motion, const double *q, kt_pose *poses, kt_error *error) {
-    const kt_status status = kt_kinematics_update(motion->model, motion->data, q, NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < kt_model_body_count(motion->model); i++)
-        poses[i] = kt_body_pose(motion->model, motion->data, i);
-    return status;
-}
-
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error) {
     if (deflection == NULL)
-        return take_deflected_poses(motion, motion->q, poses, error);
+        return kt_poses_take(motion->model, motion->data, motion->q, poses, error);
     const size_t nq = (size_t)kt_model_nq(motion->model), nv = (size_t)kt_model_nv(motion->model);
     double *q = calloc(nq + nv + 1, sizeof *q);
     if (q == NULL)
@@ -126,7 +120,7 @@ kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_
     kt_position_add(motion->model, motion->q, v, q);
     memset(v, 0, nv * sizeof *v);
     (void)(kt_state_project(motion->model, motion->data, 0.0, q, v, NULL, &open) == KT_OK); /* else q as it is */
-    const kt_status status = take_deflected_poses(motion, q, poses, error);
+    const kt_status status = kt_poses_take(motion->model, motion->data, q, poses, error);
     free(q);
     return status;
 }

@@ -235,7 +235,7 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
     return name;
 }
 
-static double mode_modulus(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
+double kt_mode_modulus(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
 
 int kt_small_motion_places(const kt_small_motion *motion) {
     int count = 0;
@@ -245,16 +245,16 @@ int kt_small_motion_places(const kt_small_motion *motion) {
 }
 
 bool kt_mode_is_neutral(const kt_mode *mode) {
-    return mode_modulus(mode) <= mode->error || mode_modulus(mode) < DBL_MIN;
+    return kt_mode_modulus(mode) <= mode->error || kt_mode_modulus(mode) < DBL_MIN;
 }
 
 bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode) {
     const kt_mode fastest = kt_modes_at(motion->modes, kt_modes_count(motion->modes) - 1);
-    return kt_mode_is_neutral(mode) && mode_modulus(mode) > sqrt(DBL_EPSILON) * mode_modulus(&fastest);
+    return kt_mode_is_neutral(mode) && kt_mode_modulus(mode) > sqrt(DBL_EPSILON) * kt_mode_modulus(&fastest);
 }
 
 bool kt_mode_grows(const kt_mode *mode) {
-    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * mode_modulus(mode);
+    return !kt_mode_is_neutral(mode) && mode->real > mode->error && mode->real > 1e-9 * kt_mode_modulus(mode);
 }
 
 /* The amplitude of component i of a shape, in its unit. Places of footholds do not move. first: coordinate of i = 0. */

@@ -50,6 +50,8 @@ kt_coordinate_name kt_name_column(const kt_model *model, int coordinate);
 /* Returns the number of zero eigenvalues of the places of footholds, which say nothing about the motion. */
 int kt_small_motion_places(const kt_small_motion *motion);
 
+/* Returns the magnitude of a mode's eigenvalue, 1/s. */
+double kt_mode_modulus(const kt_mode *mode);
 /* Returns whether a mode's eigenvalue cannot be distinguished from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);
 /* Returns whether a mode is neutral only because the error of its eigenvalue exceeds its magnitude. A double eigenvalue

@@ -100,14 +100,18 @@ static kt_status use_data(kt_play *play, kt_error *error) {
     return status;
 }
 
-kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error) {
-    kt_status status = use_data(play, error);
-    if (status == KT_OK)
-        status =
-            kt_kinematics_update(play->shown, play->data, kt_simulation_positions(play->simulation), NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < kt_model_body_count(play->shown); i++)
-        poses[i] = kt_body_pose(play->shown, play->data, i);
+kt_status kt_poses_take(const kt_model *model, kt_data *data, const double *q, kt_pose *poses, kt_error *error) {
+    const kt_status status = kt_kinematics_update(model, data, q, NULL, NULL, error);
+    for (int i = 0; status == KT_OK && i < kt_model_body_count(model); i++)
+        poses[i] = kt_body_pose(model, data, i);
     return status;
+}
+
+kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error) {
+    const kt_status status = use_data(play, error);
+    return status == KT_OK
+               ? kt_poses_take(play->shown, play->data, kt_simulation_positions(play->simulation), poses, error)
+               : status;
 }
 
 kt_vec3 kt_play_point(const kt_play *play, int body, int marker) {

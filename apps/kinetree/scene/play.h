@@ -48,7 +48,8 @@ kt_status kt_play_to(kt_play *play, double time, kt_error *error);
  * and is there again afterwards; ended and ended_by then name the event. Cost: a run, if the scene has events. */
 kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *error);
 
-/* Writes the poses of all bodies in the present state. */
+/* Writes the poses of all bodies at the positions q; in the present state. */
+kt_status kt_poses_take(const kt_model *model, kt_data *data, const double *q, kt_pose *poses, kt_error *error);
 kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error);
 
 /* Returns the position of a marker in the present state, in the world frame, m. The kinematics are those of the last

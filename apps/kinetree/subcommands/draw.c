@@ -193,13 +193,6 @@ static int choose_times(const kt_draw_arguments *arguments, motion *m, double un
     return -1;
 }
 
-static kt_status take_run_poses(const motion *m, const double *q, kt_pose *poses, kt_error *error) {
-    const kt_status status = kt_kinematics_update(m->model, m->data, q, NULL, NULL, error);
-    for (int i = 0; status == KT_OK && i < kt_model_body_count(m->model); i++)
-        poses[i] = kt_body_pose(m->model, m->data, i);
-    return status;
-}
-
 static void take_points(motion *m) {
     for (int i = 0; i < m->marker_count; i++) {
         const int body = kt_body_find(m->model, m->markers[i].body);
@@ -429,7 +422,7 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
     kt_model_initial(m->model, m->q, m->v);
     m->state_count = 1;
     m->times[0] = 0.0;
-    kt_status status = take_run_poses(m, m->q, m->poses, &error);
+    kt_status status = kt_poses_take(m->model, m->data, m->q, m->poses, &error);
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
@@ -443,7 +436,8 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
 static int draw_run_states(motion *m, const kt_draw_arguments *arguments, const char *path, double end) {
     kt_error error = {0};
     const bool moves = m->marker_count > 0 || kt_switch_count(m->model) > 0 || m->times[m->state_count - 1] > 0.0;
-    kt_status status = moves ? simulate_states(m, arguments, end, &error) : take_run_poses(m, m->q, m->poses, &error);
+    kt_status status =
+        moves ? simulate_states(m, arguments, end, &error) : kt_poses_take(m->model, m->data, m->q, m->poses, &error);
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)

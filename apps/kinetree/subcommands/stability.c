@@ -4,6 +4,7 @@
 #include "advice/penetration.h"
 #include "plot/plot.h"
 #include "records/output.h"
+#include "scene/linear.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "text/json.h"
@@ -70,12 +71,10 @@ const kt_usage kt_usage_stability = {
 
 enum { LISTED_MAX = 8 };
 
-static double eigenvalue_size_of(const kt_mode *mode) { return hypot(mode->real, mode->imaginary); }
-
 /* Returns whether a real or imaginary part counts as nonzero. It does if it exceeds the error of the eigenvalue and a
  * millionth of its magnitude. */
 static bool is_part(double part, const kt_mode *mode) {
-    return fabs(part) > mode->error && fabs(part) > 1e-6 * eigenvalue_size_of(mode);
+    return fabs(part) > mode->error && fabs(part) > 1e-6 * kt_mode_modulus(mode);
 }
 
 static void print_scaled_mode(const kt_model *model, const kt_spectrum_mode *at, FILE *file) {
@@ -105,8 +104,8 @@ static void print_modes(const kt_stability_subject *subject) {
     for (int i = 0; i < count; i++) {
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
         if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) /* the fastest mode of its state */
-            if (eigenvalue_size_of(&at.mode) < least) {
-                least = eigenvalue_size_of(&at.mode);
+            if (kt_mode_modulus(&at.mode) < least) {
+                least = kt_mode_modulus(&at.mode);
                 least_time = at.time;
             }
         if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
@@ -119,9 +118,9 @@ static void print_modes(const kt_stability_subject *subject) {
     if (left_out > 0)
         printf("  and %d slower\n", left_out);
     const kt_spectrum_mode first = kt_spectrum_at(subject->spectrum, fastest);
-    if (least < 0.99 * eigenvalue_size_of(&first.mode))
+    if (least < 0.99 * kt_mode_modulus(&first.mode))
         printf("the fastest along the motion: from %.4g /s (at t = %g s) to %.4g /s\n", least, least_time,
-               eigenvalue_size_of(&first.mode));
+               kt_mode_modulus(&first.mode));
 }
 
 /* Describes how the step changes the mode that it amplifies most. */

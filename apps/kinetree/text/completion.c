@@ -2,6 +2,7 @@
  *
  * The help shows a word for each argument, which determines its completion. FILE is any file. SCENE is a *.yaml file,
  * ROBOT a *.urdf file, RESULT a *.csv file. NAME of demo is a bundled scene. a|b|c is one of these words. */
+#include "base/text.h"
 #include "text/reference.h"
 
 #include <stdio.h>
@@ -14,10 +15,8 @@ static void for_each_option(const kt_subcommand *subcommand, void put(const kt_s
             put(subcommand, &usage->options[i]);
 }
 
-static bool text_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
-
 static bool takes_file(const kt_option *option) {
-    return option->type == KT_OPTION_TEXT && text_begins(option->argument, "FILE");
+    return option->type == KT_OPTION_TEXT && kt_text_begins(option->argument, "FILE");
 }
 
 /* Prints a|b|c as "a b c". */
@@ -33,15 +32,15 @@ static void put_subcommands(const kt_overview *all) {
 
 /* Extension of the files that are operands; NULL: the operands are not files. */
 static const char *operand_ending(const kt_usage *usage) {
-    return text_begins(usage->operands, "SCENE")    ? "yaml"
-           : text_begins(usage->operands, "ROBOT")  ? "urdf"
-           : text_begins(usage->operands, "RESULT") ? "csv"
-                                                    : NULL;
+    return kt_text_begins(usage->operands, "SCENE")    ? "yaml"
+           : kt_text_begins(usage->operands, "ROBOT")  ? "urdf"
+           : kt_text_begins(usage->operands, "RESULT") ? "csv"
+                                                       : NULL;
 }
 
-static bool takes_bundled_scene(const kt_usage *usage) { return text_begins(usage->operands, "[NAME"); }
+static bool takes_bundled_scene(const kt_usage *usage) { return kt_text_begins(usage->operands, "[NAME"); }
 
-static bool takes_subcommand(const kt_usage *usage) { return text_begins(usage->operands, "[SUBCOMMAND"); }
+static bool takes_subcommand(const kt_usage *usage) { return kt_text_begins(usage->operands, "[SUBCOMMAND"); }
 
 static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
 
