@@ -64,6 +64,11 @@ const kt_subcommand *kt_subcommand_find(const char *name);
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 void kt_say_error(const kt_error *error);
 
+/* Report that there is not enough memory: the first function prints it, with the name of the result that is not made
+ * unless that is NULL, and returns the exit status. */
+int kt_say_no_memory(const char *what);
+kt_status kt_reject_memory(kt_error *error);
+
 /* A name for display: characters that a terminal would obey are escaped (base/escape.h), and a long name is
  * truncated. */
 typedef struct kt_shown {

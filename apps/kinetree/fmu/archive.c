@@ -59,10 +59,6 @@ enum { ENTRIES_MOST = 100000, NAME_SIZE = 1024, BLOCK = 1 << 16 };
 
 bool kt_fmu_has_archives(void) { return true; }
 
-static kt_status no_archive_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
-
 static unzFile open_archive(const char *path, kt_error *error) {
     struct stat status;
     unzFile zip = NULL;
@@ -91,7 +87,7 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
              info.uncompressed_size > entry_most || unzOpenCurrentFile(zip) != UNZ_OK)
         status = reject_entry(path, entry, error);
     if (status == KT_OK && (*text = malloc((size_t)info.uncompressed_size + 1)) == NULL)
-        status = no_archive_memory(error);
+        status = kt_reject_memory(error);
     if (status == KT_OK) {
         const int count = unzReadCurrentFile(zip, *text, (unsigned)info.uncompressed_size);
         *size = (size_t)info.uncompressed_size;

@@ -72,7 +72,7 @@ kt_status kt_fmi_save(kt_fmi_instance *f, unsigned char **bytes, size_t *size, k
     if (status == KT_OK)
         status = kt_fmi_check(f, call->size(f->instance, state, size), "SerializedFMUStateSize", error);
     if (status == KT_OK && (*bytes = malloc(*size + 1)) == NULL)
-        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        status = kt_reject_memory(error);
     if (status == KT_OK)
         status = kt_fmi_check(f, call->serialize(f->instance, state, *bytes, *size), "SerializeFMUState", error);
     if (state != NULL)

@@ -24,10 +24,6 @@ struct kt_fmu_clock {
     double step[]; /* of each FMU, s. A sweep may vary those of the scene before the simulation ends */
 };
 
-static kt_status no_coupling_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
-
 /* ---- checks ------------------------------------------------------------------------------------------------------ */
 
 /* The ports of one role. */
@@ -205,7 +201,7 @@ static void release_fmu(void *user) {
 static const kt_fmi_variable **find_ports(const kt_fmu_partner *p, const kt_fmu_ports *list, kt_error *error) {
     const kt_fmi_variable **found = calloc((size_t)list->count + 1, sizeof *found);
     if (found == NULL)
-        (void)no_coupling_memory(error);
+        (void)kt_reject_memory(error);
     for (int i = 0; found != NULL && i < list->count; i++) {
         found[i] = kt_fmu_port_find(&p->fmi.description, p->of, &list->ports[i], list->role, error);
         if (found[i] == NULL) {
@@ -246,7 +242,7 @@ kt_status kt_fmus_begin(const kt_scene *scene, kt_simulation_options *options, k
         return KT_OK;
     kt_fmu_clock *made = malloc(sizeof *made + count * sizeof made->step[0]);
     if (made == NULL)
-        return no_coupling_memory(error);
+        return kt_reject_memory(error);
     made->count = scene->fmu_count;
     for (size_t i = 0; i < count; i++)
         made->step[i] = scene->fmus[i].step;
@@ -265,7 +261,7 @@ kt_status kt_fmus_couple(const kt_scene *scene, kt_scene_watch *watch, kt_simula
         kt_fmu_partner *p = calloc(1, sizeof *p);
         if (p == NULL) {
             free(i == 0 ? clock : NULL);
-            return no_coupling_memory(error);
+            return kt_reject_memory(error);
         }
         p->clock = i == 0 ? clock : NULL;
         status = open_fmu(&scene->fmus[i], p, error);
@@ -308,7 +304,7 @@ json_t *kt_fmus_save(const kt_scene *scene, const kt_scene_watch *watch, kt_erro
         const kt_status status = kt_fmi_save(&p->fmi, &bytes, &size, error);
         if (status != KT_OK || json_object_set_new(states, scene->fmus[i].name, text_of(bytes, size)) != 0) {
             if (status == KT_OK)
-                (void)no_coupling_memory(error);
+                (void)kt_reject_memory(error);
             json_decref(states);
             states = NULL;
         }
@@ -321,7 +317,7 @@ static kt_status restore_fmu(kt_fmu_partner *p, const char *text, kt_error *erro
     const size_t size = strlen(text) / 2;
     unsigned char *bytes = malloc(size + 1);
     if (bytes == NULL)
-        return no_coupling_memory(error);
+        return kt_reject_memory(error);
     for (size_t i = 0; i < size; i++)
         bytes[i] = (unsigned char)strtoul((const char[]){text[2 * i], text[2 * i + 1], '\0'}, NULL, 16);
     const kt_status status = kt_fmi_restore(&p->fmi, bytes, size, error);

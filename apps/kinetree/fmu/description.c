@@ -140,7 +140,7 @@ static kt_status read_root(const char *path, kt_fmi_description *d, kt_error *er
                             "%.200s: its modelDescription.xml has no modelIdentifier, or no instantiationToken (guid)",
                             path);
     d->can_serialize = is_true(simulates, d->version == 2 ? "canSerializeFMUstate" : "canSerializeFMUState");
-    return read_fmi_variables(d) ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+    return read_fmi_variables(d) ? KT_OK : kt_reject_memory(error);
 }
 
 kt_status kt_fmi_description_read(const char *path, kt_fmi_description *description, kt_error *error) {
@@ -158,7 +158,7 @@ kt_status kt_fmi_description_read(const char *path, kt_fmi_description *descript
                      ? kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: modelDescription.xml:%u:%u: %s", path,
                                     (unsigned)reader->faults[0].line, (unsigned)reader->faults[0].column,
                                     reader->faults[0].message)
-                     : kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+                     : kt_reject_memory(error);
     free(text);
     description->root = root;
     return status == KT_OK ? read_root(path, description, error) : status;

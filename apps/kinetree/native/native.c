@@ -42,11 +42,6 @@ typedef struct native_text {
     char *source, *header;
 } native_text;
 
-static int say_native_memory(void) {
-    kt_say("there is not enough memory");
-    return KT_EXIT_INTEGRATION;
-}
-
 /* ---- what is rejected -------------------------------------------------------------------------------------------- */
 
 /* Returns why the accelerations of a scene are not those of one file; NULL: they are. */
@@ -91,7 +86,7 @@ static int generate_native(const char *command, const kt_model *model, native_te
     if (status == KT_OK && size[0] <= SOURCE_MOST)
         return -1;
     if (status == KT_ERROR_MEMORY)
-        return say_native_memory();
+        return kt_say_no_memory(NULL);
     if (status == KT_OK) {
         kt_say("%s: --native cannot compute this scene: its code has %.1f MB, which compilers take minutes for, and is "
                "slower than the library; leave --native out",
@@ -228,7 +223,7 @@ kt_status kt_native_code_begin(kt_native_code *code, const kt_native_file *file,
     code->numbers = calloc((size_t)room + 1, sizeof *code->numbers);
     code->prepared = malloc(file->prepared + 1);
     if (code->numbers == NULL || code->prepared == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     const kt_status status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, code->numbers, room, &count, error);
     if (status != KT_OK)
         return status;

@@ -262,10 +262,6 @@ struct kt_own_columns {
     const kt_expression **formula;
 };
 
-static kt_status no_column_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
-
 /* ---- own columns: all that formulas may read --------------------------------------------------------------------- */
 
 static kt_marker_pair *list_all_markers(const kt_model *model, int *count) {
@@ -393,7 +389,7 @@ static kt_status read_own_formula(kt_own_columns *own, int k, unsigned *record, 
     kt_error from = {0};
     own->memory[k] = malloc(size);
     if (own->memory[k] == NULL)
-        return no_column_memory(error);
+        return kt_reject_memory(error);
     const kt_status status =
         kt_expression_parse(column->formula, &symbols, own->memory[k], size, &own->formula[k], NULL, &from);
     if (status != KT_OK) {
@@ -402,7 +398,7 @@ static kt_status read_own_formula(kt_own_columns *own, int k, unsigned *record, 
         return kt_error_set(error, KT_ERROR_SCENE, where, "%s", from.message);
     }
     *record |= use_symbols(own, own->formula[k]);
-    return take_column_memory(&own->all, *record) ? KT_OK : no_column_memory(error);
+    return take_column_memory(&own->all, *record) ? KT_OK : kt_reject_memory(error);
 }
 
 /* ---- own columns: the list --------------------------------------------------------------------------------------- */
@@ -425,13 +421,13 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     *own = NULL;
     *record = 0;
     if (made == NULL)
-        return no_column_memory(error);
+        return kt_reject_memory(error);
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
     const bool fine = made->memory != NULL && made->formula != NULL && list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
-    kt_status status = made->is_used != NULL ? KT_OK : no_column_memory(error);
+    kt_status status = made->is_used != NULL ? KT_OK : kt_reject_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)
         status = read_own_formula(made, k, record, error);
     if (status == KT_OK)
@@ -463,7 +459,7 @@ kt_status kt_columns_add_own(kt_columns *columns, const kt_scene *scene, unsigne
         fine = add_source_columns(columns, KT_COLUMN_OWN, k, 1, k);
     double *values = fine ? realloc(columns->values, columns->count * sizeof *values) : NULL;
     if (values == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     columns->values = values;
     return KT_OK;
 }

@@ -109,8 +109,7 @@ int kt_output_start(kt_output *output, const char *path) {
     }
     if (output->name != NULL)
         return -1;
-    kt_say("there is not enough memory");
-    return KT_EXIT_INTEGRATION;
+    return kt_say_no_memory(NULL);
 }
 
 const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }

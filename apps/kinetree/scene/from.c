@@ -108,10 +108,8 @@ static int open_source(source *s, const char *result, const char *folder) {
     double time;
     char *path = split_path(result, folder, &time);
     *s = (source){.path = path, .time = time};
-    if (path == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (path == NULL)
+        return kt_say_no_memory(NULL);
     if (is_scene_file(path)) {
         kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
                "records (CSV) of a run",
@@ -288,7 +286,7 @@ static kt_status take_auxiliary_states(kt_scene *scene, const source *s, const k
     const int count = kt_own_state_count(model);
     double *x = calloc((size_t)count + 1, sizeof *x);
     if (x == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     kt_own_states_initial(model, x);
     for (int i = 0; i < count; i++)
         if (read_part(s, "state", kt_own_state_name(model, i), 1, &x[i]) != 1)

@@ -14,11 +14,6 @@
 /* The dense matrices have twice as many rows; larger ones would take minutes. */
 enum { COORDINATES_MOST = 500 };
 
-static int say_linear_memory(void) {
-    kt_say("there is not enough memory");
-    return KT_EXIT_INTEGRATION;
-}
-
 static int fail_linear(kt_status status, const kt_error *error) {
     if (status != KT_OK)
         kt_say_error(error);
@@ -48,7 +43,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
     motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
     if (motion->q == NULL || motion->v == NULL || motion->name == NULL)
-        return say_linear_memory();
+        return kt_say_no_memory(NULL);
     kt_status status = kt_linearization_create(model, NULL, &motion->linearization, &error);
     if (status == KT_OK)
         status = kt_modes_create(model, &motion->modes, &error);

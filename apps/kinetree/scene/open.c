@@ -380,7 +380,7 @@ kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *erro
     if (strcmp(path, "-") == 0)
         return write_scene_stream(scene, stdout, error);
     if (kt_output_start(&output, path) >= 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     kt_status status = write_scene_file(scene, kt_output_path(&output), error);
     if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");

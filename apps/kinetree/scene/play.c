@@ -74,7 +74,7 @@ kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *
         return KT_OK;
     void *block = malloc(kt_simulation_state_size(play->simulation));
     if (block == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     kt_simulation_save(play->simulation, block);
     kt_status status = kt_play_to(play, limit, error);
     if (status == KT_OK && play->is_over)

@@ -211,8 +211,7 @@ int kt_start_report(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
     double *state = given_state(model);
-    const kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
-                                           : kt_data_create(model, &data, &error);
+    const kt_status status = state == NULL ? kt_reject_memory(&error) : kt_data_create(model, &data, &error);
     int code = kt_exit_code(status);
     if (status == KT_OK)
         code = kt_start_assemble(scene, model, data, state, state + kt_model_nq(model));

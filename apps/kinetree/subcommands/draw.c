@@ -109,11 +109,6 @@ typedef struct motion {
     char *name;
 } motion;
 
-static int report_no_memory_for_draw(void) {
-    kt_say("there is not enough memory for the picture");
-    return KT_EXIT_INTEGRATION;
-}
-
 static int fail_draw(kt_status status, const kt_error *error) {
     kt_say_error(error);
     return kt_exit_code(status);
@@ -382,7 +377,7 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
     if (kt_switch_count(m->model) > 0 && !is_open) {
         m->shown = kt_shown_create(&m->scene, m->picture, m->released, m->state_count);
         if (m->shown == NULL)
-            return report_no_memory_for_draw();
+            return kt_say_no_memory("the picture");
     }
     m->shown_count = m->state_count;
     kt_drawing drawing = {.picture = m->picture,
@@ -476,7 +471,7 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
         return code;
     m->marker_count = m->markers != NULL ? run.marker_count : 0;
     if (!allocate_motion(m))
-        return report_no_memory_for_draw();
+        return kt_say_no_memory("the picture");
     const kt_status status = kt_data_create(m->model, &m->data, &error);
     if (status != KT_OK)
         return fail_draw(status, &error);
@@ -518,7 +513,7 @@ int kt_command_draw(int argc, char **argv) {
         return code;
     char *base = kt_base_name(argv[1]), own[4096];
     if (base == NULL)
-        return report_no_memory_for_draw();
+        return kt_say_no_memory("the picture");
     snprintf(own, sizeof own, "%s.svg", base);
     const char *path = arguments.out != NULL ? arguments.out : own;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", path, true}};
@@ -538,7 +533,7 @@ int kt_command_draw(int argc, char **argv) {
         bodies = kt_model_body_count(m.model); /* the ground is one */
         m.name = title_of(&m, base);
         if (code == KT_EXIT_DONE)
-            code = m.name != NULL ? draw_scene(&m, &arguments, path) : report_no_memory_for_draw();
+            code = m.name != NULL ? draw_scene(&m, &arguments, path) : kt_say_no_memory("the picture");
         release_motion(&m);
     }
     if (code == KT_EXIT_DONE)

@@ -217,7 +217,7 @@ static bool contact_slips(const kt_model *model) {
 static kt_status add_slip_friction(kt_evaluation *e, kt_error *error) {
     double *lacks = make_numbers((size_t)e->nv), most = 0.0;
     if (lacks == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     const kt_status status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, e->a, NULL, lacks, error);
     for (int i = 0; status == KT_OK && i < e->nv; i++) {
         most = fmax(most, fmax(fabs(lacks[i]), fabs(e->bias[i])));

@@ -93,7 +93,7 @@ static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format,
     if (strcmp(out, "-") == 0)
         return write_robot_stream(scene, format, stdout, path, out, error);
     if (kt_output_start(&output, out) >= 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     FILE *file = fopen(kt_output_path(&output), "w");
     kt_status status = file != NULL ? write_robot_stream(scene, format, file, path, out, error)
                                     : kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));

@@ -314,10 +314,8 @@ static int write_flow_scene(const char *path, const kt_content *content, const k
     options.setting_count = settings->count;
     FILE *stream = open_memstream(&flow->text, &flow->size);
     int code = KT_EXIT_DONE;
-    if (stream == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (stream == NULL)
+        return kt_say_no_memory(NULL);
     kt_fmu_write_inputs(inputs, stream);
     if (kt_scene_write_flow(path, content->text, content->size, &options, stream, &error) != KT_OK) {
         kt_say_error(&error);

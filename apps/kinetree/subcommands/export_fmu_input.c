@@ -201,10 +201,8 @@ int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *i
     for (const char *at = list; at != NULL; at = (next = strchr(at, ',')) != NULL ? next + 1 : NULL)
         count++;
     inputs->items = calloc((size_t)count + 1, sizeof *inputs->items);
-    if (inputs->items == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (inputs->items == NULL)
+        return kt_say_no_memory(NULL);
     for (const char *at = list; at != NULL; at = (next = strchr(at, ',')) != NULL ? next + 1 : NULL) {
         char word[KT_FMU_SIGNAL_NAME];
         kt_fmu_input input;

@@ -285,8 +285,7 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
     kt_warnings warnings = {.quiet = false};
     size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     double *state = calloc(nq + nv + 1, sizeof *state);
-    kt_status status = state == NULL ? kt_error_set(&error, KT_ERROR_MEMORY, NULL, "there is not enough memory")
-                                     : kt_data_create(model, &data, &error);
+    kt_status status = state == NULL ? kt_reject_memory(&error) : kt_data_create(model, &data, &error);
     int code = KT_EXIT_DONE;
     if (status == KT_OK)
         code = kt_start_assemble(scene, model, data, state, state + nq);

@@ -61,10 +61,8 @@ int kt_modes_print_formulation(const kt_small_motion *motion, kt_constraint_form
     double *real = calloc(2 * (size_t)count + 1, sizeof *real), *imaginary = real != NULL ? real + count : NULL;
     options.alpha = isnan(alpha) ? options.alpha : alpha;
     options.beta = isnan(beta) ? options.alpha : beta;
-    if (real == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (real == NULL)
+        return kt_say_no_memory(NULL);
     kt_status status = kt_constraint_formulation_create(motion->model, &options, &formulation, &error);
     if (status == KT_OK)
         status = kt_constraint_formulation_spectrum(formulation, motion->data, 0.0, motion->q, motion->v, real,

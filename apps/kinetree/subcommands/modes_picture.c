@@ -38,11 +38,6 @@ int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *li
     return number;
 }
 
-static int report_no_memory_for_picture(void) {
-    kt_say("there is not enough memory for the picture");
-    return KT_EXIT_INTEGRATION;
-}
-
 /* ---- deflected shapes -------------------------------------------------------------------------------------------- */
 
 typedef struct deflected {
@@ -109,7 +104,7 @@ int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *
     }
     d.poses = calloc((size_t)(d.count + 1) * (size_t)kt_model_body_count(motion->model), sizeof *d.poses);
     if (d.poses == NULL)
-        return report_no_memory_for_picture();
+        return kt_say_no_memory("the picture");
     const kt_status status = deflect(motion, &d, &error);
     if (status != KT_OK)
         kt_say_error(&error);
@@ -143,7 +138,7 @@ int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const c
     char subtitle[160];
     int modes[PANELS_MOST];
     if (shapes == NULL)
-        return report_no_memory_for_picture();
+        return kt_say_no_memory("the picture");
     kt_shape_plot plot = {.title = motion->name,
                           .subtitle = subtitle,
                           .names = shapes->text,

@@ -20,11 +20,6 @@ typedef struct shown_modes {
     kt_twist *twists;
 } shown_modes;
 
-static int report_no_memory_for_view(void) {
-    kt_say("there is not enough memory for the view");
-    return KT_EXIT_INTEGRATION;
-}
-
 static void release_shown_modes(shown_modes *s) {
     free(s->modes);
     free(s->list);
@@ -123,7 +118,7 @@ int kt_modes_view(const kt_small_motion *motion, const char *state, const char *
                             ? kt_motion_start(&motion->scene, &columns, 1, false)
                             : NULL;
     if (frames == NULL || !allocate_shown_modes(&shown, motion, count)) {
-        code = report_no_memory_for_view();
+        code = kt_say_no_memory("the view");
     } else if (shown.count == 0) {
         kt_say("%s is not written: there is no mode to be shown", path);
         code = KT_EXIT_INTEGRATION;

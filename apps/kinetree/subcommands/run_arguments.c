@@ -169,10 +169,8 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
         return KT_EXIT_USAGE;
     }
     char *base = kt_base_name(path), own[4096];
-    if (base == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (base == NULL)
+        return kt_say_no_memory(NULL);
     snprintf(own, sizeof own, "%s.html", base);
     free(base);
     const char *page = arguments->view != NULL ? arguments->view : own;

@@ -125,15 +125,11 @@ static kt_status compile_varied(made *m, kt_error *error) {
     return status;
 }
 
-static kt_status report_no_run_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
-
 /* Own columns with them; *record: what these need besides. */
 static kt_status list_run_columns(made *m, unsigned *record, kt_error *error) {
     return kt_columns_list(&m->columns, m->scene, m->model, &m->scene->run, kt_run_record(&m->scene->run, m->model))
                ? kt_columns_add_own(&m->columns, m->scene, record, error)
-               : report_no_run_memory(error);
+               : kt_reject_memory(error);
 }
 
 /* With --native: passes the numbers of the run to the file, if its structure is that of the first run. */
@@ -163,7 +159,7 @@ static kt_status prepare_run(made *m, kt_error *error) {
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
     if (status == KT_OK && (m->ranges = kt_sweep_ranges_create(m->sweep->column_count)) == NULL)
-        status = report_no_run_memory(error);
+        status = kt_reject_memory(error);
     return status;
 }
 
@@ -247,7 +243,7 @@ static int take_record(const kt_record *record, void *user) {
 /* The end of a run with the `status` of its simulation. */
 static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     if (m->failed)
-        return report_no_run_memory(error);
+        return kt_reject_memory(error);
     if (m->excess.code != KT_OK) {
         *error = m->excess;
         return error->code;
@@ -470,10 +466,8 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
                    kt_ask(&nearest, "").text);
             return KT_EXIT_USAGE;
         }
-        if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit)) {
-            kt_say("there is not enough memory");
-            return KT_EXIT_INTEGRATION;
-        }
+        if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit))
+            return kt_say_no_memory(NULL);
         from = comma != NULL ? comma + 1 : NULL;
     }
     return -1;
@@ -550,9 +544,9 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (code < 0 && status == KT_OK && sweep->arguments->columns != NULL)
         code = add_chosen(sweep, &m.columns, sweep->arguments->columns);
     else if (code < 0 && status == KT_OK && !add_all(sweep, &m.columns))
-        status = report_no_run_memory(&error);
+        status = kt_reject_memory(&error);
     if (code < 0 && status == KT_OK && !add_events_of(sweep, m.scene))
-        status = report_no_run_memory(&error);
+        status = kt_reject_memory(&error);
     if (status == KT_OK && m.scene->from != NULL && code < 0) {
         kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
                "scene",

@@ -12,11 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int report_no_plan_memory(void) {
-    kt_say("there is not enough memory");
-    return KT_EXIT_INTEGRATION;
-}
-
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
 /* Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64): a bijection of 64 bits. */
@@ -172,14 +167,14 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     axis->path = strndup(text, length);
     *rest = equals + 1;
     if (axis->path == NULL)
-        *code = report_no_plan_memory();
+        *code = kt_say_no_memory(NULL);
     return axis->path != NULL ? axis : NULL;
 }
 
 static int read_list(const char *text, const char *rest, kt_axis *axis) {
     axis->values = calloc(strlen(rest) + 1, sizeof *axis->values);
     if (axis->values == NULL)
-        return report_no_plan_memory();
+        return kt_say_no_memory(NULL);
     for (bool more = true; more;) {
         more = strchr(rest, ',') != NULL;
         if (!take_axis_value(axis, &rest, more ? ',' : '\0', &axis->values[axis->count]))
@@ -302,7 +297,7 @@ static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, co
         if ((plan->points & (plan->points - 1)) == 0) { /* room grows by two */
             double *more = realloc(axis->values, (size_t)(plan->points > 0 ? 2 * plan->points : 1) * sizeof *more);
             if (more == NULL)
-                return report_no_plan_memory();
+                return kt_say_no_memory(NULL);
             axis->values = more;
         }
         if (!take_axis_value(axis, &text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
@@ -345,7 +340,7 @@ static int permute(kt_sweep_plan *plan, int i) {
     kt_axis *axis = &plan->axes[i];
     axis->permutation = malloc((size_t)plan->points * sizeof *axis->permutation);
     if (axis->permutation == NULL)
-        return report_no_plan_memory();
+        return kt_say_no_memory(NULL);
     for (int64_t k = 0; k < plan->points; k++)
         axis->permutation[k] = k;
     for (int64_t k = plan->points - 1; k > 0; k--) {

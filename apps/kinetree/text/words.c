@@ -22,6 +22,15 @@ void kt_say(const char *format, ...) {
     fprintf(stderr, "kinetree: %s\n", shown);
 }
 
+int kt_say_no_memory(const char *what) {
+    kt_say("there is not enough memory%s%s", what != NULL ? " for " : "", what != NULL ? what : "");
+    return KT_EXIT_INTEGRATION;
+}
+
+kt_status kt_reject_memory(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+}
+
 kt_shown kt_show(const char *name) {
     kt_shown shown = {""};
     if (kt_text_escape(name, shown.text, sizeof shown.text) >= sizeof shown.text) {
