@@ -113,6 +113,38 @@ KT_TEST(factor_of_the_x_axis_stands_with_its_title) {
     kt_expect(0, "replaces an older x.svg of ", "$K plot x.csv --columns velocity.a --out x.svg");
     kt_check_contains("the page's title", kt_read_file("x.svg"), ">\u22123<");
 }
+
+/* Without a summary, the unit of a joint is 'rad or m'. */
+KT_TEST(phase_plane_has_the_units_of_the_summary) {
+    kt_write_file("u.csv", "time,position.a,velocity.a\n0,1,1\n1,2,2\n2,3,-1\n");
+    kt_expect(0, "picture: u.svg", "$K plot u.csv --phase a");
+    kt_check_contains("no summary", kt_read_file("u.svg"), "its position, rad or m<");
+    kt_write_file("u.json", "{\"scene\": \"slide\", \"time\": 2.0, \"columns\": {\"position.a\": {\"unit\": \"m\"}, "
+                            "\"velocity.a\": {\"unit\": \"m/s\"}}}");
+    kt_expect(0, "picture: u.svg", "$K plot u.csv --phase a");
+    kt_check_contains("unit of the position", kt_read_file("u.svg"), "its position, m<");
+    kt_check_contains("unit of the velocity", kt_read_file("u.svg"), "Velocity of a, m/s<");
+}
+
+KT_TEST(options_that_a_picture_would_ignore_are_rejected) {
+    kt_write_file("r.csv", "time,position.a,velocity.a\n0,1,1\n1,2,2\n2,3,-1\n");
+    kt_write_file("s.csv", "run,L,k,status,time,position.a.end,why\n0,1,1,ok,1,2,\n1,2,1,ok,1,3,\n2,3,2,ok,1,4,\n");
+    static const char *const cases[][2] = {{"--phase and --columns", "r.csv --phase a --columns position"},
+                                           {"--phase and --x", "r.csv --phase a --x position.a"},
+                                           {"--phase and --log", "r.csv --phase a --log"},
+                                           {"--map and --x", "s.csv --map L,k --x L"},
+                                           {"--map and --by", "s.csv --map L,k --by L"},
+                                           {"--map and --histogram", "s.csv --map L,k --histogram"},
+                                           {"--histogram and --x", "s.csv --histogram --x L"},
+                                           {"--histogram and --by", "s.csv --histogram --by L"}};
+    char words[80];
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        (void)snprintf(words, sizeof words, "plot: %s exclude each other", cases[i][0]);
+        kt_expect(1, words, "$K plot %s", cases[i][1]);
+    }
+    kt_expect(1, "plot: --phase goes with the records of a run, and these are the lines of a sweep",
+              "$K plot s.csv --phase a");
+}
 #endif
 
 KT_TEST(run_without_a_record_leaves_nothing) {

@@ -63,6 +63,30 @@ const kt_usage kt_usage_plot = {
     .option_count = sizeof options / sizeof options[0],
 };
 
+/* Rejects two options if the picture of one has no place for the other. Returns -1, or an exit code after printing the
+ * error. */
+static int check_exclusions(const kt_plot_arguments *a) {
+    const struct {
+        const char *one, *other;
+        bool has_both;
+    } pairs[] = {
+        {"phase", "columns", a->phase != NULL && a->columns != NULL},
+        {"phase", "x", a->phase != NULL && a->x != NULL},
+        {"phase", "log", a->phase != NULL && a->log},
+        {"map", "x", a->map != NULL && a->x != NULL},
+        {"map", "by", a->map != NULL && a->by != NULL},
+        {"map", "histogram", a->map != NULL && a->histogram},
+        {"histogram", "x", a->histogram && a->x != NULL},
+        {"histogram", "by", a->histogram && a->by != NULL},
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++)
+        if (pairs[i].has_both) {
+            kt_say("plot: --%s and --%s exclude each other", pairs[i].one, pairs[i].other);
+            return KT_EXIT_USAGE;
+        }
+    return -1;
+}
+
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
 static int find_plotted_column(const kt_table *table, const char *option, const char *name, size_t length,
@@ -149,9 +173,10 @@ static int draw_table(const kt_plot_arguments *arguments, const kt_table *table,
                       const char *out) {
     int first, count;
     if (kt_sweep_table_find(table, &first, &count)) {
-        if (arguments->marks == NULL)
+        if (arguments->marks == NULL && arguments->phase == NULL)
             return draw_sweep(arguments, table, first, count, base, out);
-        kt_say("plot: --marks go with the records of a run, and these are the lines of a sweep; leave them out");
+        kt_say("plot: --%s goes with the records of a run, and these are the lines of a sweep; leave it out",
+               arguments->marks != NULL ? "marks" : "phase");
         return KT_EXIT_USAGE;
     }
     if (arguments->by != NULL || arguments->map != NULL || arguments->histogram) {
@@ -173,7 +198,8 @@ int kt_command_plot(int argc, char **argv) {
     char *base = kt_base_name(argv[1]);
     snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
     const char *out = arguments.out != NULL ? arguments.out : name;
-    code = kt_plot_check(out);
+    code = check_exclusions(&arguments);
+    code = code < 0 ? kt_plot_check(out) : code;
     code = code < 0 ? kt_plot_size_read("plot", arguments.size, &arguments.page) : code;
     for (int i = 1; i <= operands && code < 0; i++) {
         const kt_file_use uses[] = {{"the result", argv[i], false}, {"--out", out, true}};

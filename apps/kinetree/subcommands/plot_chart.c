@@ -340,6 +340,21 @@ static const char *common_unit(const kt_chart *chart, const json_t *summary, int
     return unit;
 }
 
+/* The units of the axes of a phase plane. */
+static void decide_phase_units(kt_chart *chart, const json_t *summary, const char *joint) {
+    static const char *const quantities[2] = {"position", "velocity"};
+    const char **units[2] = {&chart->panels[0].x_unit, &chart->panels[0].unit};
+    char column[256];
+    for (int i = 0; i < 2; i++) {
+        (void)snprintf(column, sizeof column, "%s.%s", quantities[i], joint);
+        const char *unit = unit_in(summary, column);
+        if (unit != NULL) {
+            (void)snprintf(chart->units[i], sizeof chart->units[i], "%s", unit);
+            *units[i] = chart->units[i];
+        }
+    }
+}
+
 /* A column of a joint has no unit in its name. The summary decides between 'rad' and 'm'. */
 static void decide_units(kt_chart *chart, const json_t *summary) {
     for (int kind = 0; kind < KT_COLUMN_KINDS; kind++) {
@@ -370,7 +385,10 @@ static void read_chart_summary(kt_chart *chart, const char *path) {
         fabs(times[chart->table->rows - 1] - end) <= 1e-9 * fabs(end)) {
         if (chart->scene[0] == '\0')
             (void)snprintf(chart->scene, sizeof chart->scene, "%s", scene);
-        decide_units(chart, root);
+        if (chart->arguments->phase != NULL)
+            decide_phase_units(chart, root, chart->arguments->phase);
+        else
+            decide_units(chart, root);
     }
     json_decref(root);
 }
