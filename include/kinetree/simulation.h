@@ -404,7 +404,7 @@ KT_API KT_CHECKED kt_status kt_simulation_event_arm(kt_simulation *simulation, c
  * (kt_simulation_event_count), before the events that are added. The event is that the contact closes, or that its
  * reaction ends. Between these two the contact is a loop that is switched on (kt_simulation_model, kt_switch_set). */
 typedef struct kt_contact_counts {
-    uint64_t count;       /* the number of contacts */
+    uint64_t count;       /* the number of contacts; the friction of a contact is no contact of its own */
     uint64_t impacts;     /* faster than rest_velocity */
     uint64_t closings;    /* a contact became a constraint */
     uint64_t openings;    /* a contact ceased to be a constraint */

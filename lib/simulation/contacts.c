@@ -446,7 +446,9 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->contact_calls = steps ? &kt_moreau_calls : &calls;
     if (status == KT_OK && steps)
         kt_moreau_init(simulation);
-    simulation->memory.contacts.count = (uint64_t)c->n;
+    simulation->memory.contacts.count = 0;
+    for (int k = 0; k < c->n; k++)
+        simulation->memory.contacts.count += !kt_contact_rubs(c, k);
     return status;
 }
 

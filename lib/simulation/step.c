@@ -294,7 +294,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     simulation->memory.released = simulation->contact_released;
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
-    simulation->memory.contacts = (kt_contact_counts){.count = simulation->size.contacts};
+    simulation->memory.contacts = (kt_contact_counts){.count = simulation->memory.contacts.count};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
 #endif

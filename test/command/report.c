@@ -27,6 +27,8 @@ KT_TEST(report_counts_hard_contacts_apart_from_loops) {
     kt_check_equal_int("code", ran.code, 0);
     kt_check_contains("counts", ran.err, "  1 body, 1 hard contact, 6 degrees of freedom, ");
     kt_check_equal_int("loops", kt_count_of(ran.err, "loop"), 0);
+    kt_expect(0, "  1 body, 1 hard contact, 6 degrees of freedom, ",
+              "$K run ball.yaml --set effects[0].friction=0.5 --out /dev/null");
 }
 
 /* Its energy is 9.81 / 2 (1 - cos 60 deg) J below that of the start in its lowest position. The report says of which

@@ -35,7 +35,7 @@ static void rk4(const double *k, double mu, double h, double *y) {
 /* A point on a plane, held by springs: its slip turns, and it rests where |k x| < mu g. */
 KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
     static const char *const joints[3] = {"a", "b", "body"};
-    const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4;
+    const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4, rest[3] = {0.0};
     double y[4] = {0.5, 0.3, 0.4, -0.9};
     touch_scene s;
     touch_scene_make(&s, KT_JOINT_PRISMATIC);
@@ -75,6 +75,9 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
             kt_check_below("force of the springs over its limit", hypot(k[0] * x, k[1] * z) / (mu * g), 1.0);
             kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-10);
         }
+        kt_check_equal_int("contacts", (long long)kt_simulation_contacts(simulation).count, 1);
+        if (kt_fine("state", kt_simulation_set_state(simulation, 0.0, rest, NULL, &error), &error))
+            kt_check_equal_int("contacts afterwards", (long long)kt_simulation_contacts(simulation).count, 1);
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
