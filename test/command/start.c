@@ -333,6 +333,28 @@ KT_TEST(forces_without_a_direction_at_the_start_are_reported) {
     json_decref(root);
 }
 
+/* An axle along y rolls on a plane normal to z. Without `axis`, the axle is along z, too. */
+KT_TEST(wheel_that_lies_flat_at_the_start_is_reported) {
+    static const char scene[] = "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                                "  - {name: w, joint: {type: planar, at: [0, 0, %s]}, mass: 1, inertia: [1, 1, 1]}\n"
+                                "loops: [{name: road, type: rolling, wheel: w, radius: 0.3, on: world%s}]\n"
+                                "effects: [{type: joint_damper, joint: 'w[0]', damping: 1}]\n";
+    char text[600];
+    snprintf(text, sizeof text, scene, "0", "");
+    kt_write_file("w.yaml", text);
+    kt_expect(0,
+              "w.yaml: warning: the wheel of loop 'road' lies flat at the start: its axle is along the normal of the "
+              "plane, [0, 0, 1], and no point of contact is lowest. Give `axis` the direction of the axle in the frame "
+              "of the wheel, and `normal` that of the plane\n",
+              "$K check w.yaml");
+    json_t *root = kt_json(kt_shell("$K run w.yaml --summary - --out w.csv").out);
+    kt_check_text("in the summary", json_string_value(kt_json_find(root, "warnings[0].code")), "flat_wheel");
+    json_decref(root);
+    snprintf(text, sizeof text, scene, "0.3", ", axis: y");
+    kt_write_file("w.yaml", text);
+    kt_check_true("no warning", strstr(kt_shell("$K check w.yaml").err, "flat") == NULL);
+}
+
 /* The body touches a stop with a restitution of 1/2 and moves against it at 1 m/s. No assembly does this, and `hold`
  * would not keep it. */
 KT_TEST(an_impact_at_the_start_is_named_as_what_changes_velocities) {

@@ -1,5 +1,5 @@
 /* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. It also
- * warns of springs and attractions without a direction at the start. */
+ * warns of springs and attractions without a direction, and of wheels that lie flat at the start. */
 #include "advice/penetration.h"
 
 #include "kinetree/descriptor.h"
@@ -228,6 +228,27 @@ static int warn_of_direction(const start *s, const kt_effect *effect) {
     return 1;
 }
 
+/* Warns of a wheel whose axle is normal to its plane: each point of its rim touches. A scene that leaves out `axis` or
+ * `normal` often has such a wheel. */
+static int warn_of_flat_wheel(const start *s, const kt_loop *loop) {
+    if (loop->type != KT_LOOP_ROLLING)
+        return 0;
+    const kt_vec3 axle = end_direction_of(s->model, s->data, &loop->between[0], loop->axis);
+    const kt_vec3 normal = end_direction_of(s->model, s->data, &loop->between[1], loop->axis2);
+    if (kt_vec3_norm(kt_vec3_cross(normal, axle)) > 1e-6)
+        return 0;
+    const kt_warning warning = {.code = "flat_wheel",
+                                .time = 0.0,
+                                .value = (double)NAN,
+                                .remedy = "Give `axis` the direction of the axle in the frame of the wheel, and "
+                                          "`normal` that of the plane"};
+    kt_warn(s->warnings, &warning,
+            "the wheel of loop '%s' lies flat at the start: its axle is along the normal of the plane, "
+            "[%.3g, %.3g, %.3g], and no point of contact is lowest",
+            loop->name, normal.x + 0.0, normal.y + 0.0, normal.z + 0.0);
+    return 1;
+}
+
 int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
     kt_vec3 center;
@@ -236,6 +257,8 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
     int count = 0;
     for (int i = 0; i < d->effect_count; i++)
         any |= kt_effect_can_penetrate(&d->effects[i]) || needs_direction(&d->effects[i]);
+    for (int i = 0; i < d->loop_count; i++)
+        any |= d->loops[i].type == KT_LOOP_ROLLING;
     if (!any || kt_data_create(model, &s.data, NULL) != KT_OK)
         return 0;
     if (kt_kinematics_update(model, s.data, q, NULL, NULL, NULL) == KT_OK) {
@@ -247,6 +270,8 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
                 count += warn_of_limit(&s, &penetration);
             count += warn_of_direction(&s, &d->effects[i]);
         }
+        for (int i = 0; i < d->loop_count; i++)
+            count += warn_of_flat_wheel(&s, &d->loops[i]);
     }
     kt_data_free(s.data);
     return count;
