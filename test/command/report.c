@@ -1,6 +1,7 @@
 /* The report of a run on the terminal: its counts, its energy, and the messages of a run that ends early. */
 #include "shell.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const char pendulum[] = "kinetree: 1\n"
@@ -86,4 +87,33 @@ KT_TEST(run_with_gravity_in_millimetres_is_doubted) {
               "$K run rod.yaml --set gravity=[0,-9810,0] --duration 0.1 --out /dev/null");
     const kt_ran ran = kt_shell("$K run rod.yaml --duration 0.1 --out /dev/null");
     kt_check_equal_int("on the earth", kt_count_of(ran.err, "warning"), 0);
+}
+
+/* A limit of 90 rad is 14 turns away: the joint would never meet it. */
+KT_TEST(run_warns_of_limits_and_targets_that_may_be_degrees) {
+    static const struct {
+        const char *effect, *words;
+    } cases[] = {
+        {"type: joint_limit, joint: arm, stiffness: 9, upper: 90", "joint_limit of 'arm': upper: 90 is in radians"},
+        {"type: joint_limit, joint: arm, restitution: 0, lower: -90", "joint_limit of 'arm': lower: -90 is in radians"},
+        {"type: servo, joint: arm, stiffness: 9, target: 45", "servo of 'arm': target: 45 is in radians"},
+        {"type: joint_spring, joint: 'table[2]', stiffness: 9, rest: 45",
+         "joint_spring of 'table[2]': rest: 45 is in radians, 7.16 turns. Write '45 deg' if degrees are meant"},
+        {"type: joint_spring, joint: 'table[0]', stiffness: 9, rest: 45", NULL},
+        {"type: joint_limit, joint: arm, stiffness: 9, upper: 90 deg", NULL}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\nbodies:\n"
+                       "  - {name: hub, joint: {type: revolute, name: arm, velocity: 1}, mass: 1, inertia: [1, 1, 1]}\n"
+                       "  - {name: table, joint: {type: planar}, mass: 1, inertia: [1, 1, 1]}\n"
+                       "effects: [{%s}]\nsimulate: {duration: 0.01}\n",
+                       cases[i].effect);
+        kt_write_file("units.yaml", text);
+        const kt_ran ran = kt_shell("$K run units.yaml --out /dev/null");
+        kt_check_equal_int("code", ran.code, 0);
+        if (cases[i].words != NULL)
+            kt_check_contains("warning", ran.err, cases[i].words);
+        kt_check_equal_int("warnings", kt_count_of(ran.err, "is in radians"), cases[i].words != NULL);
+    }
 }

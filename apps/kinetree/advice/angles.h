@@ -8,8 +8,9 @@
  * of 0.001 degrees. */
 bool kt_doubtful_angle(double x);
 
-/* Warns of doubtful angles among the start positions of joints. With only_whole, it warns of whole numbers alone: the
- * ends of earlier runs, which are other numbers, may have many turns. Returns the number of warnings. */
+/* Warns of doubtful angles among the start positions of joints, and among the constant positions of effects in joints:
+ * stops, rests and targets. With only_whole, it warns of whole numbers alone: the ends of earlier runs, which are other
+ * numbers, may have many turns. Returns the number of warnings. */
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole);
 
 /* Prints the same warnings, of whole numbers alone, without a list. Returns their number. */

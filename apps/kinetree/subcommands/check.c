@@ -207,27 +207,7 @@ static bool joint_turns(const check *c, const char *joint) {
 
 /* Returns whether a key is a position of the joint in which the item acts. The position is an angle if the joint
  * turns. */
-static bool is_position_key(const kt_key *key, kt_key_kind kind) {
-    return key->kind == kind && strcmp(key->unit, "rad|m") == 0;
-}
-
-static void check_effect_angles(check *c, const kt_effect *effect) {
-    const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
-    char what[64];
-    snprintf(what, sizeof what, "%s of", descriptor->name);
-    for (int k = 0; k < descriptor->key_count && joint_turns(c, effect->joint); k++) {
-        const kt_key *key = &descriptor->keys[k];
-        const double *value = (const void *)((const char *)effect + key->offset);
-        if (is_position_key(key, KT_KEY_NUMBER) && isfinite(*value))
-            check_angle(c, what, effect->joint, key->name, *value);
-    }
-}
-
-static void check_angles(check *c) {
-    const kt_description *d = &c->scene->description;
-    for (int i = 0; i < d->effect_count; i++)
-        check_effect_angles(c, &d->effects[i]);
-}
+static bool is_position_key(const kt_key *key) { return strcmp(key->unit, "rad|m") == 0; }
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
@@ -276,15 +256,16 @@ static void check_driven_angles(check *c) {
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
-        if (key != NULL && is_position_key(key, KT_KEY_FUNCTION) && joint_turns(c, loop->joint))
+        if (key != NULL && is_position_key(key) && joint_turns(c, loop->joint))
             check_function_angles(c, "loop", loop->name, key->name, &loop->function);
     }
     for (int i = 0; i < d->effect_count; i++) {
         const kt_effect *effect = &d->effects[i];
         const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
         char what[64];
-        if (key == NULL || !is_position_key(key, KT_KEY_FUNCTION) || !joint_turns(c, effect->joint))
-            continue;
+        if (key == NULL || !is_position_key(key) || !joint_turns(c, effect->joint) ||
+            ((const kt_function *)((const char *)effect + key->offset))->type == KT_FUNCTION_CONSTANT)
+            continue; /* kt_angles_warn has the constant ones */
         snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
         check_function_angles(c, what, effect->joint, key->name,
                               (const kt_function *)((const char *)effect + key->offset));
@@ -353,7 +334,6 @@ static int check_start(check *c) {
     check_gravity(c);
     check_axis_inertia(c);
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
-    check_angles(c);
     check_driven_angles(c);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
