@@ -12,6 +12,7 @@
  */
 #include "scene/event.h"
 
+#include "base/decimal.h"
 #include "expression/expression.h"
 #include "expression/jet.h"
 #include "scene/expression.h"
@@ -29,8 +30,22 @@ typedef struct variables {
     const kt_symbols *known;
     const char **names;
     int name_count;
-    int count; /* of those that are no parameters */
+    int count;      /* of those that are no parameters */
+    int kept_count; /* of these, the states with the rate 0 */
 } variables;
+
+/* Whether a name is an auxiliary state with the rate 0. Only events and FMUs change it, and not in the motion. */
+static bool is_kept(const kt_reader *r, const char *name) {
+    const kt_description *d = r->scene->description;
+    for (int k = 0; k < d->state_count; k++)
+        if (strcmp(d->states[k].name, name) == 0) {
+            double rate;
+            const char *end;
+            return d->states[k].rate != NULL && kt_decimal_read(d->states[k].rate, &rate, &end) && rate == 0.0 &&
+                   *end == '\0';
+        }
+    return false;
+}
 
 static bool find_any(void *user, const char *name, kt_symbol *symbol) {
     variables *v = user;
@@ -41,6 +56,7 @@ static bool find_any(void *user, const char *name, kt_symbol *symbol) {
         k++;
     *symbol = (kt_symbol){.index = k};
     v->count += is_variable;
+    v->kept_count += is_variable && is_kept(v->r, name);
     if (k == v->name_count && (v->names[v->name_count++] = kt_pool_text(&v->r->scratch, name, strlen(name))) == NULL)
         return false;
     return is_variable || kt_is_parameter(v->r, name);
@@ -169,9 +185,9 @@ static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
 }
 
 /* Describes why the values of a formula are on one side. */
-static void describe_side(kt_phrase *to, const char *text, kt_operator last, kt_between range, int variable_count) {
+static void describe_side(kt_phrase *to, const char *text, kt_operator last, kt_between range, const variables *found) {
     const kt_name_text quoted = kt_name_quote(text);
-    if (variable_count == 0) {
+    if (found->count == 0) {
         kt_phrase_add(to,
                       "%s has no variable and never changes, so the event never happens; compare t, position.JOINT, "
                       "velocity.JOINT or a marker with a number",
@@ -216,9 +232,18 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
         last->code = KT_OPERATOR_SUBTRACT;
     merge_equal_operands(expression);
     const kt_between range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
-    if (found.count > 0 && range.lo < -rounding && range.hi > rounding)
+    const bool crosses = found.count > 0 && range.lo < -rounding && range.hi > rounding;
+    if (crosses && found.kept_count < found.count)
         return true;
     kt_phrase what = {.length = 0};
-    describe_side(&what, text, code, range, found.count);
+    if (crosses)
+        kt_phrase_add(
+            &what,
+            "%s changes only where events or FMUs set its values, and that is no change of sign in the motion, "
+            "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker, as in "
+            "\"position.arm + 10*(passes < 2.5)\"",
+            kt_name_quote(text).text);
+    else
+        describe_side(&what, text, code, range, &found);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", what.text);
 }
