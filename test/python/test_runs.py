@@ -36,6 +36,15 @@ def test_records_of_every_bundled_scene_are_those_of_the_command(scenes, tmp_pat
     assert len(names) > 70
 
 
+def test_warnings_of_a_run_are_sentences_with_a_remedy():
+    """The words of the command: what is wrong, and the remedy."""
+    with pytest.warns(kt.KinetreeWarning) as caught:
+        kt.Scene(BALL.replace("gravity: [0, 0, -9.81]", "gravity: [0, -9.81, 0]")).run()
+    assert [str(each.message) for each in caught] == [
+        "nothing has moved: the scene starts at rest, and gravity does not accelerate it. "
+        "Compare gravity with the axes of the joints, or give the scene another start"]
+
+
 def test_a_simulation_in_this_process_has_the_bits_of_the_command(scenes):
     for name in ["double-pendulum", "four-bar"]:
         scene = kt.load(scenes / f"{name}.yaml")

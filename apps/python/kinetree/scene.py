@@ -276,7 +276,8 @@ class Scene:
             assert found is not None
         if silent and not quiet:
             for warning in found.warnings:
-                warnings.warn(warning.get("text") or str(warning), KinetreeWarning, stacklevel=2)
+                said = ". ".join(part for part in (warning["what"], warning["remedy"]) if part)
+                warnings.warn(said, KinetreeWarning, stacklevel=2)
         return found
 
     def sweep(self, vary: Optional[Mapping[str, Any]] = None, *, out: Optional[Path] = None, resume: bool = False,
