@@ -89,6 +89,30 @@ KT_TEST(run_with_gravity_in_millimetres_is_doubted) {
     kt_check_equal_int("on the earth", kt_count_of(ran.err, "warning"), 0);
 }
 
+/* 90 rad are 14.3 turns. */
+KT_TEST(run_warns_of_rotations_that_may_be_degrees) {
+    kt_write_file(
+        "turned.yaml",
+        "kinetree: 1\nbodies:\n"
+        "  - name: arm\n"
+        "    joint: {type: revolute, rotation: {rpy: [0, 90, 90 deg]}, velocity: 1}\n"
+        "    mass: 1\n"
+        "    shape: {type: box, size: [1, 1, 1], rotation: {axis: [1, 0, 0], angle: 45}}\n"
+        "    markers: {tool: {at: [1, 0, 0], rotation: {euler: {sequence: 313, angles: [0.5, 6, 30]}}}}\n"
+        "  - {name: disc, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+        "loops: [{name: pin, type: orthogonal, axis: x, between: [arm, {body: disc, rotation: {rpy: [180, 0, 0]}}]}]\n"
+        "effects: [{type: bushing, between: [{body: arm, rotation: {rpy: [0, 0, 270]}}, world]}]\n"
+        "simulate: {duration: 0.01}\n");
+    const kt_ran ran = kt_shell("$K run turned.yaml --out /dev/null");
+    kt_check_contains("joint", ran.err,
+                      "body 'arm': joint.rotation.rpy[1]: 90 is in radians, 14.3 turns. Write '90 deg' if degrees are");
+    kt_check_contains("shape", ran.err, "body 'arm': shape.rotation.angle: 45 is in radians");
+    kt_check_contains("marker", ran.err, "body 'arm': markers.tool.rotation.euler.angles[2]: 30 is in radians");
+    kt_check_contains("loop", ran.err, "loop 'pin': between[1].rotation.rpy[0]: 180 is in radians");
+    kt_check_contains("effect", ran.err, "effect 'effect[0]': between[0].rotation.rpy[2]: 270 is in radians");
+    kt_check_equal_int("warnings", kt_count_of(ran.err, "is in radians"), 5);
+}
+
 /* A limit of 90 rad is 14 turns away: the joint would never meet it. */
 KT_TEST(run_warns_of_limits_and_targets_that_may_be_degrees) {
     static const struct {

@@ -4,6 +4,7 @@
 #include "kinetree/descriptor.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,69 +16,115 @@ bool kt_doubtful_angle(double x) {
     return fabs(x) > one_turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
 }
 
-static void warn_of_angle(kt_warnings *warnings, const kt_body *body, int k, double x) {
-    char remedy[80], index[8] = "";
+/* The list of warnings, and which angles are doubtful. */
+typedef struct angles {
+    kt_warnings *warnings;
+    bool only_whole;
+    int count;
+} angles;
+
+/* Warns of an angle if it is doubtful. The format names its item and its key. */
+static void check_radians(angles *a, double x, const char *format, ...) KT_PRINTF(3, 4);
+static void check_radians(angles *a, double x, const char *format, ...) {
+    char remedy[80], what[240];
+    va_list arguments;
+    if (!isfinite(x) || !kt_doubtful_angle(x) || (a->only_whole && x != rint(x)))
+        return;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
     (void)snprintf(remedy, sizeof remedy, "Write '%.9g deg' if degrees are meant", x);
-    if (k > 0)
-        (void)snprintf(index, sizeof index, "[%d]", k);
     const kt_warning warning = {.code = "radians", .time = 0.0, .value = x, .unit = "rad", .remedy = remedy};
-    kt_warn(warnings, &warning, "body '%s': joint.position%s: %.9g is in radians, %.3g turns", body->name, index, x,
-            x / one_turn);
+    kt_warn(a->warnings, &warning, "%s: %.9g is in radians, %.3g turns", what, x, x / one_turn);
+    a->count++;
+}
+
+static void check_rotation_angles(angles *a, const kt_rotation *rotation, const char *what, const char *name,
+                                  const char *key) {
+    for (int k = 0; k < 3 && rotation->type == KT_ROTATION_RPY; k++)
+        check_radians(a, rotation->value[k], "%s '%.80s': %.90s.rpy[%d]", what, name, key, k);
+    for (int k = 0; k < 3 && rotation->type == KT_ROTATION_EULER; k++)
+        check_radians(a, rotation->value[k], "%s '%.80s': %.90s.euler.angles[%d]", what, name, key, k);
+    if (rotation->type == KT_ROTATION_AXIS_ANGLE)
+        check_radians(a, rotation->value[3], "%s '%.80s': %.90s.angle", what, name, key);
+}
+
+static void check_end_angles(angles *a, const kt_end between[2], const char *what, const char *name) {
+    check_rotation_angles(a, &between[0].rotation, what, name, "between[0].rotation");
+    check_rotation_angles(a, &between[1].rotation, what, name, "between[1].rotation");
+}
+
+static void check_body_angles(angles *a, const kt_body *body) {
+    char key[100];
+    for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
+        const double x = body->joint.position[k];
+        if (kt_joint_coordinate_kind(body->joint.type, k) != KT_COORDINATE_ANGLE)
+            continue;
+        if (k == 0)
+            check_radians(a, x, "body '%.80s': joint.position", body->name);
+        else
+            check_radians(a, x, "body '%.80s': joint.position[%d]", body->name, k);
+    }
+    check_rotation_angles(a, &body->joint.rotation, "body", body->name, "joint.rotation");
+    check_rotation_angles(a, &body->shape.rotation, "body", body->name, "shape.rotation");
+    for (int k = 0; k < body->shape_count; k++) {
+        (void)snprintf(key, sizeof key, "shapes[%d].rotation", k + 1); /* the first one is `shape` */
+        check_rotation_angles(a, &body->shapes[k].rotation, "body", body->name, key);
+    }
+    for (int k = 0; k < body->marker_count; k++) {
+        (void)snprintf(key, sizeof key, "markers.%.60s.rotation", body->markers[k].name);
+        check_rotation_angles(a, &body->markers[k].rotation, "body", body->name, key);
+    }
 }
 
 /* Returns whether the coordinate of a joint, NAME or NAME[k], is an angle. */
 static bool coordinate_turns(const kt_description *d, const char *joint) {
     const char *bracket = joint != NULL ? strchr(joint, '[') : NULL;
     const size_t length = joint == NULL ? 0 : bracket != NULL ? (size_t)(bracket - joint) : strlen(joint);
+    const int k = bracket != NULL ? (int)strtol(bracket + 1, NULL, 10) : 0;
     for (int i = 0; i < d->body_count && joint != NULL; i++) {
         const kt_body *body = &d->bodies[i];
         const char *name = body->joint.name != NULL ? body->joint.name : body->name;
         if (strncmp(name, joint, length) == 0 && name[length] == '\0')
-            return kt_joint_coordinate_kind(body->joint.type, bracket != NULL ? (int)strtol(bracket + 1, NULL, 10)
-                                                                              : 0) == KT_COORDINATE_ANGLE;
+            return kt_joint_coordinate_kind(body->joint.type, k) == KT_COORDINATE_ANGLE;
     }
     return false;
 }
 
-/* Warns of the positions to which an effect pulls or at which it stops its joint, if they are constant. */
-static int warn_of_effect(kt_warnings *warnings, const kt_description *d, const kt_effect *effect, bool only_whole) {
+/* Checks the positions to which an effect pulls or at which it stops its joint, if they are constant. */
+static void check_effect_angles(angles *a, const kt_description *d, const kt_effect *effect) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
-    int count = 0;
-    for (int k = 0; k < descriptor->key_count && coordinate_turns(d, effect->joint); k++) {
-        const kt_key *key = &descriptor->keys[k];
+    for (int i = 0; i < descriptor->key_count && coordinate_turns(d, effect->joint); i++) {
+        const kt_key *key = &descriptor->keys[i];
         const void *member = (const char *)effect + key->offset;
         const kt_function *function = key->kind == KT_KEY_FUNCTION ? member : NULL;
-        const double x = key->kind == KT_KEY_NUMBER                                   ? *(const double *)member
-                         : function != NULL && function->type == KT_FUNCTION_CONSTANT ? function->value
-                                                                                      : 0.0;
-        if (strcmp(key->unit, "rad|m") != 0 || !isfinite(x) || !kt_doubtful_angle(x) || (only_whole && x != rint(x)))
+        if (strcmp(key->unit, "rad|m") != 0)
             continue;
-        char remedy[80];
-        (void)snprintf(remedy, sizeof remedy, "Write '%.9g deg' if degrees are meant", x);
-        const kt_warning warning = {.code = "radians", .time = 0.0, .value = x, .unit = "rad", .remedy = remedy};
-        kt_warn(warnings, &warning, "%s of '%s': %s: %.9g is in radians, %.3g turns", descriptor->name, effect->joint,
-                key->name, x, x / one_turn);
-        count++;
+        if (key->kind == KT_KEY_NUMBER)
+            check_radians(a, *(const double *)member, "%s of '%.80s': %s", descriptor->name, effect->joint, key->name);
+        else if (function != NULL && function->type == KT_FUNCTION_CONSTANT)
+            check_radians(a, function->value, "%s of '%.80s': %s", descriptor->name, effect->joint, key->name);
     }
-    return count;
 }
 
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole) {
-    int count = 0;
-    for (int i = 0; i < scene->description.body_count; i++) {
-        const kt_body *body = &scene->description.bodies[i];
-        for (int k = 0; k < KT_JOINT_NQ_MAX; k++) {
-            const double x = body->joint.position[k];
-            if (kt_joint_coordinate_kind(body->joint.type, k) != KT_COORDINATE_ANGLE || !kt_doubtful_angle(x) ||
-                (only_whole && x != rint(x)))
-                continue;
-            warn_of_angle(warnings, body, k, x);
-            count++;
-        }
+    const kt_description *d = &scene->description;
+    angles a = {.warnings = warnings, .only_whole = only_whole};
+    for (int i = 0; i < d->body_count; i++)
+        check_body_angles(&a, &d->bodies[i]);
+    for (int i = 0; i < d->loop_count; i++)
+        check_end_angles(&a, d->loops[i].between, "loop", d->loops[i].name);
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_effect *effect = &d->effects[i];
+        char name[100];
+        if (effect->name != NULL && effect->name[0] != '\0')
+            (void)snprintf(name, sizeof name, "%.90s", effect->name);
+        else
+            (void)snprintf(name, sizeof name, "effect[%d]", i);
+        check_effect_angles(&a, d, effect);
+        check_end_angles(&a, effect->between, "effect", name);
     }
-    for (int i = 0; i < scene->description.effect_count; i++)
-        count += warn_of_effect(warnings, &scene->description, &scene->description.effects[i], only_whole);
-    return count;
+    return a.count;
 }
 
 int kt_angles_say(const kt_scene *scene, bool quiet) {
