@@ -12,8 +12,24 @@ bool kt_joint_is_limited(const kt_joint *joint) {
     return !(l.lower == -none && l.upper == none && l.velocity == none && l.effort == none);
 }
 
-static void check_body_joint(kt_checker *checker, const kt_joint *joint) {
+static void check_joint_limits(kt_checker *checker, const kt_joint *joint) {
     const kt_joint_limits l = joint->limits;
+    const int nq = kt_joint_sizes[joint->type].nq;
+    if (nq != 1)
+        kt_checker_fault(checker, "joint.limits", -1,
+                         "joint.limits are those of a joint with one coordinate, and a %s joint has %d; leave them out",
+                         kt_joint_type_name(joint->type), nq);
+    else if (!(l.lower <= l.upper))
+        kt_checker_fault(checker, "joint.limits", -1,
+                         "joint.limits.lower is %g, and joint.limits.upper is %g; lower must not be above upper",
+                         l.lower, l.upper);
+    else if (!(l.velocity >= 0.0))
+        kt_checker_fault(checker, "joint.limits", -1, "joint.limits.velocity is %g; it cannot be negative", l.velocity);
+    else if (!(l.effort >= 0.0))
+        kt_checker_fault(checker, "joint.limits", -1, "joint.limits.effort is %g; it cannot be negative", l.effort);
+}
+
+static void check_body_joint(kt_checker *checker, const kt_joint *joint) {
     kt_checker_name(checker, KT_NAMES_OF_JOINTS, "the joint of bodies", joint->name, true);
     if (kt_joint_type_name(joint->type) == NULL) {
         kt_checker_fault(checker, "joint.type", -1,
@@ -22,12 +38,8 @@ static void check_body_joint(kt_checker *checker, const kt_joint *joint) {
         return;
     }
     kt_joint_check(checker, joint);
-    if (kt_joint_is_limited(joint) &&
-        !(kt_joint_sizes[joint->type].nq == 1 && l.lower <= l.upper && l.velocity >= 0.0 && l.effort >= 0.0))
-        kt_checker_fault(checker, "joint.limits", -1,
-                         "joint.limits want one coordinate, lower, %g, up to upper, %g, velocity, %g, and effort, %g, "
-                         "not below 0",
-                         l.lower, l.upper, l.velocity, l.effort);
+    if (kt_joint_is_limited(joint))
+        check_joint_limits(checker, joint);
 }
 
 static void check_body_markers(kt_checker *checker, const kt_body *body) {
