@@ -54,7 +54,7 @@ KT_API KT_CHECKED kt_status kt_dynamics_mass_lower(const kt_model *model, kt_dat
  * time of the last such call with these data, or of this call. At first that time is t = 0. Does nothing if masses are
  * constant.
  *
- * Errors: KT_ERROR_MODEL, naming the body whose mass is not above 0 at t; the time is then unchanged.
+ * Errors: KT_ERROR_SINGULAR, naming the body whose mass is not above 0 at t; the time is then unchanged.
  * Cost: O(bodies of variable mass). */
 KT_API KT_CHECKED kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_error *error);
 

@@ -108,7 +108,7 @@ static kt_status check_masses(const kt_model *model, double t, kt_error *error) 
             continue;
         (void)snprintf(where, sizeof where, "body '%.100s', t = %.9g s", kt_body_name(model, r->body), t);
         return kt_error_set(
-            error, KT_ERROR_MODEL, where,
+            error, KT_ERROR_SINGULAR, where,
             "its mass is %g kg there; a mass must stay above 0, and inertias finite: let its function end above 0",
             c.mass);
     }
