@@ -51,10 +51,12 @@ KT_TEST(help_of_a_subcommand_is_its_own) {
 KT_TEST(near_misses_are_told_what_would_do) {
     kt_write_file("p.yaml", pendulum);
     kt_expect(2, "did you mean 'p.yaml'?", "$K run p");
-    kt_expect(2, "did you mean 'p.yaml'?", "$K run q.yaml");
+    kt_expect(2, "did you mean 'p.yaml'?", "$K run pp.yaml");
     kt_expect(2, "did you mean the bundled scene 'double-pendulum.yaml'? 'kinetree demo double-pendulum' runs it",
               "$K run double-pendulm.yaml");
     kt_expect(2, "did you mean the bundled scene 'trebuchet.yaml'?", "$K run no/trebuchett");
+    kt_check_true("no name is near", strstr(kt_shell("$K run nothing.yaml").err, "did you mean") == NULL);
+    kt_expect(2, "did you mean 'p.yaml'?", "$K run p.urdf");
     kt_expect(2, "'kinetree demo pendulum' runs the bundled scene of this name; its file is /", "$K run pendulum.yaml");
     kt_expect(2, "/cart-pole.yaml", "$K draw cart-pole");
     kt_expect(1, "there are position, velocity, ", "$K run p.yaml --record force");

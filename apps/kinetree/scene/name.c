@@ -51,26 +51,45 @@ static int is_scene_or_robot(const struct dirent *entry) {
            kt_is_robot_name(entry->d_name);
 }
 
+/* Returns the index of the file whose name is nearest to that of a path; -1: none is near. Endings do not count, since
+ * they make short names alike. */
+static int find_nearest_file(struct dirent **files, int count, const char *path) {
+    char wanted[256];
+    const char *slash = strrchr(path, '/'), *last = slash != NULL ? slash + 1 : path, *dot = strrchr(last, '.');
+    int64_t effort = 10000000;
+    int found = -1;
+    (void)snprintf(wanted, sizeof wanted, "%.*s", dot != NULL ? (int)(dot - last) : (int)strlen(last), last);
+    kt_nearest nearest = kt_nearest_make(wanted, &effort);
+    for (int i = 0; i < count; i++) {
+        char *ending = strrchr(files[i]->d_name, '.');
+        *ending = '\0';
+        (void)kt_nearest_try(&nearest, files[i]->d_name);
+        *ending = '.';
+        found = nearest.best == files[i]->d_name ? i : found;
+    }
+    return found;
+}
+
+static void free_files(struct dirent **files, int count) {
+    for (int i = 0; i < count; i++)
+        free(files[i]);
+    free(files);
+}
+
 /* Suggests the nearest name of a scene or a robot in the folder of a path. Returns whether there is one. */
 static bool suggest_nearest(const char *path) {
     char folder[PATH_SIZE];
     const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
     struct dirent **files = NULL;
-    int64_t effort = 10000000;
-    kt_nearest nearest = kt_nearest_make(name, &effort);
     if (name - path >= PATH_SIZE)
         return false;
     snprintf(folder, sizeof folder, "%.*s", (int)(name - path), path);
     const int count = scandir(folder[0] != '\0' ? folder : ".", &files, is_scene_or_robot, alphasort);
-    for (int i = 0; i < count; i++)
-        (void)kt_nearest_try(&nearest, files[i]->d_name);
-    if (nearest.best != NULL)
-        kt_say("did you mean '%s%s'?", folder, nearest.best);
-    const bool found = nearest.best != NULL;
-    for (int i = 0; i < count; i++)
-        free(files[i]);
-    free(files);
-    return found;
+    const int found = find_nearest_file(files, count, path);
+    if (found >= 0)
+        kt_say("did you mean '%s%s'?", folder, files[found]->d_name);
+    free_files(files, count);
+    return found >= 0;
 }
 
 static int is_bundled_scene(const struct dirent *entry) {
@@ -80,24 +99,16 @@ static int is_bundled_scene(const struct dirent *entry) {
 
 /* Suggests the bundled scene whose name is nearest to the last part of a path. */
 static void suggest_near_bundled(const char *path) {
-    char folder[PATH_SIZE], name[256];
-    const char *slash = strrchr(path, '/'), *last = slash != NULL ? slash + 1 : path;
-    const char *dot = strrchr(last, '.');
+    char folder[PATH_SIZE];
     struct dirent **files = NULL;
-    int64_t effort = 10000000;
-    (void)snprintf(name, sizeof name, "%.*s.yaml",
-                   dot != NULL && strcmp(dot, ".yaml") == 0 ? (int)(dot - last) : (int)strlen(last), last);
-    kt_nearest nearest = kt_nearest_make(name, &effort);
     const bool has_folder = kt_bundled_find(folder, sizeof folder, false);
     const int count = has_folder ? scandir(folder, &files, is_bundled_scene, alphasort) : 0;
-    for (int i = 0; i < count; i++)
-        (void)kt_nearest_try(&nearest, files[i]->d_name);
-    if (nearest.best != NULL)
-        kt_say("did you mean the bundled scene '%s'? 'kinetree demo %.*s' runs it; its file is %s/%s", nearest.best,
-               (int)strlen(nearest.best) - 5, nearest.best, folder, nearest.best);
-    for (int i = 0; i < count; i++)
-        free(files[i]);
-    free(files);
+    const int found = find_nearest_file(files, count, path);
+    const char *best = found >= 0 ? files[found]->d_name : NULL;
+    if (best != NULL)
+        kt_say("did you mean the bundled scene '%s'? 'kinetree demo %.*s' runs it; its file is %s/%s", best,
+               (int)strlen(best) - 5, best, folder, best);
+    free_files(files, count);
 }
 
 void kt_missing_suggest(const char *path) {
