@@ -183,15 +183,20 @@ static bool check_scene_beam(kt_reader *r, const kt_scope *scope, kt_node *node,
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
-/* The place of a marker in the file's bodies; NULL: none. */
-static const kt_node *find_beam_marker(const kt_reader *r, const char *body, const char *marker) {
+/* The place of a marker in the file's bodies; NULL: none. *nearest gets the bodies, until one has the name. */
+static const kt_node *find_beam_marker(const kt_reader *r, const char *body, const char *marker, bool *has_body,
+                                       kt_nearest *nearest) {
     const kt_node *bodies = kt_node_find(r->root, "bodies");
     if (bodies == NULL || bodies->kind != KT_NODE_LIST)
         return NULL;
     for (const kt_node *item = bodies->of.first; item != NULL; item = item->next) {
         const kt_node *name = item->kind == KT_NODE_MAP ? kt_node_find(item, "name") : NULL;
         const kt_node *markers = item->kind == KT_NODE_MAP ? kt_node_find(item, "markers") : NULL;
-        if (name != NULL && name->kind == KT_NODE_TEXT && strcmp(name->of.text, body) == 0)
+        if (name == NULL || name->kind != KT_NODE_TEXT)
+            continue;
+        (void)kt_nearest_try(nearest, name->of.text);
+        *has_body = strcmp(name->of.text, body) == 0;
+        if (*has_body)
             return markers != NULL && markers->kind == KT_NODE_MAP ? kt_node_find(markers, marker) : NULL;
     }
     return NULL;
@@ -211,10 +216,18 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_scene_beam *
     const kt_node *at = is_map ? kt_node_find(b->from, "at") : NULL;
     const kt_node *turned = is_map ? kt_node_find(b->from, "rotation") : NULL;
     if (end.marker != NULL) {
-        at = find_beam_marker(r, end.body != NULL ? end.body : "world", end.marker);
+        const char *body = end.body != NULL ? end.body : "world";
+        bool has_body = end.body == NULL;
+        kt_nearest nearest = kt_nearest_make(body, &r->effort);
+        at = find_beam_marker(r, body, end.marker, &has_body, &nearest);
+        if (at == NULL && !has_body && nearest.best != NULL)
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' does not exist; did you mean '%s'?", body,
+                               nearest.best);
+        if (at == NULL && !has_body)
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' does not exist; name a body of the scene",
+                               body);
         if (at == NULL)
-            return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' has no marker '%s'",
-                               end.body != NULL ? end.body : "world", end.marker);
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from, "body '%s' has no marker '%s'", body, end.marker);
     }
     if (at != NULL && at->kind == KT_NODE_MAP) {
         const kt_node *on = kt_node_find(at, "rotation");

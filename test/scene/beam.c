@@ -408,7 +408,10 @@ static void check_fault(const char *keys, const char *words) {
     static kt_collected faults;
     char text[512];
     kt_scene s;
-    snprintf(text, sizeof text, "kinetree: 1\nbeams:\n  - {name: b, %s}\n", keys);
+    snprintf(text, sizeof text,
+             "kinetree: 1\nbeams:\n  - {name: b, %s}\n"
+             "bodies: [{name: crank, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n",
+             keys);
     if (!kt_check_true(words, kt_collect_parse(&faults, text, &s) != KT_OK))
         return;
     kt_check_contains("fault", faults.text, words);
@@ -437,4 +440,8 @@ KT_TEST(what_is_wrong_with_a_beam_is_told_with_the_mend) {
     check_fault(keys, "crnak");
     snprintf(keys, sizeof keys, "%s, from: crank.tip", whole);
     check_fault(keys, "body 'crank' has no marker 'tip'");
+    snprintf(keys, sizeof keys, "%s, from: carnk.tip", whole);
+    check_fault(keys, "body 'carnk' does not exist; did you mean 'crank'?");
+    snprintf(keys, sizeof keys, "%s, from: nothing.tip", whole);
+    check_fault(keys, "body 'nothing' does not exist; name a body of the scene");
 }
