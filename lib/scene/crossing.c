@@ -240,8 +240,7 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
         kt_phrase_add(
             &what,
             "%s changes only where events or FMUs set its values, and that is no change of sign in the motion, "
-            "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker, as in "
-            "\"position.arm + 10*(passes < 2.5)\"",
+            "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker",
             kt_name_quote(text).text);
     else
         describe_side(&what, text, code, range, &found);
