@@ -126,6 +126,14 @@ KT_TEST(phase_plane_has_the_units_of_the_summary) {
     kt_check_contains("unit of the velocity", kt_read_file("u.svg"), "Velocity of a, m/s<");
 }
 
+/* The circle is a path of width 1.6 with curves. */
+KT_TEST(one_record_is_drawn_as_a_dot) {
+    kt_write_file("one.csv", "time,position.a\n0,1\n");
+    kt_expect(0, "picture: one.svg", "$K plot one.csv");
+    kt_check_contains("its number", kt_read_file("one.svg"), ">1 record<");
+    kt_check_equal_int("a circle", kt_shell("grep 'stroke-width[:=]\"*1.6' one.svg | grep -q ' C '").code, 0);
+}
+
 KT_TEST(options_that_a_picture_would_ignore_are_rejected) {
     kt_write_file("r.csv", "time,position.a,velocity.a\n0,1,1\n1,2,2\n2,3,-1\n");
     kt_write_file("s.csv", "run,L,k,status,time,position.a.end,why\n0,1,1,ok,1,2,\n1,2,1,ok,1,3,\n2,3,2,ok,1,4,\n");

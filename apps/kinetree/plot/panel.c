@@ -141,6 +141,7 @@ typedef struct kt_pen {
     cairo_t *c;
     double x[PENDING_MAX], y[PENDING_MAX]; /* the last point drawn, then those after it */
     int count;                             /* 0: the pen is up */
+    bool is_point;                         /* no line leads to the last point drawn */
 } kt_pen;
 
 static double distance_to_chord(double x, double y, double x0, double y0, double x1, double y1) {
@@ -165,19 +166,27 @@ static void pen_draw(kt_pen *pen) {
     pen->y[0] = pen->y[pen->count - 1];
     cairo_line_to(pen->c, pen->x[0], pen->y[0]);
     pen->count = 1;
+    pen->is_point = false;
 }
 
 static void pen_to(kt_pen *pen, double x, double y) {
-    if (pen->count == 0)
+    if (pen->count == 0) {
         cairo_move_to(pen->c, x, y);
-    else if (pen->count == PENDING_MAX || !is_chord(pen, x, y))
+        pen->is_point = true;
+    } else if (pen->count == PENDING_MAX || !is_chord(pen, x, y))
         pen_draw(pen);
     pen->x[pen->count] = x;
     pen->y[pen->count++] = y;
 }
 
+/* A point without neighbours, such as the only record, is drawn as a dot. */
 static void pen_up(kt_pen *pen) {
     pen_draw(pen);
+    if (pen->count > 0 && pen->is_point) {
+        cairo_new_sub_path(pen->c);
+        cairo_arc(pen->c, pen->x[0], pen->y[0], 1.0, 0.0, 4.0 * acos(0.0));
+        cairo_close_path(pen->c);
+    }
     pen->count = 0;
 }
 

@@ -424,8 +424,9 @@ static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
                  chart->parts_left_out);
     else if (has_parts)
         snprintf(parts, sizeof parts, " of %zu results", table->part_count);
-    snprintf(subtitle, size, "%zu records%s%s%s", table->rows - (has_parts ? table->part_count - 1 : 0), parts,
-             noise.text, kt_marks_note(&chart->marks));
+    const size_t records = table->rows - (has_parts ? table->part_count - 1 : 0);
+    snprintf(subtitle, size, "%zu record%s%s%s%s", records, kt_plural((long long)records), parts, noise.text,
+             kt_marks_note(&chart->marks));
 }
 
 /* Chooses the panels that the arguments request. Returns -1, or an exit code after printing the error. */
