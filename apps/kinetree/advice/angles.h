@@ -8,9 +8,9 @@
  * of 0.001 degrees. */
 bool kt_doubtful_angle(double x);
 
-/* Warns of doubtful angles among the start positions of joints, the constant positions of effects in joints (stops, rests
- * and targets), and the rotations of frames. With only_whole, it warns of whole numbers alone: the ends of earlier runs, which are other
- * numbers, may have many turns. Returns the number of warnings. */
+/* Warns of doubtful angles: start positions of joints, constant positions of effects in joints (stops, rests and
+ * targets), and rotations of frames. With only_whole, it warns of whole numbers alone: the ends of earlier runs, which
+ * are other numbers, may have many turns. Returns the number of warnings. */
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole);
 
 /* Prints the same warnings, of whole numbers alone, without a list. Returns their number. */
