@@ -310,6 +310,22 @@ void kt_triangles_free(kt_triangles *mesh) {
     *mesh = (kt_triangles){.vertices = NULL};
 }
 
+/* A variable that is not volatile loses the conversion: gcc 12 leaves it out of two of three coordinates (-O3). */
+static double round_to_single(double x) {
+    volatile float single = (float)x;
+    return (double)single;
+}
+
+bool kt_triangles_round(kt_triangles *mesh) {
+    bool is_finite = true;
+    for (int i = 0; i < mesh->vertex_count; i++) {
+        kt_vec3 *x = &mesh->vertices[i];
+        *x = kt_vec3_make(round_to_single(x->x), round_to_single(x->y), round_to_single(x->z));
+        is_finite = is_finite && kt_vec3_is_finite(*x);
+    }
+    return is_finite;
+}
+
 void kt_triangles_turn_over(kt_triangles *mesh) {
     for (int i = 0; i < mesh->triangle_count; i++) {
         int *c = mesh->triangles[i].corner;

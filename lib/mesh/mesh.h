@@ -47,6 +47,9 @@ void kt_triangles_free(kt_triangles *mesh);
 /* x <- R' (x - origin), each component then times its scale. */
 void kt_triangles_place(kt_triangles *mesh, kt_pose frame, kt_vec3 scale);
 
+/* Rounds the coordinates of all vertices to single precision. False if one is beyond its range. */
+bool kt_triangles_round(kt_triangles *mesh);
+
 /* Makes all triangles face the other way. */
 void kt_triangles_turn_over(kt_triangles *mesh);
 

@@ -35,7 +35,7 @@ static const kt_note body_notes[] = {
 };
 
 static const kt_note force_notes[] = {
-    KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read:"),
+    KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read, or enclose nothing:"),
     KT_NOTE(kt_mjcf, builtins, MOTION, "meshes whose 'builtin' and 'params' make no surface, left out:"),
     KT_NOTE(kt_mjcf, flex_files, MOTION, "flexcomps whose file cannot be read, left out:"),
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
@@ -107,15 +107,22 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     kt_note_sunk(n, m->root, m->depth);
 }
 
+static void note_mesh_masses(kt_notes *n, const kt_mjcf *m) {
+    const char *reason = m->mesh_files.count > 0 ? m->mesh_files.what
+                         : m->builtins.count > 0 ? m->builtins.what
+                                                 : "a field of heights without a size";
+    kt_note_put(
+        n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
+        "the mass of geoms is missing in %d bod%s (%s), since the mesh has none (%s); --mass BODY=MASS gives one",
+        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text, reason);
+}
+
 static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, m->r, m->source->path))
         return;
     KT_NOTES_PUT(&n, m, body_notes);
-    kt_note_put(
-        &n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
-        "the mass of geoms of meshes that cannot be read is missing: of %d bod%s (%s); --mass BODY=MASS gives one",
-        m->mesh_masses.count, m->mesh_masses.count > 1 ? "ies" : "y", m->massless_names.text);
+    note_mesh_masses(&n, m);
     KT_NOTES_PUT(&n, m, force_notes);
     kt_note_put(
         &n, KT_NOTE_RANK_MOTION, &m->cables,

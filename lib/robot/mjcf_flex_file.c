@@ -117,7 +117,7 @@ static bool add_flex_surface(kt_mjcf *m, kt_flex *f, const kt_triangles *mesh) {
         const int before = to[i];
         to[i] = before == i ? f->count : to[before];
         if (before == i)
-            kt_flex_add_point(f, (double)(float)v.x, (double)(float)v.y, (double)(float)v.z);
+            kt_flex_add_point(f, v.x, v.y, v.z);
     }
     for (int i = 0; i < mesh->triangle_count; i++) {
         const int *c = mesh->triangles[i].corner, at[4] = {0, to[c[0]], to[c[1]], to[c[2]]};
@@ -137,6 +137,8 @@ bool kt_flex_mesh(kt_mjcf *m, kt_flex *f) {
     if (error.code == KT_OK && (mesh.is_hull || (mesh.is_lines && f->dim > 1)))
         error.code = kt_error_set(&error, KT_ERROR_SCENE, file, "it has %s",
                                   mesh.is_hull ? "no triangles" : "lines alone, which need dim=\"1\"");
+    if (error.code == KT_OK && !kt_triangles_round(&mesh))
+        error.code = kt_error_set(&error, KT_ERROR_SCENE, file, KT_MJCF_TOO_LARGE);
     if (error.code == KT_OK)
         (void)add_flex_surface(m, f, &mesh);
     else

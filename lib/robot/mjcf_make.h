@@ -22,6 +22,8 @@ const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e);
 const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error);
 kt_status kt_mjcf_read_surface(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error);
 
+#define KT_MJCF_TOO_LARGE "a vertex is beyond the range of single-precision numbers"
+
 /* Counts an element whose file cannot be read, with the reason of the first. */
 void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error);
 

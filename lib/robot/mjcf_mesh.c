@@ -1,6 +1,7 @@
 /* Meshes of MJCF, for the masses of bodies.
  *
- * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. */
+ * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. In MJCF, x consists of
+ * single-precision numbers: MuJoCo rounds those of files, of the model and of surfaces that are built in. */
 #include "robot/mjcf_mesh.h"
 #include "document/file.h"
 #include "document/number.h"
@@ -94,6 +95,8 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
     const char *texts[2] = {kt_xml_attribute(e, "vertex"), kt_xml_attribute(e, "face")};
     double *numbers[2];
     int counts[2];
+    if (texts[0] == NULL && kt_xml_child(e, "plugin") != NULL)
+        return kt_error_set(error, KT_ERROR_SCENE, "", "a plugin makes the mesh: give its body an <inertial>");
     for (int i = 0; i < 2; i++) {
         const size_t most = texts[i] != NULL ? strlen(texts[i]) / 2 + 1 : 0;
         numbers[i] = kt_pool_take(&m->r->scratch, most + 1, sizeof **numbers);
@@ -164,6 +167,19 @@ static void box_mesh(const kt_triangles *triangles, kt_mjcf_mesh *mesh) {
     }
 }
 
+/* Reports why a mesh that could be read has no mass. MuJoCo rejects such a mesh. */
+static kt_status report_empty(const kt_triangles *triangles, mesh_rule rule, double volume, kt_error *error) {
+    const char *reason = triangles->is_lines
+                             ? "the mesh consists of lines, which enclose nothing: give it faces, or its "
+                               "body an <inertial>"
+                         : rule == SHELL ? "the triangles of the mesh have no area"
+                         : volume < 0.0  ? "the triangles of the mesh face inwards: turn them, or give the mesh "
+                                           "inertia=\"convex\" or \"legacy\""
+                                         : "the mesh encloses no volume: inertia=\"shell\" gives it the mass of its "
+                                           "surface";
+    return kt_error_set(error, KT_ERROR_SCENE, "", "%s", reason);
+}
+
 /* Places a mesh and computes the solid that it encloses. For a hull, replaces the triangles with the hull. */
 static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangles, kt_mjcf_mesh *mesh,
                          kt_error *error) {
@@ -173,6 +189,10 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
                                            [SHELL] = KT_VOLUME_SURFACE};
     const mesh_rule rule = rule_of(m, e);
     const kt_vec3 scale = scale_of(m, e);
+    if (triangles->is_lines)
+        return report_empty(triangles, rule, 0.0, error);
+    if (!kt_triangles_round(triangles))
+        return kt_error_set(error, KT_ERROR_SCENE, "", KT_MJCF_TOO_LARGE);
     kt_triangles_place(triangles, reference_of(m, e), scale);
     if (m->source->options->contacts)
         mesh->point_count = kt_contact_mesh_points(triangles, mesh->points);
@@ -183,6 +203,8 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
         mesh->enclosed = kt_triangles_enclosed(triangles, rules[rule]);
     if (status == KT_OK && mesh->enclosed.volume > 0.0)
         box_mesh(triangles, mesh);
+    else if (status == KT_OK)
+        return report_empty(triangles, rule, mesh->enclosed.volume, error);
     if ((rule == CONVEX || triangles->is_hull) && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
         kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
     return status;
@@ -218,6 +240,13 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
             add_mesh(m, e);
 }
 
+/* Adds the file of a mesh, or its name, to an error. */
+static void name_unread_mesh(kt_mjcf *m, const kt_element *e, kt_error *error) {
+    const char *file = kt_mjcf_file_of_mesh(m, e), *name = file != NULL ? file : mesh_name_of(m, e);
+    if (name != NULL)
+        (void)snprintf(error->where, sizeof error->where, "%.150s", name);
+}
+
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
@@ -229,6 +258,8 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
                                          : read_inline(m, e, &triangles, &error);
     if (status == KT_OK)
         status = enclose(m, e, &triangles, mesh, &error);
+    if (status == KT_ERROR_SCENE && error.where[0] == '\0' && builtin == NULL)
+        name_unread_mesh(m, e, &error);
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;

@@ -130,7 +130,8 @@ KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
     static const char text[] =
         "<mujoco><asset><mesh name='h' builtin='hemisphere' params='0' scale='0.1 0.1 0.1'/>"
         "<mesh name='p' builtin='plate' params='2 2' scale='1 1 2'/>"
-        "<mesh name='t' builtin='none' vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1'/></asset><worldbody><body name='a'><joint/>"
+        "<mesh name='t' builtin='none' vertex='0 0 0 .125 0 0 0 .125 0 0 0 .125'/></asset><worldbody><body "
+        "name='a'><joint/>"
         "<geom type='mesh' mesh='h'/></body><body name='b'><joint/><geom type='mesh' mesh='p' mass='3'/></body>"
         "<body name='c'><joint/><geom type='mesh' mesh='t'/></body>"
         "</worldbody></mujoco>";
@@ -143,7 +144,7 @@ KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
     kt_check_equal_bits("given", &b->mass, &(double){3.0}, 1);
     kt_check_near("height", b->com.z, -2.0, 4.0 * DBL_EPSILON);
     kt_check_near("about z, of edges 1", b->inertia.zz, 3.0 / 6.0, 16.0 * DBL_EPSILON);
-    kt_check_near("of vertices, none is built in", find_body(&scene, "c")->mass, 1.0 / 6.0, 1e-15);
+    kt_check_near("of vertices, none is built in", find_body(&scene, "c")->mass, 1000.0 / 3072.0, 1e-15);
     kt_check_true("not left out", !has_note(&scene, "builtin"));
     kt_scene_free(&scene);
 }
@@ -185,11 +186,12 @@ KT_TEST(solids_are_fitted_to_meshes) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[800];
         kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><compiler fitaabb='%s'/><asset><mesh name='m' vertex='1 2 3 1.2 2 3 1 2.4 3 1.2 2.4 3 "
-                       "1 2 3.6 1.2 2 3.6 1 2.4 3.6 1.2 2.4 3.6'/></asset><worldbody><body name='b'><joint/>"
-                       "<geom mesh='m' %s/></body></worldbody></mujoco>",
-                       table[i].setting, table[i].geom);
+        (void)snprintf(
+            text, sizeof text,
+            "<mujoco><compiler fitaabb='%s'/><asset><mesh name='m' scale='0.2 0.2 0.2' vertex='5 10 15 6 10 15 "
+            "5 12 15 6 12 15 5 10 18 6 10 18 5 12 18 6 12 18'/></asset><worldbody><body name='b'><joint/>"
+            "<geom mesh='m' %s/></body></worldbody></mujoco>",
+            table[i].setting, table[i].geom);
         if (!parse_right(text, NULL, &scene))
             continue;
         const kt_body *b = find_body(&scene, "b");
@@ -236,6 +238,74 @@ KT_TEST(hull_of_few_vertices_is_warned_of) {
         if (!parse_right(text, NULL, &scene))
             continue;
         kt_check_equal_int("a hull alone", has_note(&scene, "a hull with a bounded number of vertices"), i == 0);
+        kt_scene_free(&scene);
+    }
+}
+
+/* As in MuJoCo. Twice the volume is a sixth of the cube of an edge. */
+KT_TEST(vertices_of_meshes_are_single_precision_numbers) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='t' vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1' scale='1 1 2'/></asset><worldbody>"
+        "<body name='b'><joint/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>";
+    const double edge = (double)0.1f, mass = 1000.0 * edge * edge * edge / 3.0;
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_near("mass", find_body(&scene, "b")->mass, mass, 8.0 * DBL_EPSILON * mass);
+    kt_check_near("place along z", find_body(&scene, "b")->com.z, 0.5 * edge, 8.0 * DBL_EPSILON);
+    kt_scene_free(&scene);
+}
+
+KT_TEST(vertices_beyond_single_precision_are_reported) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='t' vertex='0 0 0 1e39 0 0 0 1 0 0 0 1'/></asset><worldbody><body name='b'><joint/>"
+        "<geom size='.1'/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_true("named", has_note(&scene, "(t: a vertex is beyond the range of single-precision numbers)"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(meshes_of_plugins_are_warned_of_with_the_reason) {
+    static const char text[] =
+        "<mujoco><asset><mesh name='t'><plugin plugin='mujoco.sdf.torus'/></mesh></asset><worldbody><body name='b'>"
+        "<joint/><geom size='.1'/><geom type='sdf' mesh='t'/></body></worldbody></mujoco>";
+    kt_scene scene;
+    if (!parse_right(text, NULL, &scene))
+        return;
+    kt_check_true("named", has_ranked_note(&scene, KT_NOTE_RANK_MOTION,
+                                           "(t: a plugin makes the mesh: give its body an <inertial>)"));
+    kt_scene_free(&scene);
+}
+
+/* MuJoCo rejects these meshes. */
+KT_TEST(meshes_without_mass_are_warned_of_with_the_reason) {
+    static const char *const table[][2] = {
+        {"face='0 1 2'", "(t: the mesh encloses no volume: inertia=\"shell\" gives it the mass of its surface)"},
+        {"face='0 1 2 0 2 1' inertia='exact'", "(t: the mesh encloses no volume"},
+        {"face='0 1 2 0 3 1 0 2 3 1 3 2' inertia='exact'",
+         "(t: the triangles of the mesh face inwards: turn them, or give the mesh inertia=\"convex\" or \"legacy\")"},
+        {"face='0 1 1' inertia='shell'", "(t: the triangles of the mesh have no area)"},
+        {"face='0 2 1 0 1 3 0 3 2 1 2 3' scale='1 1 0' inertia='convex'",
+         "(t: the vertices of the mesh are in one plane, so that their hull encloses nothing)"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(
+            text, sizeof text,
+            "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' %s/></asset>"
+            "<worldbody><body name='b'><joint/><geom size='.1'/><geom type='mesh' mesh='t'/></body></worldbody>"
+            "</mujoco>",
+            table[i][0]);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        for (int n = 0; n < scene.note_count; n++)
+            if (has_note(&scene, "the mass of geoms is missing") && strstr(scene.notes[n].what, "is missing") != NULL)
+                kt_check_contains("reason", scene.notes[n].what, table[i][1]);
+        kt_check_true("warned of",
+                      has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "the mass of geoms is missing in 1 body"));
         kt_scene_free(&scene);
     }
 }

@@ -122,6 +122,35 @@ KT_TEST(what_an_included_file_names_is_in_the_folder_of_the_model_or_in_its_own)
     kt_check_equal_int("removed", rmdir(folder), 0);
 }
 
+/* MuJoCo rejects such a mesh. */
+KT_TEST(lines_of_a_mesh_have_no_mass_which_is_reported_with_the_file) {
+    char folder[] = "/tmp/kinetree-mjcf-XXXXXX", path[300];
+    static const char text[] =
+        "<mujoco><asset><mesh name='s' file='lines.obj' inertia='convex'/></asset><worldbody>"
+        "<body name='b'><joint/>" BALL "<geom type='mesh' mesh='s'/></body></worldbody></mujoco>";
+    kt_scene scene;
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    (void)snprintf(path, sizeof path, "%s/inner", folder);
+    kt_check_equal_int("folder", mkdir(path, 0700), 0);
+    put_file(folder, "inner/lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nl 1 2 3 4\n");
+    if (kt_check_equal_int("status", read_in(folder, text, NULL, &scene), KT_OK)) {
+        kt_check_true("reason",
+                      has_ranked_note(&scene, KT_NOTE_RANK_MOTION,
+                                      "(lines.obj: the mesh consists of lines, which enclose nothing: give it "
+                                      "faces, or its body an <inertial>)"));
+        kt_check_true("the mesh",
+                      has_note(&scene, "meshes that cannot be read, or enclose nothing: 1; the first: lines.obj"));
+        kt_scene_free(&scene);
+    }
+    (void)snprintf(path, sizeof path, "%s/inner/lines.obj", folder);
+    kt_check_equal_int("removed", unlink(path), 0);
+    (void)snprintf(path, sizeof path, "%s/inner/m.xml", folder);
+    kt_check_equal_int("removed", unlink(path), 0);
+    (void)snprintf(path, sizeof path, "%s/inner", folder);
+    kt_check_equal_int("removed", rmdir(path) + rmdir(folder), 0);
+}
+
 /* ---- attached models --------------------------------------------------------------------------------------------- */
 
 #define ATTACH(assets, how)                                                                                            \

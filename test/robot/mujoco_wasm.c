@@ -279,7 +279,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/ties.xml", 4e-14, NULL, false, false},
         {MODELS "/arm.urdf", 4e-14, NULL, false, false},
         {MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/meshes.xml", 1e-6, NULL, false, false},
+        {MODELS "/mjcf/meshes.xml", 1e-9, NULL, false, false},
         {MODELS "/mjcf/builtins.xml", 1e-9, NULL, false, false},
         {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
@@ -293,7 +293,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/flexes.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/fields.xml", 4e-14, NULL, false, false},
         {MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/fitted.xml", 1e-6, NULL, false, false},
+        {MODELS "/mjcf/fitted.xml", 1e-12, NULL, false, false},
         {MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
     };
