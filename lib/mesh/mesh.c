@@ -81,7 +81,7 @@ static double float_at(const char *text) {
 }
 
 /* 80 bytes, the number of triangles, and 50 bytes each: normal, corners, attribute. */
-static bool is_binary_stl(const char *text, size_t size) {
+bool kt_triangles_is_binary_stl(const char *text, size_t size) {
     return size >= 84 && (size - 84) % 50 == 0 && (size - 84) / 50 == integer_at(text + 80) && size > 84;
 }
 
@@ -281,7 +281,7 @@ static kt_status finish_mesh(maker *m, kt_triangles *mesh) {
 
 kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     maker m = {.status = KT_OK, .error = error};
-    if (is_binary_stl(text, size))
+    if (kt_triangles_is_binary_stl(text, size))
         read_binary_stl(&m, text, size);
     else if (is_msh(text, size))
         read_msh(&m, text);

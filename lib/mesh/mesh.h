@@ -30,6 +30,9 @@ enum { KT_TRIANGLES_MOST = 1 << 24 };
  * Cost: O(size). */
 kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
+/* Whether the contents of a file are those of a binary STL. */
+bool kt_triangles_is_binary_stl(const char *text, size_t size);
+
 /* Vertices and triangles from lists of numbers, three each; vertices are shared. Without triangles: the convex hull. */
 kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
                             kt_triangles *mesh, kt_error *error);

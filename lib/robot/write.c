@@ -194,18 +194,19 @@ static void lose_the_rest(kt_export *x) {
 
 /* Reports the numbers of bodies that have been changed so that readers accept them. */
 static bool report_moments(kt_export *x) {
-    enum { ROOM = 160 };
-    char *text = kt_pool_take(&x->pool, ROOM, 1), number[KT_EXPORT_NUMBER];
-    if (text == NULL)
+    enum { ROOM = 240 };
+    char *text = kt_pool_take(&x->pool, ROOM, 1), *massless = kt_pool_take(&x->pool, ROOM, 1);
+    if (text == NULL || massless == NULL)
         return false;
-    (void)snprintf(number, sizeof number, "%.3g", x->most_raised);
     (void)snprintf(text, ROOM,
-                   "bodies whose moments of inertia are raised, by at most %s kg m^2, since MuJoCo rejects them",
-                   number);
+                   "bodies whose moments of inertia are raised, by at most %.3g kg m^2 (%.60s), since MuJoCo rejects "
+                   "them",
+                   x->most_raised, x->most_raised_body != NULL ? x->most_raised_body : "");
+    (void)snprintf(massless, ROOM, "bodies that move without mass, with %.2g kg, since MuJoCo rejects them", x->least);
     for (int i = 0; i < x->raised; i++)
         kt_export_lose(x, text);
     for (int i = 0; i < x->lightened; i++)
-        kt_export_lose(x, "bodies that move without mass, with some 1e-15 kg, since MuJoCo rejects them");
+        kt_export_lose(x, massless);
     for (int i = 0; i < x->weighted; i++)
         kt_export_lose(x,
                        "fixed bodies with moments of inertia and without mass, with some 1e-14 kg, since MuJoCo leaves "
@@ -229,6 +230,8 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
     x->least = is_urdf ? 1.5e-14 : 1.5e-15;
     x->least_fixed = is_urdf ? x->least : 0.0;
     x->spare = is_urdf ? 32.0 * DBL_EPSILON : 0.0;
+    if (!kt_export_find_inertials(x))
+        return out_of_memory(error);
     for (int i = 0; i < x->d->effect_count; i++)
         take_effect(x, &x->d->effects[i], format);
     for (int i = 0; i < x->d->loop_count; i++)

@@ -68,6 +68,13 @@ enum { KT_LOST_MOST = 64 };
 /* An item that the format does not have. */
 #define KT_EXPORT_EFFORTS "motors and servos that MuJoCo limits to the effort of their joints (it is data here)"
 
+/* Mass, its centre and moments about it. */
+typedef struct kt_export_inertial {
+    double mass;
+    kt_vec3 com;
+    kt_sym3 inertia;
+} kt_export_inertial;
+
 typedef struct kt_export {
     const kt_description *d;
     const kt_scene *scene; /* of the description; NULL: none */
@@ -98,8 +105,10 @@ typedef struct kt_export {
     int raised, lightened;   /* bodies whose moments were raised, and those that got a mass since they move */
     int weighted;            /* bodies without a joint that got a mass since they have moments */
     double most_raised;      /* kg m^2 */
-    double least;            /* the smallest mass and moment that the format's readers accept */
-    double least_fixed;      /* the smallest mass of a body without a joint that readers do not leave out */
+    const char *most_raised_body;
+    kt_export_inertial *inertials; /* of bodies, as they are written */
+    double least;                  /* the smallest mass and moment that the format's readers accept */
+    double least_fixed;            /* the smallest mass of a body without a joint that readers do not leave out */
     double spare; /* by how much of itself the largest moment is below the sum of the others, if it is turned */
     struct {
         const char *what;
@@ -179,12 +188,18 @@ typedef struct kt_export_moments {
     kt_sym3 full;     /* about the axes of the body */
     double moment[3]; /* about `axes` */
     kt_mat3 axes;
+    double raised;   /* the largest change of a moment */
+    bool is_raised;  /* by more than rounding */
     bool is_nothing; /* no mass and no moments */
     bool is_plain;   /* `full` is accepted as it is */
 } kt_export_moments;
 
-/* The inertia of a body. If it moves, mass and moments are raised to the least that readers accept, and counted. */
-kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves);
+/* The inertia of body i (-1: without mass). If it moves, mass and moments are raised to the least that readers accept,
+ * and counted. */
+kt_export_moments kt_export_take_moments(kt_export *x, int i, bool moves);
+
+/* Finds the masses and moments that bodies are written with. False if there is no memory. */
+bool kt_export_find_inertials(kt_export *x);
 
 /* ---- start.c, mesh.c --------------------------------------------------------------------------------------------- */
 

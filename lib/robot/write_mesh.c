@@ -1,5 +1,10 @@
-/* Meshes of an export: references to the files, seen from the folder of the robot. */
+/* Meshes of an export: references to the files, seen from the folder of the robot.
+ *
+ * MuJoCo rejects a model with a mesh that it cannot use: STL as text or with more than 200000 triangles, lines, and
+ * meshes without area. */
 #define _XOPEN_SOURCE 700 /* realpath */
+#include "document/file.h"
+#include "mesh/mesh.h"
 #include "robot/write.h"
 
 #include <stdlib.h>
@@ -40,6 +45,41 @@ static const char *path_from(kt_export *x, const char *folder, const char *file)
     return path;
 }
 
+/* Why MuJoCo rejects a mesh; NULL: it does not. */
+static const char *find_mesh_fault(const char *path, bool is_stl) {
+    enum { STL_MOST = 200000 };
+    kt_triangles mesh = {.vertices = NULL};
+    kt_error error = {0};
+    const char *fault = NULL;
+    char *text = NULL;
+    size_t size = 0;
+    if (kt_file_read(path, &text, &size, &error) != KT_OK || kt_triangles_parse(text, size, &mesh, &error) != KT_OK)
+        fault = "meshes that MuJoCo rejects, since they have no triangles";
+    else if (is_stl && !kt_triangles_is_binary_stl(text, size))
+        fault = "meshes that MuJoCo rejects, since they are STL as text (it reads binary STL, OBJ and MSH)";
+    else if (is_stl && mesh.triangle_count > STL_MOST)
+        fault = "meshes that MuJoCo rejects, since they are STL with more than 200000 triangles";
+    else if (mesh.is_lines || !(kt_triangles_enclosed(&mesh, KT_VOLUME_SURFACE).volume > 0.0))
+        fault = "meshes that MuJoCo rejects, since they have no area";
+    kt_triangles_free(&mesh);
+    free(text);
+    return fault;
+}
+
+/* Counts a mesh that is left out; false if it can be written. */
+static bool lose_mesh(kt_export *x, const char *path, const char *endings) {
+    const char *fault = NULL;
+    if (path == NULL || access(path, R_OK) != 0)
+        fault = "meshes whose files are not there";
+    else if (endings != NULL && !has_ending(path, endings))
+        fault = "meshes in formats that MuJoCo does not read (it reads STL, OBJ and MSH)";
+    else if (endings != NULL)
+        fault = find_mesh_fault(path, has_ending(path, " .stl "));
+    if (fault != NULL)
+        kt_export_lose(x, fault);
+    return fault != NULL;
+}
+
 static bool find_mesh(kt_export *x, int i, const char *folder, const char *endings) {
     const char *file = x->meshes[i].file;
     if (x->meshes[i].builtin != NULL) {
@@ -48,12 +88,9 @@ static bool find_mesh(kt_export *x, int i, const char *folder, const char *endin
         return true;
     }
     char *real = file != NULL ? realpath(file, NULL) : NULL;
-    if (real == NULL || access(real, R_OK) != 0)
-        kt_export_lose(x, "meshes whose files are not there");
-    else if (endings != NULL && !has_ending(real, endings))
-        kt_export_lose(x, "meshes in formats that MuJoCo does not read (it reads STL, OBJ and MSH)");
-    else if ((x->mesh_files[i] =
-                  folder != NULL ? path_from(x, folder, real) : kt_pool_text(&x->pool, real, strlen(real))) == NULL) {
+    if (!lose_mesh(x, real, endings) &&
+        (x->mesh_files[i] = folder != NULL ? path_from(x, folder, real) : kt_pool_text(&x->pool, real, strlen(real))) ==
+            NULL) {
         free(real);
         return false;
     }

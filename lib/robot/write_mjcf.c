@@ -146,8 +146,8 @@ static int write_joints(kt_export *x, int i) {
     return count + write_own_joints(x, i, NULL);
 }
 
-static void write_mjcf_inertial(kt_export *x, const kt_body *body, bool moves) {
-    const kt_export_moments m = kt_export_find_moments(x, body, moves);
+static void write_mjcf_inertial(kt_export *x, int body, bool moves) {
+    const kt_export_moments m = kt_export_take_moments(x, body, moves);
     if (m.is_nothing)
         return;
     const kt_sym3 s = m.full;
@@ -291,7 +291,7 @@ static void begin_body(kt_export *x, int i, int depth) {
     write_quat(x, pose.rotation);
     fputs(">", x->stream);
     const int joints = write_joints(x, i);
-    write_mjcf_inertial(x, body, joints > 0);
+    write_mjcf_inertial(x, i, joints > 0);
     for (int k = 0; k <= body->shape_count; k++)
         write_geom(x, kt_export_shape(body, k));
     write_mjcf_meshes(x, i);

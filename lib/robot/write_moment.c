@@ -12,7 +12,10 @@
  * eps c. If the axes are not those of the body, a + b becomes (1 + spare) c, with a spare of 32 eps.
  *
  * MuJoCo merges the links of URDF that are fixed to each other, and leaves out those without mass, even if they have
- * moments. These get the least mass. */
+ * moments. These get the least mass.
+ *
+ * A body that is fixed to another may have any moments, as long as those of the rigid part are right: sensors in URDF
+ * often have wrong ones. If it would be raised, its mass and moments are written with those of the body that carries it. */
 #include "algebra/principal.h"
 #include "robot/write.h"
 
@@ -57,12 +60,16 @@ static bool is_safe(const double moment[3], double least) {
     return smallest > 20.0 * least && smallest > 1e-10 * most && sum - 2.0 * most > 1e-10 * most;
 }
 
-kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool moves) {
-    kt_export_moments m = {.mass = body->mass, .axes = kt_mat3_identity()};
-    kt_export_mass(body, &m.com, &m.full);
+static kt_export_moments find_moments(const kt_export *x, int i, bool moves) {
+    kt_export_moments m = {.axes = kt_mat3_identity()};
+    if (i >= 0) {
+        m.mass = x->inertials[i].mass;
+        m.com = x->inertials[i].com;
+        m.full = x->inertials[i].inertia;
+    }
     const kt_sym3 s = m.full;
     m.is_plain = is_diagonal(s);
-    m.is_nothing = body->mass == 0.0 && m.is_plain && s.xx == 0.0 && s.yy == 0.0 && s.zz == 0.0;
+    m.is_nothing = m.mass == 0.0 && m.is_plain && s.xx == 0.0 && s.yy == 0.0 && s.zz == 0.0;
     if (m.is_nothing && !moves)
         return m;
     if (!m.is_plain)
@@ -72,19 +79,79 @@ kt_export_moments kt_export_find_moments(kt_export *x, const kt_body *body, bool
         m.moment[k] = kt_vec3_dot(columns[k], kt_sym3_apply(s, columns[k]));
     m.is_plain = m.is_plain || is_safe(m.moment, x->least);
     const double size = fmax(fmax(m.moment[0], m.moment[1]), m.moment[2]);
-    const double spare = m.is_plain ? 0.0 : x->spare, raised = raise_moments(m.moment, moves ? x->least : 0.0, spare);
+    const double spare = m.is_plain ? 0.0 : x->spare;
+    m.raised = raise_moments(m.moment, moves ? x->least : 0.0, spare);
     if (m.is_plain && is_diagonal(s))
         m.full = kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
+    m.is_raised = m.raised > (1e-15 + spare) * size;
+    m.is_nothing = false;
+    return m;
+}
+
+kt_export_moments kt_export_take_moments(kt_export *x, int i, bool moves) {
+    kt_export_moments m = find_moments(x, i, moves);
+    if (m.is_nothing)
+        return m;
     if (moves && m.mass < x->least) {
         m.mass = x->least;
         x->lightened++;
     } else if (m.mass < x->least_fixed) {
         m.mass = x->least_fixed;
         x->weighted++;
-    } else if (raised > (1e-15 + spare) * size) {
+    } else if (m.is_raised) {
         x->raised++;
-        x->most_raised = fmax(x->most_raised, raised);
+        if (m.raised >= x->most_raised)
+            x->most_raised_body = kt_export_body(x, i)->name;
+        x->most_raised = fmax(x->most_raised, m.raised);
     }
-    m.is_nothing = false;
     return m;
+}
+
+/* ---- rigid parts ------------------------------------------------------------------------------------------------- */
+
+/* Adds mass and moments of a fixed body to those of the body that carries it. */
+static void give_inertial(kt_export *x, int i, int to) {
+    const kt_joint *joint = &kt_export_body(x, i)->joint;
+    const kt_pose pose = {.rotation = kt_export_matrix(&joint->rotation), .position = joint->at};
+    kt_export_inertial *a = &x->inertials[to], *b = &x->inertials[i];
+    const double mass = a->mass + b->mass;
+    const kt_vec3 com = kt_pose_apply(pose, b->com);
+    const kt_vec3 both =
+        mass > 0.0 ? kt_vec3_scale(1.0 / mass, kt_vec3_add(kt_vec3_scale(a->mass, a->com), kt_vec3_scale(b->mass, com)))
+                   : a->com;
+    const kt_sym3 inertia = kt_sym3_rotate(pose.rotation, b->inertia);
+    a->inertia = kt_sym3_add(kt_sym3_shift(a->inertia, a->mass, kt_vec3_sub(a->com, both)),
+                             kt_sym3_shift(inertia, b->mass, kt_vec3_sub(com, both)));
+    a->com = both;
+    a->mass = mass;
+    *b = (kt_export_inertial){.mass = 0.0};
+}
+
+/* Gives a fixed body to the one that carries it, if it would be raised. */
+static bool give_wrong_inertial(kt_export *x, int i) {
+    const kt_export_moments m = find_moments(x, i, false);
+    if (kt_export_body(x, i)->joint.type != KT_JOINT_FIXED || x->parent[i] < 0 || m.is_nothing || !m.is_raised)
+        return false;
+    give_inertial(x, i, x->parent[i]);
+    kt_export_lose(x,
+                   "fixed bodies whose mass is that of the body that carries them, since MuJoCo rejects their moments "
+                   "of inertia");
+    return true;
+}
+
+bool kt_export_find_inertials(kt_export *x) {
+    x->inertials = kt_pool_take(&x->pool, (size_t)x->d->body_count + 1, sizeof *x->inertials);
+    if (x->inertials == NULL)
+        return false;
+    for (int i = 0; i < x->d->body_count; i++) {
+        kt_export_inertial *to = &x->inertials[i];
+        to->mass = kt_export_body(x, i)->mass;
+        kt_export_mass(kt_export_body(x, i), &to->com, &to->inertia);
+    }
+    for (bool again = true; again;) { /* each body gives once, so that this ends */
+        again = false;
+        for (int i = 0; i < x->d->body_count; i++)
+            again = give_wrong_inertial(x, i) || again;
+    }
+    return true;
 }

@@ -32,9 +32,9 @@ static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_
     fputs("/>\n", x->stream);
 }
 
-static void write_urdf_inertial(kt_export *x, const kt_body *body, bool moves) {
+static void write_urdf_inertial(kt_export *x, int body, bool moves) {
     static const char *const names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
-    const kt_export_moments m = kt_export_find_moments(x, body, moves);
+    const kt_export_moments m = kt_export_take_moments(x, body, moves);
     if (m.is_nothing)
         return;
     const kt_sym3 s = m.is_plain ? m.full : kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
@@ -173,7 +173,6 @@ static void write_root_origin(kt_export *x, const kt_joint *joint) {
 static void write_urdf_joint(kt_export *x, int i, int k, int count, const kt_export_step *step) {
     const kt_body *body = kt_export_body(x, i);
     const kt_rotation none = {.type = KT_ROTATION_NONE};
-    const kt_body nothing = kt_body_default();
     const char *type = type_name(&body->joint, step);
     fprintf(x->stream, "  <joint name=\"%s", kt_joint_name_of(body));
     if (k > 0)
@@ -207,7 +206,7 @@ static void write_urdf_joint(kt_export *x, int i, int k, int count, const kt_exp
         fputs("  <link name=\"", x->stream);
         write_between(x, body->name, k + 1);
         fputs("\">\n", x->stream);
-        write_urdf_inertial(x, &nothing, true);
+        write_urdf_inertial(x, -1, true);
         fputs("  </link>\n", x->stream);
     }
 }
@@ -247,7 +246,7 @@ static void write_body(kt_export *x, int i) {
     kt_export_step steps[KT_EXPORT_STEPS] = {{KT_JOINT_PLANAR, body->joint.axis}};
     const int count = body->joint.type == KT_JOINT_PLANAR ? 1 : kt_export_steps(&body->joint, steps);
     fprintf(x->stream, "  <link name=\"%s\">\n", body->name);
-    write_urdf_inertial(x, body, count > 0);
+    write_urdf_inertial(x, i, count > 0);
     for (int k = 0; k <= body->shape_count; k++)
         write_visual(x, kt_export_shape(body, k));
     write_urdf_meshes(x, i);

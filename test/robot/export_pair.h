@@ -13,8 +13,9 @@ enum { LINE = 600 };
 typedef struct exported {
     char source[LINE], path[120];
     kt_robot_format format;
-    double raised;  /* the largest moment of inertia that was added */
-    bool has_screw; /* a screw has become a hinge and a slide */
+    double raised;   /* the largest moment of inertia that was added */
+    bool is_changed; /* inertias, as a warning states */
+    bool has_screw;  /* a screw has become a hinge and a slide */
     kt_scene scene;
 } exported;
 

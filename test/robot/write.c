@@ -4,6 +4,7 @@
 
 #include "../scene_files.h"
 #include "check.h"
+#include "folder.h"
 #include "random.h"
 
 #include "kinetree/import.h"
@@ -545,4 +546,38 @@ KT_TEST(meshes_are_referred_to_from_the_folder_of_the_robot) {
         free(text);
     }
     kt_check_equal_int("clean", remove(file) + remove(other) + remove(out) + remove(folder), 0);
+}
+
+KT_TEST(meshes_that_mujoco_rejects_are_left_out_of_mjcf) {
+    static const char *const table[][3] = {
+        {"a.stl", "solid a\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+         "since they are STL as text (it reads binary STL, OBJ and MSH) 1\n"},
+        {"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\n", "since they have no area 1\n"},
+        {"b.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "since they have no area 1\n"},
+        {"c.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "since they have no triangles 1\n"},
+        {"d.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ""},
+    };
+    char folder[] = "/tmp/kinetree-export-XXXXXX", file[200];
+    kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
+    kt_error error = {0};
+    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+        return;
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const kt_scene_mesh mesh = {.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}};
+        kt_scene scene = kt_scene_default();
+        told t = {{0}};
+        FILE *nowhere = fopen("/dev/null", "w");
+        scene.description.bodies = &body;
+        scene.description.body_count = scene.mesh_count = 1;
+        scene.meshes = &mesh;
+        (void)snprintf(file, sizeof file, "%s/%s", folder, table[i][0]);
+        (void)put_file(folder, table[i][0], table[i][1]);
+        kt_check_equal_int("written", kt_robot_write_scene(&scene, KT_ROBOT_MJCF, folder, nowhere, hear, &t, &error),
+                           KT_OK);
+        if (table[i][2][0] != '\0')
+            kt_check_contains("told", t.text, table[i][2]);
+        kt_check_equal_int(table[i][0], strstr(t.text, "meshes") == NULL, table[i][2][0] == '\0');
+        kt_check_equal_int("clean", fclose(nowhere) + remove(file), 0);
+    }
+    kt_check_equal_int("clean", remove(folder), 0);
 }
