@@ -38,7 +38,8 @@ typedef void kt_robot_lost(void *user, const char *what, int count);
  *   - Massless bodies have special forms in MJCF. A massless body that carries one other body passes its joints to that
  *     body. A massless slider that a coupling moves becomes a fixed tendon. A screw becomes a hinge and a slide. A free
  *     joint on another body becomes three slides and a ball.
- *   - If MuJoCo rejects moments of inertia, they are raised by the smallest sufficient amount. Masses below 1e-15 kg
+ *   - If MuJoCo rejects moments of inertia, a fixed body gives its mass to the body that carries it. Moments of other
+ *     bodies are raised by the smallest sufficient amount. Masses below 1e-15 kg
  *     are raised likewise. In URDF, so are those of fixed bodies with moments of inertia, which MuJoCo leaves out.
  * The callback `lost` (may be NULL) is called for all omissions and changes. If the description cannot be written,
  * nothing is written.

@@ -175,6 +175,7 @@ typedef struct kt_mjcf {
     kt_list documents;                   /* kt_mjcf_document */
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
     int elements;                        /* of the whole, with copies of replicates */
+    kt_list elastic_flexes;              /* kt_flex */
     kt_list copied, lost_flexes; /* const char *: names that a <replicate> has copied; flexcomps that are left out */
 
     kt_list classes; /* kt_mjcf_class */
@@ -351,6 +352,11 @@ void kt_mjcf_contacts(kt_mjcf *m);
 /* Adds the markers at which a medium acts, if there is one; then its forces on a body. */
 void kt_mjcf_place_media(kt_mjcf *m);
 void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b);
+
+/* ---- mjcf_flex_elastic.c ----------------------------------------------------------------------------------------- */
+
+/* Adds the forces of elastic surfaces and solids. */
+void kt_flex_add_elasticity(kt_mjcf *m);
 
 /* Keeps a geom, whose solid and pose in its body are given, for contacts. */
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);

@@ -10,8 +10,8 @@
  * it (half of it for some points), is
  *     f = -(k d r + b r' + r'') d / ((1 - d) A)
  * Here it is a spring and a damper, without r''. Steady loads have the same effect, and without loads a single edge
- * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. Elasticity of surfaces and
- * solids (`young`) is no force between two points, and is left out. */
+ * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. For elasticity (`young`) see
+ * mjcf_flex_elastic.c. */
 #include "robot/mjcf_flex.h"
 
 #include <math.h>
@@ -79,8 +79,7 @@ static void place_flex(kt_mjcf *m, kt_flex *f) {
     }
 }
 
-/* "NAME_3", and "NAME_3__site" of its site. */
-static const char *name_flex_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix) {
+const char *kt_flex_name_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix) {
     char text[48];
     (void)snprintf(text, sizeof text, "_%d%s", i, suffix);
     return kt_mjcf_join(m, f->element, f->name, text);
@@ -93,23 +92,21 @@ static bool name_flex_points(kt_mjcf *m, kt_flex *f, const bool *pinned) {
         kt_flex_point *p = &f->points[i];
         p->mass = mass;
         p->is_pinned = pinned[i];
-        p->name = name_flex_point(m, f, i, "");
+        p->name = kt_flex_name_point(m, f, i, "");
         if (p->name == NULL)
             return false;
     }
     return true;
 }
 
-/* Counts what the force of an edge does not show. */
-static void note_elasticity(kt_mjcf *m, const kt_flex *f) {
-    const kt_element *elasticity = kt_xml_child(f->element, "elasticity"), *edge = kt_xml_child(f->element, "edge");
-    const bool is_elastic = elasticity != NULL && kt_mjcf_number(m, elasticity, NULL, "young", 0.0) > 0.0;
-    if ((is_elastic && f->dim > 1) || kt_xml_child(f->element, "plugin") != NULL)
-        kt_unknown_count(
-            &m->changes,
-            "elasticity of surfaces and solids (flexcomp), which is no force between two points, left out, "
-            "so that nothing but edges holds their points together; rigid=\"true\" fixes them",
-            f->element);
+/* Counts what is left out. */
+static void note_flex(kt_mjcf *m, const kt_flex *f) {
+    const kt_element *edge = kt_xml_child(f->element, "edge");
+    if (kt_xml_child(f->element, "plugin") != NULL)
+        kt_unknown_count(&m->changes,
+                         "plugins of a flexcomp, left out, so that nothing but edges and <elasticity> holds its points "
+                         "together",
+                         f->element);
     if (edge != NULL && f->motion >= KT_FLEX_TRILINEAR && kt_xml_attribute(edge, "equality") != NULL &&
         !kt_mjcf_is_equal(kt_xml_attribute(edge, "equality"), "false"))
         kt_unknown_count(&m->changes,
@@ -148,7 +145,7 @@ static bool read_flex(kt_mjcf *m, const kt_element *e, kt_flex *f) {
     if (moving > KT_FLEX_POINTS_MOST || nodes > KT_FLEX_POINTS_MOST)
         return kt_mjcf_fault(m, e, "expected up to %d points that move", (int)KT_FLEX_POINTS_MOST);
     if (moving > 0)
-        note_elasticity(m, f);
+        note_flex(m, f);
     return moving > 0 && (nodes > 0 ? kt_flex_nodes(m, f, pinned) : name_flex_points(m, f, pinned));
 }
 
@@ -164,7 +161,7 @@ static kt_element *add_bare(kt_mjcf *m, const kt_flex *f, kt_element *parent, co
 }
 
 static bool add_site_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *parent, const double at[3]) {
-    const char *name = name_flex_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
+    const char *name = kt_flex_name_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
     if (name == NULL || place == NULL)
         return false;
     const char *const attributes[] = {"name", name, "pos", place, NULL};
@@ -315,7 +312,7 @@ static void add_flex_edge(kt_mjcf *m, const kt_flex *f, const flex_law *l, const
     const kt_flex_point *a = &f->points[ends[0]], *b = &f->points[ends[1]];
     const kt_vec3 span = kt_vec3_make(b->at[0] - a->at[0], b->at[1] - a->at[1], b->at[2] - a->at[2]);
     const double length = kt_vec3_norm(span);
-    const char *sites[2] = {name_flex_point(m, f, ends[0], "__site"), name_flex_point(m, f, ends[1], "__site")};
+    const char *sites[2] = {kt_flex_name_point(m, f, ends[0], "__site"), kt_flex_name_point(m, f, ends[1], "__site")};
     double stiffness = l->stiffness, damping = l->damping, k, c;
     if (sites[0] == NULL || sites[1] == NULL || (a->is_pinned && b->is_pinned))
         return;
@@ -389,6 +386,8 @@ void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain) {
             is_whole = add_body_of_point(m, &f, i, chain);
         else if (f.motion < KT_FLEX_TRILINEAR)
             is_whole = add_site_of_point(m, &f, i, chain, f.points[i].at);
-    if (is_whole)
+    if (is_whole) {
         add_flex_edges(m, &f);
+        kt_flex_keep_elastic(m, &f);
+    }
 }

@@ -44,6 +44,9 @@ bool kt_flex_take(kt_mjcf *m, kt_flex *f, double points, double elements);
 void kt_flex_add_point(kt_flex *f, double x, double y, double z);
 void kt_flex_add_element(kt_flex *f, const int *points);
 
+/* "NAME_3", and "NAME_3__site" of its site. */
+const char *kt_flex_name_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix);
+
 /* ---- mjcf_flex_shape.c ------------------------------------------------------------------------------------------- */
 
 /* Makes the points and elements of the types that are a formula. False after reporting. */
@@ -69,5 +72,10 @@ int kt_flex_node_count(kt_mjcf *m, const kt_flex *f);
 
 /* Replaces the points by nodes of cells of the box around them. */
 bool kt_flex_nodes(kt_mjcf *m, kt_flex *f, const bool *pinned);
+
+/* ---- mjcf_flex_elastic.c ----------------------------------------------------------------------------------------- */
+
+/* Keeps a flexcomp with elasticity until its bodies have names, or counts that it is left out. */
+void kt_flex_keep_elastic(kt_mjcf *m, const kt_flex *f);
 
 #endif

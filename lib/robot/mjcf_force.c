@@ -200,6 +200,7 @@ void kt_mjcf_passive(kt_mjcf *m) {
         kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
         kt_mjcf_add_elasticity(m, kt_mjcf_body_at(m, i));
     }
+    kt_flex_add_elasticity(m);
 }
 
 /* ---- fixed tendons ----------------------------------------------------------------------------------------------- */

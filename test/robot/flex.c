@@ -454,7 +454,14 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
         const char *text, *note;
         int bodies;
     } table[] = {
-        {FLEX("count='2 2 1'", "<elasticity young='1e4'/>"), "elasticity of surfaces and solids (flexcomp)", 13},
+        {FLEX("count='2 2 2' dim='3' dof='trilinear'", "<elasticity young='1e4'/>"), "elasticity of cells", 25},
+        {FLEX("count='2 2 1' dof='2d'", "<elasticity young='1e4' thickness='.1' elastic2d='bend'/>"),
+         "bending of a flexcomp whose points have one or two slides", 9},
+        {FLEX("type='direct' dim='2' point='0 0 0 .3 0 0 .1 .2 0 .1 -.3 0' element='1 0 3 0 1 2'",
+              "<elasticity young='1e4' thickness='.1' elastic2d='bend'/>"),
+         "MuJoCo exchanges the ends of some edges", 13},
+        {FLEX("count='46 46 1'", "<elasticity young='1e4' thickness='.1' elastic2d='stretch'/>"),
+         "elasticity of a flexcomp with more than 4000 elements", 1 + 46 * 46 * 3},
         {FLEX("count='2 2 1'", "<edge equality='true'/>"), "springs and dampers that yield as much; a single edge", 13},
         {FLEX("count='2 2 1'", "<edge equality='true'/>"), "fixes their points: 5", 13},
         {FLEX("count='2 2 2' dim='3' dof='trilinear'", "<edge equality='strain'/>"), "equalities of cells", 25},

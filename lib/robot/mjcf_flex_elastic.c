@@ -1,0 +1,329 @@
+/* Elasticity of surfaces and solids of MJCF (<flexcomp> with <elasticity>), whose points are bodies.
+ *
+ * Stretching. With the lengths L_e of the edges of an element and the rest lengths l_e, MuJoCo's energy is
+ *     E = 1/4 sum_ef k_ef (L_e^2 - l_e^2) (L_f^2 - l_f^2),   k_ef = mu tr(B_e B_f) + la tr B_e tr B_f,
+ * with Lame's constants times the volume, and symmetric matrices B_e of the normals of the faces opposite to an edge.
+ * It is that of Saint Venant and Kirchhoff. The force in edge e is a sum over all edges of the element,
+ *     f_e = -L_e sum_f k_ef (L_f^2 - l_f^2 + c (2 L_f L_f' - h L_f'^2)),
+ * with the damping c and the time step h: MuJoCo damps by the change of L_f^2 in the step before. Here the ends of edge
+ * e have an `expression` for each element. The other lengths follow from the positions of the slides.
+ *
+ * Source: user_mesh.cc, engine_passive.c. */
+#include "robot/mjcf_elastic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ELEMENTS_MOST = 4000, EDGES = 6 };
+
+/* The corners of the edges of a triangle and a tetrahedron. */
+static const int elastic_edges[2][EDGES][2] = {{{1, 2}, {2, 0}, {0, 1}},
+                                               {{0, 1}, {1, 2}, {2, 0}, {2, 3}, {0, 3}, {1, 3}}};
+
+static kt_elasticity read_elasticity(kt_mjcf *m, const kt_flex *f) {
+    static const char *const words[] = {"none", "bend", "stretch", "both", NULL};
+    const kt_element *e = kt_xml_child(f->element, "elasticity"), *root = kt_mjcf_document_at(m, 0)->root;
+    kt_elasticity l = {.step = 0.002};
+    if (e == NULL)
+        return l;
+    l.young = kt_mjcf_number(m, e, NULL, "young", 0.0);
+    l.poisson = kt_mjcf_number(m, e, NULL, "poisson", 0.0);
+    l.thickness = kt_mjcf_number(m, e, NULL, "thickness", -1.0);
+    l.damping = kt_mjcf_number(m, e, NULL, "damping", 0.0);
+    l.shell = kt_mjcf_choice(m, e, NULL, "elastic2d", words, 0);
+    if (!(l.poisson >= 0.0 && l.poisson < 0.5))
+        (void)kt_mjcf_fault(m, e, "poisson: expected a number from 0 on, below 0.5");
+    for (e = kt_xml_child(root, "option"); e != NULL; e = kt_xml_next(e, "option"))
+        l.step = kt_mjcf_number(m, e, NULL, "timestep", l.step);
+    return l;
+}
+
+static bool stretches(const kt_flex *f, const kt_elasticity *l) {
+    return l->young > 0.0 && (f->dim == 3 || (f->dim == 2 && l->shell >= 2 && l->thickness > 0.0));
+}
+
+static bool bends(const kt_flex *f, const kt_elasticity *l) {
+    return l->young > 0.0 && f->dim == 2 && (l->shell == 1 || l->shell == 3);
+}
+
+void kt_flex_keep_elastic(kt_mjcf *m, const kt_flex *f) {
+    const kt_elasticity l = read_elasticity(m, f);
+    const bool is_cells = f->motion >= KT_FLEX_TRILINEAR;
+    if (is_cells && l.young > 0.0)
+        kt_unknown_count(&m->changes,
+                         "elasticity of cells of a flexcomp, left out, so that nothing holds their nodes together; "
+                         "rigid=\"true\" fixes them",
+                         f->element);
+    if (is_cells || !(stretches(f, &l) || bends(f, &l)))
+        return;
+    if (f->element_count > ELEMENTS_MOST) {
+        kt_unknown_count(&m->changes,
+                         "elasticity of a flexcomp with more than 4000 elements, left out, so that nothing but edges "
+                         "holds its points together; rigid=\"true\" fixes them",
+                         f->element);
+        return;
+    }
+    if (bends(f, &l) && f->motion != KT_FLEX_FULL) {
+        kt_unknown_count(&m->changes,
+                         "bending of a flexcomp whose points have one or two slides, left out with its stretching",
+                         f->element);
+        return;
+    }
+    kt_flex *kept = kt_list_add(m->r, &m->r->scratch, &m->elastic_flexes, sizeof *kept);
+    if (kept != NULL)
+        *kept = *f;
+}
+
+/* ---- constants --------------------------------------------------------------------------------------------------- */
+
+static kt_vec3 rest_of_point(const kt_flex *f, int i) {
+    return kt_vec3_make(f->points[i].at[0], f->points[i].at[1], f->points[i].at[2]);
+}
+
+kt_vec3 kt_elastic_span(const kt_flex *f, int from, int to) {
+    return kt_vec3_sub(rest_of_point(f, to), rest_of_point(f, from));
+}
+
+/* u v' + v u' */
+static kt_sym3 symmetric_product(kt_vec3 u, kt_vec3 v) {
+    return kt_sym3_make(2.0 * u.x * v.x, 2.0 * u.y * v.y, 2.0 * u.z * v.z, u.x * v.y + u.y * v.x, u.x * v.z + u.z * v.x,
+                        u.y * v.z + u.z * v.y);
+}
+
+static kt_sym3 scaled_product(double s, kt_sym3 a) {
+    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
+}
+
+/* Returns the area of a triangle, and the matrices of its edges. */
+static double triangle_bases(const kt_flex *f, const int *v, kt_sym3 bases[EDGES]) {
+    static const int faces[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+    const double area =
+        0.5 * kt_vec3_norm(kt_vec3_cross(kt_elastic_span(f, v[0], v[1]), kt_elastic_span(f, v[0], v[2])));
+    for (int e = 0; e < 3; e++) {
+        const int *left = faces[faces[e][0]], *right = faces[faces[e][1]];
+        const kt_vec3 l = kt_elastic_span(f, v[left[1]], v[left[0]]), r = kt_elastic_span(f, v[right[0]], v[right[1]]);
+        const kt_vec3 normal = kt_vec3_normalize(kt_vec3_cross(r, l));
+        bases[e] = scaled_product(1.0 / (8.0 * area * area),
+                                  symmetric_product(kt_vec3_cross(normal, l), kt_vec3_cross(r, normal)));
+    }
+    return area;
+}
+
+/* Returns the volume of a tetrahedron, and the matrices of its edges. */
+static double tetrahedron_bases(const kt_flex *f, const int *v, kt_sym3 bases[EDGES]) {
+    static const int faces[4][3] = {{2, 1, 0}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    static const int opposite[EDGES][2] = {{2, 3}, {1, 3}, {2, 1}, {1, 0}, {0, 2}, {0, 3}};
+    const double volume = kt_vec3_dot(kt_vec3_cross(kt_elastic_span(f, v[0], v[1]), kt_elastic_span(f, v[0], v[2])),
+                                      kt_elastic_span(f, v[0], v[3])) /
+                          6.0;
+    for (int e = 0; e < EDGES; e++) {
+        kt_vec3 normal[2];
+        for (int k = 0; k < 2; k++) {
+            const int *c = faces[opposite[e][k]];
+            normal[k] = kt_vec3_cross(kt_elastic_span(f, v[c[0]], v[c[1]]), kt_elastic_span(f, v[c[0]], v[c[2]]));
+        }
+        bases[e] = scaled_product(1.0 / (72.0 * volume * volume), symmetric_product(normal[0], normal[1]));
+    }
+    return fabs(volume);
+}
+
+static double trace_of_product(kt_sym3 a, kt_sym3 b) {
+    return a.xx * b.xx + a.yy * b.yy + a.zz * b.zz + 2.0 * (a.xy * b.xy + a.xz * b.xz + a.yz * b.yz);
+}
+
+static void find_metric(const kt_flex *f, const kt_elasticity *l, const int *v, double k[EDGES][EDGES]) {
+    kt_sym3 bases[EDGES];
+    const int edges = f->dim == 2 ? 3 : EDGES;
+    const double size =
+        f->dim == 2 ? 0.25 * l->thickness * triangle_bases(f, v, bases) : tetrahedron_bases(f, v, bases);
+    const double mu = size * l->young / (2.0 * (1.0 + l->poisson));
+    const double la = size * l->young * l->poisson / ((1.0 + l->poisson) * (1.0 - 2.0 * l->poisson));
+    for (int a = 0; a < edges; a++)
+        for (int b = 0; b < edges; b++)
+            k[a][b] = mu * trace_of_product(bases[a], bases[b]) +
+                      la * (bases[a].xx + bases[a].yy + bases[a].zz) * (bases[b].xx + bases[b].yy + bases[b].zz);
+}
+
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
+
+static double component(kt_vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+int kt_elastic_put_point(const kt_mjcf *m, const kt_elastic *p, int point, int axis, bool is_rate, double factor,
+                         double *constant, kt_mjcf_formula *to) {
+    int count = 0;
+    *constant += factor * p->f->points[point].at[axis];
+    if (p->body[point] < 0)
+        return 0;
+    const kt_mjcf_body *b = kt_mjcf_body_at(m, p->body[point]);
+    for (int k = 0; k < b->joint_count; k++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + k);
+        const double s = factor * component(kt_vec3_normalize(j->axis), axis);
+        if (s == 0.0)
+            continue;
+        *constant -= s * j->ref;
+        kt_mjcf_put(to, s < 0.0 ? " - " : " + ");
+        kt_mjcf_put_coordinate(to, fabs(s), is_rate ? "velocity" : "position", j->name);
+        count++;
+    }
+    return count;
+}
+
+void kt_elastic_put_span(const kt_mjcf *m, const kt_elastic *p, const int ends[2], int axis, bool is_rate,
+                         kt_mjcf_formula *to) {
+    double constant = 0.0;
+    kt_mjcf_put(to, "(0");
+    (void)kt_elastic_put_point(m, p, ends[1], axis, is_rate, 1.0, &constant, to);
+    (void)kt_elastic_put_point(m, p, ends[0], axis, is_rate, -1.0, &constant, to);
+    if (!is_rate && constant != 0.0) {
+        kt_mjcf_put(to, constant < 0.0 ? " - " : " + ");
+        kt_mjcf_put_number(to, fabs(constant));
+    }
+    kt_mjcf_put(to, ")");
+}
+
+/* L^2, or L L'. */
+static void put_square(const kt_mjcf *m, const kt_elastic *p, const int ends[2], bool is_rate, kt_mjcf_formula *to) {
+    kt_mjcf_put(to, "(");
+    for (int axis = 0; axis < 3; axis++) {
+        kt_mjcf_put(to, axis > 0 ? " + " : "");
+        kt_elastic_put_span(m, p, ends, axis, false, to);
+        kt_mjcf_put(to, is_rate ? "*" : "^2");
+        if (is_rate)
+            kt_elastic_put_span(m, p, ends, axis, true, to);
+    }
+    kt_mjcf_put(to, ")");
+}
+
+/* "L^2 - l^2 + c*(2*L*L' - h*L'^2)", of the edge in which the force acts by `length` and `speed`. */
+static void put_strain(const kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l, const int ends[2], bool is_own,
+                       kt_mjcf_formula *to) {
+    const kt_vec3 span = kt_elastic_span(p->f, ends[0], ends[1]);
+    if (is_own)
+        kt_mjcf_put(to, "length^2");
+    else
+        put_square(m, p, ends, false, to);
+    kt_mjcf_put(to, " - ");
+    kt_mjcf_put_number(to, kt_vec3_dot(span, span));
+    if (l->damping == 0.0)
+        return;
+    kt_mjcf_put(to, " + ");
+    kt_mjcf_put_number(to, 2.0 * l->damping);
+    if (is_own) {
+        kt_mjcf_put(to, "*length*speed - ");
+        kt_mjcf_put_number(to, l->damping * l->step);
+        kt_mjcf_put(to, "*speed^2");
+        return;
+    }
+    kt_mjcf_put(to, "*");
+    put_square(m, p, ends, true, to);
+    kt_mjcf_put(to, " - ");
+    kt_mjcf_put_number(to, l->damping * l->step);
+    kt_mjcf_put(to, "*");
+    put_square(m, p, ends, true, to);
+    kt_mjcf_put(to, "^2/");
+    put_square(m, p, ends, false, to);
+}
+
+kt_effect *kt_elastic_add(kt_mjcf *m, const kt_flex *f, const kt_mjcf_formula *formula) {
+    const char *text = kt_mjcf_keep_formula(m, formula);
+    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, f->element, KT_EFFECT_EXPRESSION) : NULL;
+    if (effect != NULL)
+        effect->formula[0] = text;
+    else
+        kt_unknown_count(&m->forces, "elasticity of a flexcomp that is too long for a formula", f->element);
+    return effect;
+}
+
+static kt_end end_at_point(kt_mjcf *m, const kt_elastic *p, int point) {
+    kt_end end = kt_end_default();
+    if (p->body[point] >= 0) {
+        end.body = kt_mjcf_body_at(m, p->body[point])->name;
+        return end;
+    }
+    const int site = kt_names_find(&m->names, KT_MJCF_SITES, kt_flex_name_point(m, p->f, point, "__site"));
+    if (site >= 0) {
+        const kt_mjcf_site *s = kt_mjcf_site_at(m, site);
+        end.body = s->body > 0 ? kt_mjcf_body_at(m, s->body)->name : NULL;
+        end.at = s->pose.position;
+    }
+    return end;
+}
+
+/* ---- stretching -------------------------------------------------------------------------------------------------- */
+
+/* Adds the force in an edge, if its formula has a term, and empties the formula. */
+static void end_stretch(kt_mjcf *m, const kt_elastic *p, const int ends[2], kt_mjcf_formula *to) {
+    if (to->length > 0) {
+        kt_mjcf_put(to, ")");
+        kt_effect *effect = kt_elastic_add(m, p->f, to);
+        if (effect == NULL)
+            return;
+        effect->end_count = 2;
+        for (int i = 0; i < 2; i++)
+            effect->between[i] = end_at_point(m, p, ends[i]);
+    }
+    to->length = 0;
+}
+
+/* The force in an edge of an element. It is several effects if the formula is too long for one. */
+static void stretch_edge(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l, const int *v, int own,
+                         const double k[EDGES]) {
+    const int(*edges)[2] = elastic_edges[p->f->dim - 2];
+    const int ends[2] = {v[edges[own][0]], v[edges[own][1]]};
+    kt_mjcf_formula to = {.whole = true};
+    if (p->body[ends[0]] < 0 && p->body[ends[1]] < 0)
+        return;
+    for (int e = 0; e < (p->f->dim == 2 ? 3 : EDGES); e++) {
+        const int other[2] = {v[edges[e][0]], v[edges[e][1]]};
+        kt_mjcf_formula term = {.whole = true};
+        if (k[e] == 0.0 || (p->body[other[0]] < 0 && p->body[other[1]] < 0)) /* a constant length */
+            continue;
+        kt_mjcf_put_number(&term, k[e]);
+        kt_mjcf_put(&term, "*(");
+        put_strain(m, p, l, other, e == own, &term);
+        kt_mjcf_put(&term, ")");
+        if (to.length + term.length + 16 > KT_EXPRESSION_LENGTH_MAX)
+            end_stretch(m, p, ends, &to);
+        kt_mjcf_put(&to, to.length == 0 ? "-length*(" : " + ");
+        kt_mjcf_put(&to, term.text);
+        to.whole = to.whole && term.whole;
+    }
+    end_stretch(m, p, ends, &to);
+}
+
+static void stretch_flex(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l) {
+    const kt_flex *f = p->f;
+    for (int i = 0; i < f->element_count && !m->r->out_of_memory; i++) {
+        const int *v = f->elements + (size_t)i * (size_t)(f->dim + 1);
+        double k[EDGES][EDGES];
+        find_metric(f, l, v, k);
+        for (int e = 0; e < (f->dim == 2 ? 3 : EDGES); e++)
+            stretch_edge(m, p, l, v, e, k[e]);
+    }
+}
+
+/* ---- all --------------------------------------------------------------------------------------------------------- */
+
+static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f) {
+    int *body = kt_pool_take(&m->r->scratch, (size_t)f->count + 1, sizeof *body);
+    if (body == NULL)
+        (void)kt_reader_out_of_memory(m->r);
+    for (int i = 0; i < f->count && body != NULL; i++)
+        body[i] = f->points[i].is_pinned ? -1 : kt_names_find(&m->names, KT_MJCF_BODIES, f->points[i].name);
+    return body;
+}
+
+void kt_flex_add_elasticity(kt_mjcf *m) {
+    for (int i = 0; i < m->elastic_flexes.count && !m->r->out_of_memory; i++) {
+        const kt_flex *f = (const kt_flex *)m->elastic_flexes.items + i;
+        const kt_elastic points = {f, find_bodies_of_points(m, f)};
+        const kt_elasticity l = read_elasticity(m, f);
+        if (points.body == NULL)
+            return;
+        if (stretches(f, &l))
+            stretch_flex(m, &points, &l);
+        if (bends(f, &l))
+            kt_elastic_resist_bending(m, &points, &l);
+    }
+}
