@@ -10,8 +10,8 @@
  * it (half of it for some points), is
  *     f = -(k d r + b r' + r'') d / ((1 - d) A)
  * Here it is a spring and a damper, without r''. Steady loads have the same effect, and without loads a single edge
- * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. For elasticity (`young`) see
- * mjcf_flex_elastic.c. */
+ * oscillates faster by 1/sqrt(1 - d). d is that under an eighth of the weight of all points. For elasticity (`young`)
+ * see mjcf_flex_elastic.c. */
 #include "robot/mjcf_flex.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* Bending of surfaces of MJCF (<flexcomp> with elastic2d="bend" or "both").
  *
- * Two triangles with a common edge x_01 and the other corners x_2, x_3 have the energy 1/2 sum_ij b_ij x_i . x_j with
+ * Two triangles with a common edge x_01 and the other corners x_2, x_3 have the energy 1/2 sum_ij b_ij x_i . x_j,
  *     b = 3 mu t^3 cos(theta) / (24 A) c c'
- * Here c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles at rest,
+ * The vector c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles at rest,
  * and theta the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A surface that is
  * curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007). Damping is
  * c sum_j b_ij x_j'.
@@ -113,7 +113,7 @@ static bent_pair *list_pairs(kt_mjcf *m, const kt_flex *f, int *count) {
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
-static void push_slide(kt_mjcf *m, const kt_elastic *p, int point, int axis, const kt_mjcf_formula *formula) {
+static void push_coordinate(kt_mjcf *m, const kt_elastic *p, int point, int axis, const kt_mjcf_formula *formula) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, p->body[point]);
     kt_effect *effect = kt_elastic_add(m, p->f, formula);
     if (effect != NULL)
@@ -136,7 +136,7 @@ static void push_by_row(kt_mjcf *m, const kt_elastic *p, const bent_entry *row, 
             kt_mjcf_put_number(&to, constant);
         }
         if (variables > 0)
-            push_slide(m, p, row->row, axis, &to);
+            push_coordinate(m, p, row->row, axis, &to);
     }
 }
 
@@ -168,7 +168,7 @@ static void push_by_curvature(kt_mjcf *m, const kt_elastic *p, const bent_pair *
                 put_cross(m, p, pair->v, others[k - 1], axis, &to);
             }
             kt_mjcf_put(&to, ")");
-            push_slide(m, p, pair->v[i], axis, &to);
+            push_coordinate(m, p, pair->v[i], axis, &to);
         }
 }
 
