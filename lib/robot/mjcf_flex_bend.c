@@ -2,9 +2,9 @@
  *
  * Two triangles with a common edge x_01 and the other corners x_2, x_3 have the energy 1/2 sum_ij b_ij x_i . x_j,
  *     b = 3 mu t^3 cos(theta) / (24 A) c c'
- * The vector c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles at rest,
- * and theta the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A surface that is
- * curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007). Damping is
+ * The vector c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles at
+ * rest, and theta the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A surface
+ * that is curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007). Damping is
  * c sum_j b_ij x_j'.
  *
  * MuJoCo 3.14 computes b for the ends of the edge in the order of the first triangle, and uses it for the ends in the
@@ -113,7 +113,7 @@ static bent_pair *list_pairs(kt_mjcf *m, const kt_flex *f, int *count) {
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
-static void push_coordinate(kt_mjcf *m, const kt_elastic *p, int point, int axis, const kt_mjcf_formula *formula) {
+static void act_on_coordinate(kt_mjcf *m, const kt_elastic *p, int point, int axis, const kt_mjcf_formula *formula) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, p->body[point]);
     kt_effect *effect = kt_elastic_add(m, p->f, formula);
     if (effect != NULL)
@@ -121,7 +121,7 @@ static void push_coordinate(kt_mjcf *m, const kt_elastic *p, int point, int axis
 }
 
 /* The force in a slide by a part of a row, or the damping. */
-static void push_by_row(kt_mjcf *m, const kt_elastic *p, const bent_entry *row, int count, int axis, double damping) {
+static void act_by_row(kt_mjcf *m, const kt_elastic *p, const bent_entry *row, int count, int axis, double damping) {
     for (int first = 0; first < count; first += BENT_TERMS) {
         const int last = first + BENT_TERMS < count ? first + BENT_TERMS : count;
         kt_mjcf_formula to = {.whole = true};
@@ -136,7 +136,7 @@ static void push_by_row(kt_mjcf *m, const kt_elastic *p, const bent_entry *row, 
             kt_mjcf_put_number(&to, constant);
         }
         if (variables > 0)
-            push_coordinate(m, p, row->row, axis, &to);
+            act_on_coordinate(m, p, row->row, axis, &to);
     }
 }
 
@@ -154,7 +154,7 @@ static void put_cross(const kt_mjcf *m, const kt_elastic *p, const int *v, const
 }
 
 /* The forces of a pair that is curved at rest. */
-static void push_by_curvature(kt_mjcf *m, const kt_elastic *p, const bent_pair *pair) {
+static void act_by_curvature(kt_mjcf *m, const kt_elastic *p, const bent_pair *pair) {
     static const int others[3][2] = {{2, 3}, {3, 1}, {1, 2}};
     for (int i = 0; i < 4; i++)
         for (int axis = 0; axis < 3 && p->body[pair->v[i]] >= 0; axis++) {
@@ -168,7 +168,7 @@ static void push_by_curvature(kt_mjcf *m, const kt_elastic *p, const bent_pair *
                 put_cross(m, p, pair->v, others[k - 1], axis, &to);
             }
             kt_mjcf_put(&to, ")");
-            push_coordinate(m, p, pair->v[i], axis, &to);
+            act_on_coordinate(m, p, pair->v[i], axis, &to);
         }
 }
 
@@ -200,7 +200,7 @@ void kt_elastic_resist_bending(kt_mjcf *m, const kt_elastic *p, const kt_elastic
                 entries[entry_count++] = (bent_entry){pairs[n].v[i], pairs[n].v[k], pairs[n].b[i][k]};
         is_exchanged = is_exchanged || pairs[n].is_exchanged;
         if (pairs[n].curved != 0.0)
-            push_by_curvature(m, p, &pairs[n]);
+            act_by_curvature(m, p, &pairs[n]);
     }
     if (is_exchanged)
         kt_unknown_count(
@@ -213,9 +213,9 @@ void kt_elastic_resist_bending(kt_mjcf *m, const kt_elastic *p, const kt_elastic
         for (end = first + 1; end < entry_count && entries[end].row == entries[first].row; end++)
             continue;
         for (int axis = 0; axis < 3 && p->body[entries[first].row] >= 0; axis++) {
-            push_by_row(m, p, entries + first, end - first, axis, 0.0);
+            act_by_row(m, p, entries + first, end - first, axis, 0.0);
             if (l->damping != 0.0)
-                push_by_row(m, p, entries + first, end - first, axis, l->damping);
+                act_by_row(m, p, entries + first, end - first, axis, l->damping);
         }
     }
 }
