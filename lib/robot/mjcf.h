@@ -545,7 +545,9 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
 
 /* Whether a text that may be missing equals another. */
-static inline bool kt_mjcf_is_equal(const char *a, const char *b) { return a != NULL && strcmp(a, b) == 0; }
+static inline bool kt_mjcf_is_equal(const char *a, const char *b) {
+    return a != NULL && b != NULL && strcmp(a, b) == 0;
+}
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
 /* Whether a body is another one, or is carried by it. */

@@ -358,7 +358,7 @@ static const kt_known known[] = {
     {"mujoco", " model "},
     {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
                  "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
-                 "usethread discardvisual fusestatic alignfree "},
+                 "usethread discardvisual fusestatic alignfree fitaabb "},
     {"default", " class "},
     {"worldbody", " childclass "},
     {"body", " name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp user "},

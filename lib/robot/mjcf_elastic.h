@@ -5,7 +5,7 @@
 #include "robot/mjcf_flex.h"
 
 typedef struct kt_elasticity {
-    double young, poisson, thickness, damping, step;
+    double young, poisson, thickness, damping;
     int shell; /* none, bend, stretch, both */
 } kt_elasticity;
 

@@ -4,9 +4,10 @@
  *     E = 1/4 sum_ef k_ef (L_e^2 - l_e^2) (L_f^2 - l_f^2),   k_ef = mu tr(B_e B_f) + la tr B_e tr B_f,
  * with Lame's constants times the volume, and symmetric matrices B_e of the normals of the faces opposite to an edge.
  * It is that of Saint Venant and Kirchhoff. The force in edge e is a sum over all edges of the element,
- *     f_e = -L_e sum_f k_ef (L_f^2 - l_f^2 + c (2 L_f L_f' - h L_f'^2)),
- * with the damping c and the time step h: MuJoCo damps by the change of L_f^2 in the step before. Here the ends of edge
- * e have an `expression` for each element. The other lengths follow from the positions of the slides.
+ *     f_e = -L_e sum_f k_ef (L_f^2 - l_f^2 + 2 c L_f L_f'),
+ * with the damping c. MuJoCo damps by the change of L_f^2 in the step before, of which this is the limit for small steps.
+ * Here the ends of edge e have an `expression` for each element. The other lengths follow from the slides:
+ *     L_f^2 + 2 c L_f L_f' = sum over x, y, z of dx (dx + 2 c dx').
  *
  * Source: user_mesh.cc, engine_passive.c. */
 #include "robot/mjcf_elastic.h"
@@ -15,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ELEMENTS_MOST = 4000, EDGES = 6 };
+enum { ELEMENTS_MOST = 2000, EDGES = 6, FORMULA_MOST = 3000 /* so that it has room with longer numbers */ };
 
 /* The corners of the edges of a triangle and a tetrahedron. */
 static const int elastic_edges[2][EDGES][2] = {{{1, 2}, {2, 0}, {0, 1}},
@@ -23,8 +24,8 @@ static const int elastic_edges[2][EDGES][2] = {{{1, 2}, {2, 0}, {0, 1}},
 
 static kt_elasticity read_elasticity(kt_mjcf *m, const kt_flex *f) {
     static const char *const words[] = {"none", "bend", "stretch", "both", NULL};
-    const kt_element *e = kt_xml_child(f->element, "elasticity"), *root = kt_mjcf_document_at(m, 0)->root;
-    kt_elasticity l = {.step = 0.002};
+    const kt_element *e = kt_xml_child(f->element, "elasticity");
+    kt_elasticity l = {.young = 0.0};
     if (e == NULL)
         return l;
     l.young = kt_mjcf_number(m, e, NULL, "young", 0.0);
@@ -34,8 +35,6 @@ static kt_elasticity read_elasticity(kt_mjcf *m, const kt_flex *f) {
     l.shell = kt_mjcf_choice(m, e, NULL, "elastic2d", words, 0);
     if (!(l.poisson >= 0.0 && l.poisson < 0.5))
         (void)kt_mjcf_fault(m, e, "poisson: expected a number from 0 on, below 0.5");
-    for (e = kt_xml_child(root, "option"); e != NULL; e = kt_xml_next(e, "option"))
-        l.step = kt_mjcf_number(m, e, NULL, "timestep", l.step);
     return l;
 }
 
@@ -59,7 +58,7 @@ void kt_flex_keep_elastic(kt_mjcf *m, const kt_flex *f) {
         return;
     if (f->element_count > ELEMENTS_MOST) {
         kt_unknown_count(&m->changes,
-                         "elasticity of a flexcomp with more than 4000 elements, left out, so that nothing but edges "
+                         "elasticity of a flexcomp with more than 2000 elements, left out, so that nothing but edges "
                          "holds its points together; rigid=\"true\" fixes them",
                          f->element);
         return;
@@ -172,57 +171,46 @@ int kt_elastic_put_point(const kt_mjcf *m, const kt_elastic *p, int point, int a
 void kt_elastic_put_span(const kt_mjcf *m, const kt_elastic *p, const int ends[2], int axis, bool is_rate,
                          kt_mjcf_formula *to) {
     double constant = 0.0;
-    kt_mjcf_put(to, "(0");
-    (void)kt_elastic_put_point(m, p, ends[1], axis, is_rate, 1.0, &constant, to);
-    (void)kt_elastic_put_point(m, p, ends[0], axis, is_rate, -1.0, &constant, to);
-    if (!is_rate && constant != 0.0) {
-        kt_mjcf_put(to, constant < 0.0 ? " - " : " + ");
-        kt_mjcf_put_number(to, fabs(constant));
-    }
-    kt_mjcf_put(to, ")");
-}
-
-/* L^2, or L L'. */
-static void put_square(const kt_mjcf *m, const kt_elastic *p, const int ends[2], bool is_rate, kt_mjcf_formula *to) {
+    kt_mjcf_formula terms = {.whole = true};
+    (void)kt_elastic_put_point(m, p, ends[1], axis, is_rate, 1.0, &constant, &terms);
+    (void)kt_elastic_put_point(m, p, ends[0], axis, is_rate, -1.0, &constant, &terms);
     kt_mjcf_put(to, "(");
-    for (int axis = 0; axis < 3; axis++) {
-        kt_mjcf_put(to, axis > 0 ? " + " : "");
-        kt_elastic_put_span(m, p, ends, axis, false, to);
-        kt_mjcf_put(to, is_rate ? "*" : "^2");
-        if (is_rate)
-            kt_elastic_put_span(m, p, ends, axis, true, to);
-    }
+    kt_mjcf_put_number(to, is_rate ? 0.0 : constant);
+    kt_mjcf_put(to, terms.text);
     kt_mjcf_put(to, ")");
 }
 
-/* "L^2 - l^2 + c*(2*L*L' - h*L'^2)", of the edge in which the force acts by `length` and `speed`. */
+/* L^2 + 2 c L L' - l^2, of the edge in which the force acts by `length` and `speed`. */
 static void put_strain(const kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l, const int ends[2], bool is_own,
                        kt_mjcf_formula *to) {
     const kt_vec3 span = kt_elastic_span(p->f, ends[0], ends[1]);
-    if (is_own)
-        kt_mjcf_put(to, "length^2");
-    else
-        put_square(m, p, ends, false, to);
+    const bool is_damped = l->damping != 0.0;
+    for (int axis = 0; axis < (is_own ? 1 : 3); axis++) {
+        kt_mjcf_put(to, axis > 0 ? " + " : "");
+        if (is_own)
+            kt_mjcf_put(to, "length");
+        else
+            kt_elastic_put_span(m, p, ends, axis, false, to);
+        if (!is_damped) {
+            kt_mjcf_put(to, "^2");
+            continue;
+        }
+        kt_mjcf_put(to, "*(");
+        if (is_own)
+            kt_mjcf_put(to, "length");
+        else
+            kt_elastic_put_span(m, p, ends, axis, false, to);
+        kt_mjcf_put(to, " + ");
+        kt_mjcf_put_number(to, 2.0 * l->damping);
+        kt_mjcf_put(to, "*");
+        if (is_own)
+            kt_mjcf_put(to, "speed");
+        else
+            kt_elastic_put_span(m, p, ends, axis, true, to);
+        kt_mjcf_put(to, ")");
+    }
     kt_mjcf_put(to, " - ");
     kt_mjcf_put_number(to, kt_vec3_dot(span, span));
-    if (l->damping == 0.0)
-        return;
-    kt_mjcf_put(to, " + ");
-    kt_mjcf_put_number(to, 2.0 * l->damping);
-    if (is_own) {
-        kt_mjcf_put(to, "*length*speed - ");
-        kt_mjcf_put_number(to, l->damping * l->step);
-        kt_mjcf_put(to, "*speed^2");
-        return;
-    }
-    kt_mjcf_put(to, "*");
-    put_square(m, p, ends, true, to);
-    kt_mjcf_put(to, " - ");
-    kt_mjcf_put_number(to, l->damping * l->step);
-    kt_mjcf_put(to, "*");
-    put_square(m, p, ends, true, to);
-    kt_mjcf_put(to, "^2/");
-    put_square(m, p, ends, false, to);
 }
 
 kt_effect *kt_elastic_add(kt_mjcf *m, const kt_flex *f, const kt_mjcf_formula *formula) {
@@ -283,7 +271,7 @@ static void stretch_edge(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
         kt_mjcf_put(&term, "*(");
         put_strain(m, p, l, other, e == own, &term);
         kt_mjcf_put(&term, ")");
-        if (to.length + term.length + 16 > KT_EXPRESSION_LENGTH_MAX)
+        if (to.length + term.length > FORMULA_MOST)
             end_stretch(m, p, ends, &to);
         kt_mjcf_put(&to, to.length == 0 ? "-length*(" : " + ");
         kt_mjcf_put(&to, term.text);

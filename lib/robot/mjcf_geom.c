@@ -1,6 +1,7 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
 #include "algebra/principal.h"
 #include "robot/mjcf_axes.h"
+#include "robot/mjcf_make.h"
 #include "robot/mjcf_mesh.h"
 
 #include <float.h>
@@ -65,8 +66,8 @@ static void read_field_size(kt_mjcf *m, const kt_element *field_geom, double siz
     const char *name = kt_mjcf_text(m, field_geom, "geom", "hfield");
     double field[4];
     for (const kt_element *e = kt_mjcf_section(m, "asset", NULL); e != NULL; e = kt_mjcf_section(m, "asset", e)) {
-        if (strcmp(e->name, "hfield") != 0 || !kt_mjcf_is_equal(name, kt_xml_attribute(e, "name")) ||
-            kt_mjcf_numbers(m, e, NULL, "size", 4, 4, field) != 4)
+        const char *own = strcmp(e->name, "hfield") == 0 ? kt_mjcf_asset_name(m, e) : NULL;
+        if (!kt_mjcf_is_equal(name, own) || kt_mjcf_numbers(m, e, NULL, "size", 4, 4, field) != 4)
             continue;
         size[0] = field[0];
         size[1] = field[1];

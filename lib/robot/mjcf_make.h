@@ -18,6 +18,9 @@ const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
 /* The file that an element names, without the folder where the compiler strips paths; NULL: it names none. */
 const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e);
 
+/* The name of a mesh or a field of heights. Without one it has that of its file, without folder and ending. */
+const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e);
+
 /* The path of a file of a mesh; NULL after setting the error. */
 const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error);
 kt_status kt_mjcf_read_surface(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error);

@@ -210,8 +210,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     return status;
 }
 
-/* A mesh without a name has that of its file, without folder and ending. */
-static const char *mesh_name_of(kt_mjcf *m, const kt_element *e) {
+const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e) {
     const char *name = kt_xml_attribute(e, "name"), *file = kt_mjcf_file_of_mesh(m, e);
     if (name != NULL || file == NULL)
         return name;
@@ -225,7 +224,7 @@ static const char *mesh_name_of(kt_mjcf *m, const kt_element *e) {
 }
 
 static void add_mesh(kt_mjcf *m, const kt_element *e) {
-    const char *name = mesh_name_of(m, e);
+    const char *name = kt_mjcf_asset_name(m, e);
     if (name != NULL && kt_names_add(&m->names, KT_MJCF_MESHES, name, m->meshes.count) >= 0)
         (void)kt_mjcf_fault(m, e, "there is another mesh of this name; each needs one of its own");
     kt_mjcf_mesh *mesh = kt_list_add(m->r, &m->r->scratch, &m->meshes, sizeof *mesh);
@@ -242,7 +241,7 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 
 /* Adds the file of a mesh, or its name, to an error. */
 static void name_unread_mesh(kt_mjcf *m, const kt_element *e, kt_error *error) {
-    const char *file = kt_mjcf_file_of_mesh(m, e), *name = file != NULL ? file : mesh_name_of(m, e);
+    const char *file = kt_mjcf_file_of_mesh(m, e), *name = file != NULL ? file : kt_mjcf_asset_name(m, e);
     if (name != NULL)
         (void)snprintf(error->where, sizeof error->where, "%.150s", name);
 }

@@ -267,6 +267,26 @@ KT_TEST(vertices_beyond_single_precision_are_reported) {
     kt_scene_free(&scene);
 }
 
+/* A field of heights without a name has that of its file. It weighs as a box with a quarter of its heights. */
+KT_TEST(fields_of_heights_without_a_name_have_that_of_their_file) {
+    static const char *const names[] = {"a", "b"};
+    for (int i = 0; i < 2; i++) {
+        char text[400];
+        kt_scene scene;
+        (void)snprintf(
+            text, sizeof text,
+            "<mujoco><asset><hfield file='folder/a.png' size='1 2 .4 .2'/></asset><worldbody><body name='b'>"
+            "<joint/><geom size='.1' mass='1'/><geom type='hfield' hfield='%s'/></body></worldbody></mujoco>",
+            names[i]);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        const double mass = i == 0 ? 1.0 + 1000.0 * 8.0 * 1.0 * 2.0 * 0.2 : 1.0;
+        kt_check_near("mass", find_body(&scene, "b")->mass, mass, 1e-12 * mass);
+        kt_check_equal_int("missing", has_note(&scene, "(a field of heights without a size)"), i == 1);
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(meshes_of_plugins_are_warned_of_with_the_reason) {
     static const char text[] =
         "<mujoco><asset><mesh name='t'><plugin plugin='mujoco.sdf.torus'/></mesh></asset><worldbody><body name='b'>"

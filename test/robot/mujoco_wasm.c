@@ -297,7 +297,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/elastic.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/elastic_damped.xml", 1e-13, NULL, false, false},
+        {MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
