@@ -372,6 +372,9 @@ static const kt_known known[] = {
     {"flexcomp",
      " name type dim dof count cellcount spacing point element file origin scale mass inertiabox radius rigid "
      "pos quat axisangle xyaxes zaxis euler "},
+    {"elasticity", " young poisson thickness damping elastic2d "},
+    {"edge", " stiffness damping equality solref solimp "},
+    {"pin", " id range grid gridrange "},
     {"composite", " type prefix count offset quat curve size vertex initial "},
     {KT_MJCF_ELASTICITY, " instance twist bend flat "},
     {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
@@ -397,6 +400,7 @@ static const kt_known known[] = {
     {"general", " name class " LINE " "
                 "gaintype biastype dyntype gainprm biasprm dynprm actdim actrange actlimited user "},
     {"muscle", " name class " LINE " timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax user "},
+    {"pair", " class condim friction gap margin solimp solref solreffriction "},
     {"attach", " model body prefix "},
     {"model", " name file content_type "},
     {"actuator", " "},
