@@ -1,6 +1,7 @@
 /* The archive of an FMU (archive.h), read by minizip. Names that lead out of the folder are rejected. */
 #include "fmu/archive.h"
 #include "base/text.h"
+#include "command.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -1,5 +1,6 @@
 /* Reads the description of an FMU (description.h). */
 #include "fmu/description.h"
+#include "command.h"
 
 #include "fmu/archive.h"
 

@@ -2,6 +2,7 @@
  * columns that records of its model may have, recorded or not. Only the columns that formulas read are computed.
  */
 #include "records/columns.h"
+#include "command.h"
 
 #include "records/quantities.h"
 
