@@ -142,6 +142,7 @@ typedef struct kt_pen {
     double x[PENDING_MAX], y[PENDING_MAX]; /* the last point drawn, then those after it */
     int count;                             /* 0: the pen is up */
     bool is_point;                         /* no line leads to the last point drawn */
+    bool has_dots;                         /* such points are visible */
 } kt_pen;
 
 static double distance_to_chord(double x, double y, double x0, double y0, double x1, double y1) {
@@ -179,10 +180,11 @@ static void pen_to(kt_pen *pen, double x, double y) {
     pen->y[pen->count++] = y;
 }
 
-/* A point without neighbours, such as the only record, is drawn as a dot. */
+/* A point without neighbours, such as the only record, is drawn as a dot. Pictures of other values have such points to
+ * widen the axes. */
 static void pen_up(kt_pen *pen) {
     pen_draw(pen);
-    if (pen->count > 0 && pen->is_point) {
+    if (pen->count > 0 && pen->is_point && pen->has_dots) {
         cairo_new_sub_path(pen->c);
         cairo_arc(pen->c, pen->x[0], pen->y[0], 1.0, 0.0, 4.0 * acos(0.0));
         cairo_close_path(pen->c);
@@ -217,7 +219,7 @@ static bool is_on_paper(const kt_plot_frame *f, const kt_plot_series *series, si
 /* In a dense series, whose x is rising, the points are grouped into columns of 1 pt; any other series is drawn point by
  * point. */
 static void trace_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series) {
-    kt_pen pen = {.c = c};
+    kt_pen pen = {.c = c, .has_dots = series->is_dense};
     for (size_t i = 0; i < series->count;) {
         size_t end = i + 1;
         if (!is_on_paper(f, series, i)) {

@@ -48,7 +48,8 @@ typedef struct kt_plot_series {
     bool hollow;       /* marks */
     bool is_halo;      /* a broad faint line behind all others */
     bool is_scattered; /* marks alone, without lines */
-    bool is_dense;     /* x is rising and there may be more points than pixels: draw only visible ones */
+    bool is_dense;     /* x is rising and there may be more points than pixels: draw only visible ones. Points between
+                          gaps are dots */
 } kt_plot_series;
 
 /* Rectangles of a map, coloured by a value. */
