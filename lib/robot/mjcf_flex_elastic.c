@@ -5,7 +5,7 @@
  * with Lame's constants times the volume, and symmetric matrices B_e of the normals of the faces opposite to an edge.
  * It is that of Saint Venant and Kirchhoff. The force in edge e is a sum over all edges of the element,
  *     f_e = -L_e sum_f k_ef (L_f^2 - l_f^2 + 2 c L_f L_f'),
- * with the damping c. MuJoCo damps by the change of L_f^2 in the step before, of which this is the limit for small steps.
+ * with the damping c. MuJoCo damps by the change of L_f^2 in the step before. This is its limit for small steps.
  * Here the ends of edge e have an `expression` for each element. The other lengths follow from the slides:
  *     L_f^2 + 2 c L_f L_f' = sum over x, y, z of dx (dx + 2 c dx').
  *
