@@ -4,8 +4,8 @@
  *     b = 3 mu t^3 cos(theta) / (24 A) c c'
  * The vector c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles
  * at rest, and theta the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A
- * surface that is curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007). Damping is
- * c sum_j b_ij x_j'.
+ * surface that is curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007).
+ * Damping is c sum_j b_ij x_j'.
  *
  * MuJoCo 3.14 computes b for the ends of the edge in the order of the first triangle, and uses it for the ends in the
  * order of their numbers. If the order differs and the ends are not alike, forces act at rest there. Here they do
