@@ -64,10 +64,14 @@ const kt_subcommand *kt_subcommand_find(const char *name);
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 void kt_say_error(const kt_error *error);
 
-/* Report that there is not enough memory: the first function prints it, with the name of the result that is not made
- * unless that is NULL, and returns the exit status. */
+/* Prints that there is not enough memory, with the name of the result that is not made unless that is NULL. Returns the
+ * exit status. */
 int kt_say_no_memory(const char *what);
-kt_status kt_reject_memory(kt_error *error);
+
+/* Sets an error of the same text. It is in the header, since the binary of FMUs prints nothing. */
+static inline kt_status kt_reject_memory(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+}
 
 /* A name for display: characters that a terminal would obey are escaped (base/escape.h), and a long name is
  * truncated. */

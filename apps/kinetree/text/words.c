@@ -27,10 +27,6 @@ int kt_say_no_memory(const char *what) {
     return KT_EXIT_INTEGRATION;
 }
 
-kt_status kt_reject_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
-
 kt_shown kt_show(const char *name) {
     kt_shown shown = {""};
     if (kt_text_escape(name, shown.text, sizeof shown.text) >= sizeof shown.text) {
