@@ -1,8 +1,9 @@
 /* Declarations that the files of this folder share.
  *
  *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
- *     step.c         one accepted step, for any family of methods: slopes evaluated and checked, norms, errors
+ *     step.c         one accepted step, for any family of methods
  *     control.c      the step size
+ *     try.c          functions of every family for a tried step: slopes evaluated and checked, norms, errors
  *
  *     list.c         the list of methods
  *     method.c       the properties of a method that its family determines
