@@ -69,21 +69,26 @@ static inline size_t kt_half_count(size_t m, size_t s) {
     return 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
 }
 
-/* Finds a group's matrices in the data. Inlined, since few of them are used in a place. */
-KT_INLINE kt_group_work kt_group_matrices(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
-    kt_group_work w;
+/* Finds a group's matrices in the data. Inlined, since few of them are used in a place. The first function saves a
+ * copy where other functions receive the address. */
+KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
     const kt_group *group = &model->group[g];
     kt_real1 *base = data->dense + group->dense;
     const size_t *at = group->at;
-    w.m = group->v_count;
-    w.k = group->count[rows];
-    w.pivot = data->pivot + group->row;
-    w.weight = group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
-    w.least = group->least[rows];
-    w.tolerance = group->tolerance[rows];
-#define KT_GROUP_FIND(name, count, meaning) w.name = base + *at++;
+    w->m = group->v_count;
+    w->k = group->count[rows];
+    w->pivot = data->pivot + group->row;
+    w->weight =
+        group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+    w->least = group->least[rows];
+    w->tolerance = group->tolerance[rows];
+#define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
     KT_GROUP_FIELDS(KT_GROUP_FIND)
 #undef KT_GROUP_FIND
+}
+KT_INLINE kt_group_work kt_group_matrices(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
     return w;
 }
 

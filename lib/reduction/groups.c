@@ -15,7 +15,8 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
-    kt_group_work w = kt_group_matrices(model, data, g, rows);
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
     int rank = kind->factor(&w, group->rank[rows]);
     data->factored[g] = rows;
     data->last[g] = rank > 0 ? kind->size(&w, rank - 1) : 0.0;

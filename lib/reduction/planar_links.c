@@ -174,16 +174,16 @@ static size_t solve_planar_delassus(const closure *c, const kt_plane *plane) {
     return model->n.group;
 }
 
-/* Eliminates the group of a link in the backward pass. On the ground this gives its accelerations. */
+/* Eliminates the group of a link in the backward pass, in any form but that of one pin. On the ground this gives its
+ * accelerations. */
 static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
     const size_t g = (size_t)link->group;
     const kt_group *group = &model->group[g];
     const int32_t top = link->parent;
-    if (c->v && group->form == KT_FORM_PIN)
-        return eliminate_pin(model, data, link->group, top, c->gravity, c->v, tau, c->a);
-    const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
+    kt_group_work w;
+    kt_group_find(model, data, g, data->factored[g], &w);
     kt_planar_group_bias(model, data, group, top, kt_const_real1(-c->gravity[0]), kt_const_real1(-c->gravity[1]));
 #ifndef KT_LANES
     if (data->special_form[g])
@@ -225,8 +225,13 @@ KT_INLINE kt_elimination eliminate_by(const kt_planar_link *link, const kt_plana
         return joint(link, m, tau, x, response, c->data);
     }
     c->data->planar_inertia[link - c->model->planar] = kt_planar_unload(x);
-    return link->first_of_group && kt_is_rejected(c->data, eliminate_group(c, link, tau)) ? KT_ELIMINATION_SINGULAR
-                                                                                          : KT_ELIMINATION_ENDED;
+    if (!link->first_of_group)
+        return KT_ELIMINATION_ENDED;
+    const bool pin = c->v && c->model->group[link->group].form == KT_FORM_PIN;
+    const kt_condition regular =
+        pin ? eliminate_pin(c->model, c->data, link->group, link->parent, c->gravity, c->v, tau, c->a)
+            : eliminate_group(c, link, tau);
+    return kt_is_rejected(c->data, regular) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_ENDED;
 }
 
 KT_INLINE kt_elimination eliminate(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
