@@ -195,6 +195,10 @@ void kt_elastic_resist_bending(kt_mjcf *m, const kt_elastic *p, const kt_elastic
     }
     for (int n = 0; n < count; n++) {
         find_bending(p->f, l, &pairs[n]);
+        if (!isfinite(pairs[n].b[0][0])) {
+            (void)kt_mjcf_fault(m, p->f->element, KT_ELASTIC_FLAT);
+            return;
+        }
         for (int i = 0; i < 4; i++)
             for (int k = 0; k < 4; k++)
                 entries[entry_count++] = (bent_entry){pairs[n].v[i], pairs[n].v[k], pairs[n].b[i][k]};

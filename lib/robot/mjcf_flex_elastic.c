@@ -286,6 +286,10 @@ static void stretch_flex(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
         const int *v = f->elements + (size_t)i * (size_t)(f->dim + 1);
         double k[EDGES][EDGES];
         find_metric(f, l, v, k);
+        if (!isfinite(k[0][0])) {
+            (void)kt_mjcf_fault(m, f->element, KT_ELASTIC_FLAT);
+            return;
+        }
         for (int e = 0; e < (f->dim == 2 ? 3 : EDGES); e++)
             stretch_edge(m, p, l, v, e, k[e]);
     }
