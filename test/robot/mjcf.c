@@ -274,7 +274,7 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
         "damping='2'/>" BALL "<geom type='mesh' mesh='lost'/><composite/></body><body name='b'><joint name='k'/>" BALL
         "<geom size='.1' fluidshape='ellipsoid'/></body></worldbody><actuator><motor joint='j' delay='1'/></actuator>"
         "<equality><joint joint1='j' joint2='k'/></equality></mujoco>";
-    static const char *const expected[] = {"give a replicate for points: 1", "of 1 body (a); --mass",
+    static const char *const expected[] = {"give a replicate for points: 1", "is missing in 1 body (a), since",
                                            "wind, so that the medium is at rest: 1", "on which no medium acts: 1"};
     kt_scene scene;
     int warnings = 0;

@@ -315,6 +315,12 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
     kt_check_worst(&axes);
 }
 
+/* Vertices in MJCF are single-precision numbers. gcc 12 may leave out a conversion of variables that are not volatile. */
+static double rounded_to_single(double x) {
+    volatile float single = (float)x;
+    return (double)single;
+}
+
 /* A prism on its sole: a polygon with `corners` at a radius of 0.1 m in a plane, above whose edges it is wider by the
  * bevel. Its first `corners` vertices are those of the sole. All are rotated; returns their number. */
 static int make_beveled_foot(int corners, double stretch, const double rotation[4], kt_vec3 vertices[3 * 7]) {
@@ -322,7 +328,9 @@ static int make_beveled_foot(int corners, double stretch, const double rotation[
     for (int i = 0; i < 3 * corners; i++) {
         const int ring = i / corners;
         const double angle = 2.0 * 3.14159265358979323846 * (i % corners + 0.5) / corners, r = ring == 0 ? 0.1 : 0.11;
-        vertices[i] = kt_mat3_apply(turned, kt_vec3_make(stretch * r * cos(angle), r * sin(angle), 0.02 * ring * ring));
+        const kt_vec3 x =
+            kt_mat3_apply(turned, kt_vec3_make(stretch * r * cos(angle), r * sin(angle), 0.02 * ring * ring));
+        vertices[i] = kt_vec3_make(rounded_to_single(x.x), rounded_to_single(x.y), rounded_to_single(x.z));
     }
     return 3 * corners;
 }
