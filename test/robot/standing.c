@@ -315,7 +315,8 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
     kt_check_worst(&axes);
 }
 
-/* Vertices in MJCF are single-precision numbers. gcc 12 may leave out a conversion of variables that are not volatile. */
+/* Vertices in MJCF are single-precision numbers. gcc 12 may leave out conversions of variables that are not
+ * volatile. */
 static double rounded_to_single(double x) {
     volatile float single = (float)x;
     return (double)single;
