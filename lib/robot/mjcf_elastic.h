@@ -17,6 +17,8 @@ typedef struct kt_elastic {
 
 #define KT_ELASTIC_FLAT "an element without area or volume has no elasticity; remove it, or its <elasticity>"
 
+/* ---- mjcf_flex_point.c ------------------------------------------------------------------------------------------- */
+
 /* The vector between two points at rest. */
 kt_vec3 kt_elastic_span(const kt_flex *f, int from, int to);
 

@@ -79,12 +79,6 @@ static void place_flex(kt_mjcf *m, kt_flex *f) {
     }
 }
 
-const char *kt_flex_name_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix) {
-    char text[48];
-    (void)snprintf(text, sizeof text, "_%d%s", i, suffix);
-    return kt_mjcf_join(m, f->element, f->name, text);
-}
-
 /* Gives the points their names, masses and pins. */
 static bool name_flex_points(kt_mjcf *m, kt_flex *f, const bool *pinned) {
     const double mass = kt_mjcf_number(m, f->element, NULL, "mass", 1.0) / f->count;

@@ -44,6 +44,8 @@ bool kt_flex_take(kt_mjcf *m, kt_flex *f, double points, double elements);
 void kt_flex_add_point(kt_flex *f, double x, double y, double z);
 void kt_flex_add_element(kt_flex *f, const int *points);
 
+/* ---- mjcf_flex_point.c ------------------------------------------------------------------------------------------- */
+
 /* "NAME_3", and "NAME_3__site" of its site. */
 const char *kt_flex_name_point(kt_mjcf *m, const kt_flex *f, int i, const char *suffix);
 
