@@ -218,6 +218,7 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
     cone->symmetric = problem->symmetric;
     cone->has_least = cone->has_limit = false;
     cone->newton = 0;
+    cone->gain = problem->gain;
     for (int i = 0; i < problem->n; i++) {
         double most = 0.0;
         for (int k = 0; k < 3; k++)

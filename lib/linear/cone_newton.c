@@ -69,16 +69,18 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
 }
 
 double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
-    double most = 0.0, size = 0.0;
+    double most = 0.0, impulse = 0.0, rate = 0.0;
     find_rates(cone, of, x, cone->u);
     (void)find_function(cone, x, cone->u, cone->f);
     for (int r = 0; r < 3 * cone->n; r++) {
         if (!isfinite(x[r]) || !isfinite(cone->u[r]) || !isfinite(cone->f[r])) /* fmax leaves NaN out */
             return (double)INFINITY;
         most = fmax(most, fabs(cone->f[r]));
-        size = fmax(size, fmax(fabs(x[r]), fabs(of->b[r])));
+        impulse = fmax(impulse, fabs(x[r]));
+        rate = fmax(rate, fabs(of->b[r]));
     }
-    return size > 0.0 ? most / size : 0.0;
+    const double size = fmax(rate, cone->gain > 0.0 ? fmin(impulse, cone->gain * rate) : impulse);
+    return most > 0.0 ? most / size : 0.0;
 }
 
 /* ---- linear equations -------------------------------------------------------------------------------------------- */
