@@ -13,22 +13,34 @@
  *
  *     0 <= p_n  complementary to  u_n+ - r >= 0,    |p_t| <= mu p_n,    |u_t+| p_t = -mu p_n u_t+
  *     r = -e u_n-                              if it bounces, |u_n-| > max(rest velocity, u_n- - uf_n)
- *     r = -g(qm) / h, at most max(-u_n-, 0, min(d / h, u_n- - uf_n))    otherwise
+ *     r = -g(qm) / h, at most c + min(d / h, u_n- - uf_n)      otherwise
+ *     c = max(-u_n-, 0), and at most 2 h b'' for a closed contact
  *
  * A bounce that is shorter than about a step does not exist: the second speed is that of free fall during h. The bound
  * -g / h lets a contact close without penetration, since the middles of two steps are h v+ apart. For the same reason,
- * contacts with g(qm) + h u_n+ < 0 take part. A closed contact with a curved gap has u_n+ = -u_n-, as in the method
- * SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (linear/cone.h). Without a solution of the cone
- * solver, its best impulses are taken and counted.
+ * contacts with g(qm) + h u_n+ < 0 take part. A closed contact with a curved gap has u_n+ = -u_n- = h b'' / 2, as in
+ * the method SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (linear/cone.h). Without a solution of
+ * the cone solver, its best impulses are taken and counted.
  *
- * Depths up to d, 1e-13 of the mechanism's length, are removed within a step, but no faster than free fall takes the
- * speed back. If they were left, bounds of the corners of a rigid face would disagree by rounding, and no motion would
- * close all corners. Rounding would then decide how the corners share the load, and so their friction.
+ * Depths that the bound does not remove are those of the start, of the cone solver's residual, or of bounces that
+ * others prevent. The middle is moved out of these contacts, by the least displacement in the mass metric:
  *
- * Depths that the bound does not remove are those of the start, or of bounces that others prevent. The middle is moved
- * out of these contacts before the step continues, by the least displacement in the mass metric:
+ *     qm <- qm (+) M^-1 J' m,    0 <= m  complementary to  g(qm) + h max(r, 0) + J M^-1 J' m >= 0
  *
- *     qm <- qm (+) M^-1 J' m,    0 <= m  complementary to  g(qm) + h r + J M^-1 J' m >= 0
+ * Gaps and bounds are those behind this displacement. If bounces are reduced, a second displacement ends the step.
+ *
+ * Redundant contacts. Four corners of a rigid face share a load in many ways, and friction of corners that differ
+ * depends on the shares. Let p be redundant impulses, J'p = 0. Newton's method with the damping delta
+ * (linear/cone_newton.c) moves the impulses along p by about p . r / delta, until a corner has no load. Gaps of one
+ * rigid face have p . g = 0. So all bounds must be r = -g / h to rounding. A contact whose depth is left would have r =
+ * 0 instead, and the residual of the cone solver, 1e-7 g h, leaves a depth of 1e-7 g h^2. Hence depths are moved out
+ * before the bounds are known, and depths up to the rounding d of a gap are removed within the step.
+ *
+ * Friction that sticks in a heap is redundant, too, but the gaps of its contacts are independent. Then bounds that
+ * part, r > 0, may have no solution: a sphere between two walls cannot leave both. Others, r < 0, have solutions in
+ * which contacts slip or open by rounding. So a closed contact does not return the speed of its approach, unless its
+ * gap is curved. A gap counts as zero while both bodies are at rest, if the residual of the cone solver explains the
+ * gap. All contacts then stick with r = 0, and the impulses of the last step solve the next one.
  *
  * The impulses of a step dissipate -p . (u- + u+) / 2. If restitution makes this negative, it is halved, as for events
  * (contact/impact.c); the rest is counted. A displacement lifts weights: its energy is of the order of the depth.
@@ -145,10 +157,12 @@ static void move_states(const kt_simulation *simulation, double h, const double 
 }
 
 /* The impulses, from the velocities without them in m->y. */
-static kt_status add_impulses(kt_simulation *simulation, double h, const double *v, kt_error *error) {
+static kt_status add_impulses(kt_simulation *simulation, double h, const double *v, bool again, kt_error *error) {
     bool any = false;
     kt_moreau_take_free(simulation, h);
     kt_status status = kt_moreau_add_closing(simulation, h, v, &any, error);
+    if (status == KT_OK && !again && kt_moreau_correct(simulation, h, true))
+        kt_moreau_renew_laws(simulation, h);
     any = simulation->moreau->count > 0;
     for (int round = 0; status == KT_OK && any && round < ROUNDS; round++) {
         status = kt_moreau_solve(simulation, error);
@@ -171,7 +185,7 @@ static kt_status take_pass(kt_simulation *simulation, double t, double h, const 
         move_states(simulation, again ? h : 0.5 * h, y);
     if (status == KT_OK && !again)
         status = kt_moreau_begin(simulation, t, h, v, error);
-    return status == KT_OK ? add_impulses(simulation, h, v, error) : status;
+    return status == KT_OK ? add_impulses(simulation, h, v, again, error) : status;
 }
 
 /* The energy that viscous parts of dry friction dissipate in the step. */
@@ -253,7 +267,7 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
         status = take_pass(simulation, middle, h, y, true, balanced ? &power : NULL, error);
     if (status != KT_OK)
         return status;
-    kt_moreau_correct(simulation, h);
+    (void)kt_moreau_correct(simulation, h, false);
     kt_copy(next, m->y, n * sizeof *y);
     kt_copy(next + nq, m->after, nv * sizeof *y);
     if (balanced)

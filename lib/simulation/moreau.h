@@ -99,8 +99,8 @@ static inline double kt_moreau_rate(const struct kt_contacts *c, int k, int comp
 double kt_moreau_right(const struct kt_contacts *c, int k, int component);
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
-/* Gaps down to minus this number are rounding. */
-static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-13 * fmax(1.0, c->all->length); }
+/* Gaps down to minus this number are rounding of positions. */
+static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-15 * fmax(1.0, c->all->length); }
 /* The entry of W in rows i and k of the selected island. */
 static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) {
     const int stride = c->selected->stored;
@@ -122,13 +122,17 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
  *
  * kt_moreau_solve computes the impulses, and m->after with them.
  *
- * kt_moreau_correct moves the middle out of contacts. */
+ * kt_moreau_correct moves the middle out of contacts, and updates their gaps. It returns whether it did. begins:
+ * impulses of the step are not known yet.
+ *
+ * kt_moreau_renew_laws updates bounds behind a displacement. */
 KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error);
 void kt_moreau_take_free(kt_simulation *simulation, double h);
 KT_CHECKED kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any,
                                            kt_error *error);
 KT_CHECKED kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error);
-void kt_moreau_correct(kt_simulation *simulation, double h);
+bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
+void kt_moreau_renew_laws(kt_simulation *simulation, double h);
 
 /* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
  * data belong to the model in which all contacts are closed. */

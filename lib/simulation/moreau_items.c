@@ -9,6 +9,9 @@
 
 #include <math.h>
 
+/* Rates up to this part of their change in a step are residuals of the cone solver: ten times that at which it ends. */
+static const double settled = 1e-6;
+
 double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
 }
@@ -101,22 +104,25 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     return i;
 }
 
-/* Depths up to this one are removed within a step (moreau.c). */
-static double shallow_depth(const kt_simulation *simulation) {
-    static const double shallow = 1e-13; /* of the mechanism's length, or of 1 m or rad */
-    return shallow * fmax(1.0, simulation->contacts->all->length);
+/* The largest rate at which a contact parts behind its approach, so that its depth in the middle is removed. A closed
+ * contact follows a curved gap: the direction of its normal turns, and its rate changes by h b'' in a step. */
+static double following_rate_of(const kt_simulation *simulation, int k, double h, double begin) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double turn = h * c->item[k].sign * c->drift[kt_contact_row(c->all, &c->item[k])];
+    return fmax(simulation->contact_state[k].closed != 0 ? fmin(-begin, 2.0 * turn) : -begin, 0.0);
 }
 
 /* The law of a contact: whether it bounces, and the least rate at the end otherwise. */
 static void set_law(const kt_simulation *simulation, int i, double h) {
+    const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const int k = m->item[i];
-    const kt_loop_record *loop = &simulation->model->loop[simulation->contacts->item[k].loop];
+    const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
     const double begin = m->begin[m->first[i]], fall = begin - m->free[m->first[i]];
+    const double rounding = fmin(kt_moreau_tolerance(c) / h, fall);
     const bool bounces = loop->restitution > 0.0 && -begin > fmax(loop->rest_velocity, fall);
     m->e[i] = bounces ? loop->restitution : 0.0;
-    m->bound[i] =
-        fmin(-simulation->contacts->gap[k] / h, fmax(fmax(-begin, 0.0), fmin(shallow_depth(simulation) / h, fall)));
+    m->bound[i] = fmin(-c->gap[k] / h, fmax(following_rate_of(simulation, k, h, begin), rounding));
 }
 
 /* The dry force of a joint that slips at the rate v: that of its effect, without the viscous part. */
@@ -293,6 +299,32 @@ static double depth_of(const struct kt_contacts *c) {
     return most;
 }
 
+/* The largest change of a rate of both bodies of a contact without impulses, m/s or rad/s, if they are at rest at the
+ * beginning; 0 if they move. */
+static double change_at_rest(const kt_simulation *simulation, int k, const double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *free = simulation->moreau->y + simulation->size.nq;
+    double rate = 0.0, change = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const kt_link *link = &c->all->link[c->all->loop[c->item[k].loop].link[end]];
+        for (int j = link->v, last = j + kt_link_dofs(link); j < last; j++) {
+            rate = fmax(rate, fabs(v[j]));
+            change = fmax(change, fabs(free[j] - v[j]));
+        }
+    }
+    return rate <= settled * change ? change : 0.0;
+}
+
+/* Sets gaps of closed contacts to zero that the cone solver's residual explains, if their bodies are at rest. All
+ * contacts of two bodies rest, or none. */
+static void settle_gaps(const kt_simulation *simulation, double h, const double *v) {
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->sides; k++)
+        if (simulation->contact_state[k].closed != 0 &&
+            fabs(c->gap[k]) <= h * settled * change_at_rest(simulation, k, v))
+            c->gap[k] = 0.0;
+}
+
 kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -300,11 +332,17 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const d
     if (status != KT_OK)
         return status;
     m->counts.penetration = depth_of(c);
+    settle_gaps(simulation, h, v);
     m->has_inverse = false;
     m->t = t;
     clear_items(simulation);
     add_dry_friction(simulation, h, v);
     return m->dry > 0 ? respond_to_rows(simulation, error) : KT_OK;
+}
+
+void kt_moreau_renew_laws(kt_simulation *simulation, double h) {
+    for (int i = simulation->moreau->dry; i < simulation->moreau->count; i++)
+        set_law(simulation, i, h);
 }
 
 void kt_moreau_take_free(kt_simulation *simulation, double h) {
@@ -320,8 +358,7 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     for (int i = 0; i < m->count; i++)
         for (int r = m->first[i], end = r + kt_moreau_rows(m, i); r < end; r++)
             m->free[r] = kt_moreau_rate(c, c->rows[r], c->components[r], free);
-    for (int i = m->dry; i < m->count; i++)
-        set_law(simulation, i, h);
+    kt_moreau_renew_laws(simulation, h);
     for (int i = 0; i < c->islands; i++)
         m->island[i].known = m->island[i].count == 0 ? 0 : -1;
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);

@@ -9,6 +9,9 @@
 
 /* The cone solver ends at this residual. */
 static const double enough = 1e-7;
+/* Impulses above this multiple of those that stop the free motion do not enlarge this residual. A sphere between two
+ * walls can be wedged with any force: with enough of it, all other rates would be rounding. */
+static const double gain = 100.0;
 enum { HALVINGS = 10 };
 
 /* The rows of an item in the problem for the cone solver: all, or the normal row alone. */
@@ -73,7 +76,8 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
                                      .mu = normal ? m->none : m->coefficient,
                                      .limit = normal ? NULL : m->limits,
                                      .symmetric = true,
-                                     .enough = enough};
+                                     .enough = enough,
+                                     .gain = gain};
     const kt_cone_result result = kt_cone_solve(m->cone, &problem, p);
     m->counts.newton += (uint64_t)result.newton;
     return result;
@@ -193,20 +197,37 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
 
 /* ---- penetration ------------------------------------------------------------------------------------------------- */
 
-/* Adds the displacement of the selected island to m->change. Returns whether there is one. */
-static bool correct_island(kt_simulation *simulation, const kt_moreau_island *island, double h) {
+/* Bounds that remove a depth leave at most this part of kt_moreau_tolerance. */
+static const double removed = 1e-3;
+
+/* Chooses the contacts of an island, and sets the gaps that their bounds leave. Before the impulses are known
+ * (`begins`), a displacement may close gaps. Returns the number of contacts; 0 if none of them stays deep. */
+static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
+    bool any = false;
     int count = 0;
-    for (int i = island->first; i >= 0; i = m->next[i])
-        if (i >= m->dry && c->gap[m->item[i]] + h * bound_of(m, i) < -kt_moreau_tolerance(c))
-            m->chosen[count++] = i;
+    for (int i = island->first; i >= 0; i = m->next[i]) {
+        if (i < m->dry)
+            continue;
+        const double rate = begins ? fmax(bound_of(m, i), 0.0) : bound_of(m, i);
+        const double gap = c->gap[m->item[i]] + h * rate;
+        any = any || gap < -removed * kt_moreau_tolerance(c);
+        m->b[3 * count] = gap;
+        m->b[3 * count + 1] = m->b[3 * count + 2] = 0.0;
+        m->chosen[count++] = i;
+    }
+    return any ? count : 0;
+}
+
+/* Adds the displacement of the selected island to m->change. Returns whether there is one. */
+static bool correct_island(kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const int count = choose_deep(simulation, island, h, begins);
     if (count == 0)
         return false;
-    kt_clear(m->b, 3 * (size_t)count * sizeof *m->b);
     kt_clear(m->impulse, 3 * (size_t)count * sizeof *m->impulse);
-    for (int j = 0; j < count; j++)
-        m->b[3 * j] = c->gap[m->item[m->chosen[j]]] + h * bound_of(m, m->chosen[j]);
     (void)solve_cones(simulation, count, true, m->impulse);
     clear_island(c, m->change);
     for (int j = 0; j < count; j++)
@@ -214,17 +235,20 @@ static bool correct_island(kt_simulation *simulation, const kt_moreau_island *is
     return true;
 }
 
-void kt_moreau_correct(kt_simulation *simulation, double h) {
+bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     bool any = false;
     kt_clear(m->change, simulation->size.nv * sizeof *m->change);
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
-        any = correct_island(simulation, &m->island[k], h) || any;
+        any = correct_island(simulation, &m->island[k], h, begins) || any;
     }
     if (!any)
-        return;
+        return false;
     kt_copy(m->position, m->y, simulation->size.nq * sizeof *m->y);
     kt_position_add(simulation->model, m->position, m->change, m->y);
+    for (int k = 0; k < c->sides; k++)
+        c->gap[k] += kt_moreau_rate(c, k, 0, m->change) + c->item[k].sign * kt_moreau_right(c, k, 0);
+    return true;
 }

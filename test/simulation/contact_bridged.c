@@ -260,8 +260,7 @@ static void compare_with_whole(const char *method, bool rough, bool linked, doub
     check_comparison(&c, scenes_to_bridge() * PARTS / 2, bound);
 }
 
-static void compare_with_alone(const char *method, double bound) {
-    kt_random random = kt_random_of_test();
+static void compare_with_alone(const char *method, kt_random random, double bound) {
     comparison c = {.most = 0.0};
     for (int k = 0; k < scenes_to_bridge(); k++) {
         static masks_scene s, one;
@@ -287,12 +286,20 @@ static void compare_with_alone(const char *method, double bound) {
 
 /* Errors of instants grow from bounce to bounce. Measured: 9e-11, and 7e-12 alone; with other seeds up to 4e-9. */
 KT_TEST(islands_move_as_the_whole_with_events) { compare_with_whole("dopri5", true, false, 1e-7); }
-KT_TEST(islands_move_as_each_one_alone_with_events) { compare_with_alone("dopri5", 1e-7); }
+KT_TEST(islands_move_as_each_one_alone_with_events) { compare_with_alone("dopri5", kt_random_of_test(), 1e-7); }
 
 /* Time steps end the cone solver at 1e-7 of the largest impulse, and do not count whether friction has several
- * solutions. Measured: 9e-14 without friction, and 3e-8 alone. */
+ * solutions. Measured: 9e-14 without friction, and 4e-10 alone. */
 KT_TEST(islands_move_as_the_whole_with_time_steps) { compare_with_whole("steps", false, false, 1e-11); }
-KT_TEST(islands_move_as_each_one_alone_with_time_steps) { compare_with_alone("steps", 1e-6); }
+KT_TEST(islands_move_as_each_one_alone_with_time_steps) { compare_with_alone("steps", kt_random_of_test(), 1e-6); }
+
+/* Corners with different friction share loads alike, although the residual of the cone solver leaves depths. Measured
+ * with 30 seeds: at most 3e-9. With depths that were moved out behind the impulses, these seeds had 1.2e-5. */
+KT_TEST(redundant_corners_share_loads_alike_with_time_steps) {
+    static const uint64_t seeds[] = {7, 15};
+    for (size_t i = 0; i < sizeof seeds / sizeof *seeds; i++)
+        compare_with_alone("steps", kt_random_seeded(seeds[i], "islands_move_as_each_one_alone_with_time_steps"), 1e-8);
+}
 
 /* A loop that is switched on joins the islands of both its ends, until it is switched off. */
 KT_TEST(loops_that_are_switched_on_join_islands_with_events) { compare_with_whole("dopri5", true, true, 1e-7); }

@@ -176,6 +176,19 @@ KT_TEST(errors_are_of_first_order) {
     check_order("dry friction", KT_MOREAU_DRY, 4e-3, 3.0, 1.0);
 }
 
+/* A closed contact with a curved gap returns the rate of its approach, as SHAKE does, and dissipates nothing to second
+ * order. Measured: 42 h^2; without the turning normal 12 h. */
+KT_TEST(a_taut_rope_dissipates_nothing_to_second_order) {
+    static const double steps[] = {4e-3, 1e-3};
+    for (int i = 0; i < 2; i++) {
+        kt_stepped s;
+        if (begin(KT_MOREAU_SWING, steps[i], &s) && advance(&s, 4.0))
+            kt_check_near("dissipated, J", kt_simulation_contacts(s.simulation).dissipated, 0.0,
+                          60.0 * steps[i] * steps[i]);
+        end(&s);
+    }
+}
+
 /* Four corners of a face share its load in many ways, and friction depends on the shares. Tilts of 1e-10, which bounds
  * of the corners disagree about, do not change them. Measured: 6e-10; with bounds that disagree 4e-8 to 7e-6. */
 KT_TEST(corners_of_a_face_share_its_load_whatever_the_rounding) {

@@ -83,6 +83,15 @@
     "  - {name: rope, type: distance, between: [world, ball.middle], length: 1, slack: true,"                          \
     " restitution: 0.3}\n"
 
+/* A ball swings on a rope that is taut. */
+#define KT_MOREAU_SWING                                                                                                \
+    KT_MOREAU_HEAD                                                                                                     \
+    "bodies:\n"                                                                                                        \
+    "  - {name: ball, joint: {type: planar, axis: y, position: [-0.8, 0.6, 0]}, mass: 1, inertia: [1, 1, 1],"          \
+    " markers: {middle: [0, 0, 0]}}\n"                                                                                 \
+    "loops:\n"                                                                                                         \
+    "  - {name: rope, type: distance, between: [world, ball.middle], length: 1, slack: true, restitution: 0}\n"
+
 /* A mass on a spring with dry friction. */
 #define KT_MOREAU_DRY                                                                                                  \
     "kinetree: 1\n"                                                                                                    \
