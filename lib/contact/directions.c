@@ -85,11 +85,43 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
+/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
+static bool needs_wide_prediction(const kt_simulation *simulation) {
+    return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
+}
+
+/* The rate at which friction changes slip in the island of contact k, m/s^2. */
+static double rate_of_friction(const kt_simulation *simulation, int k) {
+    const struct kt_contacts *c = simulation->contacts;
+    double rate = 0.0;
+    for (int i = 0; i < c->sides; i++)
+        if (c->item[i].island == c->item[k].island && kt_contact_is_slipping(simulation, i))
+            rate += simulation->contact_state[i].load * simulation->contact_state[i].response;
+    return rate;
+}
+
 void kt_contacts_put_directions(kt_simulation *simulation) {
-    for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++)
-        if (kt_contact_is_slipping(simulation, k))
-            memcpy(simulation->data->slip + 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]),
-                   simulation->contact_state[k].slip, sizeof simulation->contact_state[k].slip);
+    const bool wide = needs_wide_prediction(simulation);
+    for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
+        const kt_contact_memory *memory = &simulation->contact_state[k];
+        if (!kt_contact_is_slipping(simulation, k))
+            continue;
+        const size_t at = 2 * index_of_slip(simulation->model, &simulation->contacts->item[k]);
+        memcpy(simulation->data->slip + at, memory->slip, sizeof memory->slip);
+        simulation->data->slip_slow[at] = wide ? simulation->step : 0.0;
+        simulation->data->slip_slow[at + 1] = wide ? simulation->step * rate_of_friction(simulation, k) : 0.0;
+    }
+}
+
+/* Takes the normal forces of slip from the values of events at the beginning of a step. */
+static void take_loads(kt_simulation *simulation) {
+    const double t = kt_integrator_time(simulation->integrator);
+    if (!needs_wide_prediction(simulation))
+        return;
+    for (int k = 0; k < simulation->contacts->sides; k++)
+        if (kt_contact_is_slipping(simulation, k) && !(t < simulation->contact_state[k].held))
+            simulation->contact_state[k].load = fmax(simulation->event_value[k], 0.0);
+    kt_contacts_put_directions(simulation);
 }
 
 /* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. */
@@ -319,5 +351,9 @@ kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
     kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
     if (status == KT_OK)
         status = end_turns(simulation, error);
-    return status == KT_OK ? simulation->contacts->begin(simulation, error) : status;
+    if (status == KT_OK)
+        status = simulation->contacts->begin(simulation, error);
+    if (status == KT_OK)
+        take_loads(simulation);
+    return status;
 }

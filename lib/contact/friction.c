@@ -256,6 +256,19 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
     return p;
 }
 
+/* Sets the direction of slip of item i, its normal force, and by how much this changes slip by friction. */
+static void begin_slip(kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb_item *item = &c->problem->item[i];
+    const kt_contact *contact = &c->item[c->list[c->posed[i]]];
+    const int across = c->problem->line[item->across];
+    kt_contact_memory *memory = &simulation->contact_state[contact->index];
+    memcpy(memory->slip, c->solution->e[i], sizeof memory->slip);
+    memory->load = c->solution->p[item->row];
+    memory->response = 0.5 * kt_contact_coefficient(simulation->model, &c->item[contact->of]) *
+                       (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
+}
+
 /* Sets the contacts of the set that follows, and the directions of slip. */
 static void apply(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
@@ -276,7 +289,7 @@ static void apply(kt_simulation *simulation) {
         if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK)
             c->item[contact->of].next = KT_CONTACT_ON;
         else if (type != KT_COULOMB_FRICTIONLESS)
-            memcpy(simulation->contact_state[contact->index].slip, c->solution->e[i], sizeof c->solution->e[i]);
+            begin_slip(simulation, i);
     }
 }
 

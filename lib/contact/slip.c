@@ -20,28 +20,10 @@
  * to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction at that time.
  * Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come near to this
  * line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound when slip
- * begins. There the part of s across d is rounding. It is left out up to `still`, and so is slip that is no faster.
+ * begins. There the part of s across d is rounding. It is left out up to
+ * `kt_slip_still`, and so is slip that is no faster.
  *
- * If slip is slow, e is the direction a moment later, so that this rate is bounded. With s' the rate of s under these
- * forces
- *
- *     s + tau s' = sigma e,   sigma >= 0
- *
- * which is an implicit step of length tau. If slip comes to rest within it, sigma = 0, and T is the force that stops
- * slip: |e| < 1. At s = 0 it yields the direction in which slip begins. While |s| grows, tau
- * = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to hold all slow contacts, this one with a part x of
- * its force to spare. Then slip comes to rest at a rate of x a, with a the deceleration by friction alone, and tau is
- * no more than
- *
- *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
- *
- * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
- * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to rest
- * between steps (contact/directions.c). Across e this makes an error of the acceleration. The error is
- * tau times the acceleration of s along e, times the rate at which e turns. In total the velocity is off by tau0 s0
- * times this rate. The rate s' is affine in the forces at all contacts that slip. The iteration for the directions is
- * in linear/coulomb.h. If no solution is found, e is the direction of s, which is counted
- * (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no solution there.
+ * If slip is slow, e is the direction a moment later, so that this rate is bounded (slip_prediction.c).
  *
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
@@ -61,22 +43,24 @@
 /* The largest 1 - G_ii of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
  * Stages of a fixed step behind the end of slip have such forces, and would throw the body. */
 static const double wedged = 1e-3;
-/* The largest slip velocity that counts as zero, m/s. */
-static const double still = 1e-14;
-/* tau0, s; and s0, m/s; one over the largest x. */
-static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
+/* The time behind which the drift of slip velocities is found, s. */
+static const double later = 4e-7;
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
 static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
-    const double side = copysign(fmax(fabs(across) - still, 0.0), along < 0.0 ? -across : across);
+    const double side = copysign(fmax(fabs(across) - kt_slip_still, 0.0), along < 0.0 ? -across : across);
     const bool has_begun = d[0] != 0.0 || d[1] != 0.0;
-    const double x = has_begun ? (fabs(along) + still) * d[0] - side * d[1] : s[0];
-    const double y = has_begun ? (fabs(along) + still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
+    const double x = has_begun ? (fabs(along) + kt_slip_still) * d[0] - side * d[1] : s[0];
+    const double y = has_begun ? (fabs(along) + kt_slip_still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;
+}
+
+static void set_slip_direction(kt_data *data, size_t k) {
+    slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
 }
 
 /* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
@@ -224,24 +208,14 @@ static void begin_slow_island(kt_slip_problem *p) {
     p->held = kt_coulomb_solution_init(n, 3 * n, p->trial);
 }
 
-double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
-    const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-    *grows = 0.0;
-    if (fabs(s[0]) >= slow || fabs(s[1]) >= slow)
-        return 0.0;
-    const double part = 1.0 - kt_hypot(s[0], s[1]) / slow;
-    *grows = (2.0 - part) / part;
-    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? prediction * part * part : 0.0;
-}
-
 /* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
 static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step, double *drift) {
     for (size_t i = 0; i < model->n.v; i++)
-        step[i] = prediction * at->v[i];
+        step[i] = later * at->v[i];
     kt_position_add(model, at->q, step, data->moved_q);
     kt_slip_find_rates(model, data, data->moved_q, at->v, drift);
     for (size_t i = 0; i < 2 * model->n.slip; i++)
-        drift[i] = (drift[i] - data->slip_velocity[i]) / prediction;
+        drift[i] = (drift[i] - data->slip_velocity[i]) / later;
 }
 
 /* Responses to a unit of force j of an island: of N in its unit, and of J a. */
@@ -295,120 +269,17 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
         const size_t index = kt_slip_index(p, k);
         p->W_at[3 * k * rows + 3 * k] = 1.0;
         p->c->b[3 * k] = -p->N0[index] / p->at->unit;
-        for (size_t i = 0; i < 2; i++)
-            p->c->b[3 * k + 1 + i] = p->rate0[2 * index + i] + p->drift[2 * index + i];
     }
     return status;
 }
 
-/* Sets the contacts of an island, with their present directions. */
-static void set_items(const kt_data *data, kt_slip_problem *p) {
-    kt_coulomb *c = p->c;
-    c->n = (int)p->at->n;
-    c->rows = c->stride = 3 * c->n;
-    c->W = p->W_at;
-    for (int i = 0; i < c->rows; i++)
-        c->line[i] = i;
-    for (size_t k = 0; k < p->at->n; k++) {
-        const double *e = data->slip_direction + 2 * kt_slip_index(p, k);
-        p->to.mode[k] = KT_COULOMB_SLIP;
-        memcpy(p->to.e[k], e, sizeof p->to.e[k]);
-        c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
-                                       .row = (int)(3 * k),
-                                       .across = (int)(3 * k + 1),
-                                       .friction = coefficient_of_slip(data, kt_slip_index(p, k)),
-                                       .e = {e[0], e[1]}};
-    }
-}
-
-/* Finds the forces that would hold all slow contacts while the others slip as they do. Returns how many are slow. */
-static int hold_slow(const kt_data *data, kt_slip_problem *p) {
-    double grows;
-    int slow_ones = 0;
-    for (int i = 0; i < p->c->n; i++) {
-        const bool is_slow = kt_slip_prediction_time(data, kt_slip_index(p, (size_t)i), &grows) > 0.0;
-        p->c->item[i].type = is_slow ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
-        p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to.mode[i];
-        memcpy(p->held->e[i], p->to.e[i], sizeof p->to.e[i]);
-        slow_ones += is_slow;
-    }
-    kt_coulomb_linear(p->c, p->held);
-    return slow_ones;
-}
-
-/* tau, limited using these forces. */
-static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, int k) {
-    const kt_coulomb_item *item = &p->c->item[k];
-    const int x = item->across, y = x + 1;
-    const size_t index = kt_slip_index(p, (size_t)k);
-    const double *s = data->slip_velocity + 2 * index;
-    double grows;
-    const double most = kt_slip_prediction_time(data, index, &grows);
-    const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
-    if (!(most > 0.0))
-        return 0.0;
-    const double *held = p->held->p;
-    const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
-    if (!(friction > 0.0)) /* it would part at rest */
-        return 0.0;
-    const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
-    return excess > 0.0 ? fmin(most, 0.5 * kt_hypot(s[0], s[1]) / (response * excess) * part * part) : most;
-}
-
-/* Predicts the directions of those that are slow, from the ones that they have. */
-static void predict_directions(const kt_data *data, kt_slip_problem *p) {
-    kt_coulomb *c = p->c;
-    const int slow_ones = hold_slow(data, p);
-    for (int k = 0; k < c->n; k++)
-        p->tau[kt_slip_index(p, (size_t)k)] = limited_prediction_time(data, p, slow_ones, k);
-    for (int k = 0; k < c->n; k++) {
-        const size_t index = kt_slip_index(p, (size_t)k);
-        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + still, tau = p->tau[index];
-        p->predicted[index] = tau > 0.0;
-        c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
-        for (int i = 0; i < 2 && tau > 0.0; i++)
-            c->b[c->item[k].across + i] += size * p->to.e[k][i] / tau;
-    }
-    for (int i = 0; i < c->rows; i++)
-        c->size = fmax(c->size, fabs(c->b[i]));
-}
-
-/* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest there
- * has |e| < 1. */
-static bool predict_slip(size_t n, kt_slip_problem *p) {
-    const kt_coulomb *c = p->c;
-    kt_coulomb_solution *to = &p->to;
-    bool found = kt_coulomb_iterate_modes(c, to);
-    if (!found)
-        found = kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, n, p->solver, p->matrices), to);
-    for (int i = 0; found && i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        const double most = item->friction * to->p[item->row];
-        const bool rests = item->type == KT_COULOMB_CONE && to->mode[i] != KT_COULOMB_SLIP;
-        for (int k = 0; rests && k < 2; k++)
-            to->e[i][k] = most > 0.0 ? -to->p[item->across + k] / most : 0.0;
-        if (item->type == KT_COULOMB_SLIPS)
-            memcpy(to->e[i], item->e, sizeof to->e[i]);
-    }
-    return found;
-}
-
-/* Finds N of an island if some slip is slow, and the directions e for this. */
-static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                           kt_error *error) {
+/* Finds N of an island and the directions e from the responses. wide: with the length of fixed steps. */
+static kt_status solve_predicted(const kt_model *model, kt_data *data, double t, bool wide, kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const size_t n = p->at->n;
-    begin_slow_island(p);
-    const kt_status status = find_response(model, data, at, a, p, error);
-    if (status != KT_OK)
-        return status;
-    set_items(data, p);
-    predict_directions(data, p);
-    const bool found = p->at->found = predict_slip(n, p);
+    const bool found = p->at->found = kt_slip_predict(data, p, wide);
     for (size_t k = 0; found && k < n; k++)
         memcpy(data->slip_direction + 2 * kt_slip_index(p, k), p->to.e[k], sizeof p->to.e[k]);
-    p->found = p->found && found;
-    data->unconverged += !found;
     for (size_t k = 0; k < n; k++) {
         const size_t index = kt_slip_index(p, k);
         const double *e = data->slip_direction + 2 * index, mu = coefficient_of_slip(data, index);
@@ -418,7 +289,28 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
         }
         data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->at->unit;
     }
-    return solve_slip(model, data, at->t, error);
+    return solve_slip(model, data, t, error);
+}
+
+/* Finds N of an island if some slip is slow, and the directions e for this. Friction may wedge a contact in a direction
+ * that fixed steps predict, and not in its own. */
+static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                           kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    begin_slow_island(p);
+    kt_status status = find_response(model, data, at, a, p, error);
+    if (status != KT_OK)
+        return status;
+    status = solve_predicted(model, data, at->t, true, error);
+    if (status == KT_ERROR_SINGULAR && kt_slip_predicts_wide(data, p)) {
+        p->wedged = model->n.slip;
+        for (size_t k = 0; k < p->at->n; k++)
+            set_slip_direction(data, kt_slip_index(p, k));
+        status = solve_predicted(model, data, at->t, false, error);
+    }
+    p->found = p->found && p->at->found;
+    data->unconverged += !p->at->found;
+    return status;
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
@@ -430,7 +322,7 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
     double grows;
     kt_slip_find_frames(model, data, at);
     for (size_t k = 0; k < model->n.slip; k++)
-        slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
+        set_slip_direction(data, k);
     for (size_t i = 0; i < p->islands; i++) {
         p->at = &p->island[i];
         for (size_t k = 0; k < p->at->n; k++)

@@ -32,6 +32,7 @@
     X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
     X(double, tau, n, "of each contact, s")                                                                            \
     X(bool, predicted, n, "whether the direction of each contact is that of slow slip")                                \
+    X(bool, fades, n, "whether slip of each contact does not grow (slip_prediction.c)")                                \
     X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
     X(int, pivot, 3 * most, "scratch: of these")
 
@@ -86,6 +87,9 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
+/* The largest slip velocity that counts as zero, m/s. */
+static const double kt_slip_still = 1e-14;
+
 /* The size of a problem. kt_slip_begin lays it out for an evaluation, and finds its contacts and islands.
  * kt_slip_begin_slow lays the arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */
 size_t kt_slip_size(const kt_counts *n);
@@ -112,6 +116,12 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
  * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
+
+/* Predicts the directions of slow slip of the present island, whose W and rates without friction are known: p->to.e.
+ * wide: with the length of fixed steps, if they have any. Returns false if there is no solution. */
+bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
+/* Whether some of the last directions were predicted with the length of fixed steps. */
+bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);
 
 #if KT_HAS_LOOPS
 /* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in

@@ -400,6 +400,7 @@ typedef struct kt_slip_frame {
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
     X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (contact/slip.c)")              \
+    X(double, slip_slow, 2 * n->slip, "of fixed steps, an input: the time s and speed m/s of slow slip; else 0")       \
     X(double, slip_velocity, 2 * n->slip, "slip velocities of the last evaluation")                                    \
     X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
     X(double, slip_direction, 2 * n->slip, "likewise directions against which friction acts")                          \

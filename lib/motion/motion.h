@@ -88,6 +88,7 @@ typedef struct kt_contact_memory {
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
     double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
+    double load, response; /* of slip: the normal force, N; by how much it changes slip by friction, 1/kg */
     double ended_at, held; /* s, when its stick ended last; until when it stays closed whatever its reaction */
     uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
     uint64_t reversals;    /* of its slip within the length of a fixed step */

@@ -1,0 +1,217 @@
+/* The directions of slow slip of hard contacts, a moment later (slip.c).
+ *
+ * If slip is slow, e is the direction at the end of an implicit step of length tau. With s' the rate of s under these
+ * forces
+ *
+ *     s + tau s' = sigma e,   sigma >= 0
+ *
+ * If slip comes to rest within it, sigma = 0, and T is the force that stops slip: |e| < 1. At s = 0 it yields the
+ * direction in which slip begins. While |s| grows, tau = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able
+ * to hold all slow contacts, this one with a part x of its force to spare. Then slip comes to rest at a rate of x a,
+ * with a the deceleration by friction alone, and tau is no more than
+ *
+ *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
+ *
+ * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
+ * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to
+ * rest between steps (contact/directions.c). If friction cannot hold some of them, tau of slip that grows has no such
+ * limit: a corner next to which a box begins to turn has friction to spare, and its slip does not end.
+ *
+ * Across e this makes an error of the acceleration. The error is tau times the acceleration of s along e, times the
+ * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. The rate s' is affine in the forces
+ * at all contacts that slip. The iteration for the directions is in linear/coulomb.h. If no solution is found, e is
+ * the direction of s, which is counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit
+ * steps found no solution there.
+ *
+ * Fixed steps of explicit methods. Friction turns slip at a rate of mu N W / |s|. Here W is the response of slip to
+ * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h: a turn of the body that should
+ * fade grows until it is as fast as the slip, and the energy grows with it. With
+ *
+ *     tau0 = h,   s0 = h sum mu N W   over the slip of an island
+ *
+ * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
+ * rate at which e turns, of order h^2. Straight slip has no error. For slip that does not grow, the prediction would
+ * reverse friction before slip ends, and the error would be of order h. Such slip has tau of adaptive steps. Whether
+ * slip grows, e . (s + tau s') >= |s|, is known behind the prediction, which is then repeated.
+ */
+#include "contact/slip.h"
+#include "kinetree/algebra.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Predictions that are repeated. */
+enum { PREDICTIONS = 2 };
+
+/* tau0, s, and s0, m/s, of adaptive steps; one over the largest x. */
+static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
+
+/* tau with these tau0 and s0. */
+static double prediction_time_of(const kt_data *data, size_t k, double tau0, double s0, double *grows) {
+    const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
+    *grows = 0.0;
+    if (fabs(s[0]) >= s0 || fabs(s[1]) >= s0)
+        return 0.0;
+    const double part = 1.0 - kt_hypot(s[0], s[1]) / s0;
+    *grows = (2.0 - part) / part;
+    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? tau0 * part * part : 0.0;
+}
+
+/* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
+static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > slow; }
+
+double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
+    const double *of = data->slip_slow + 2 * k;
+    const bool wide = is_unresolved(data, k);
+    return prediction_time_of(data, k, wide ? fmax(of[0], prediction) : prediction, wide ? of[1] : slow, grows);
+}
+
+/* The same for a contact of a problem: slip that does not grow has that of adaptive steps. */
+static double largest_prediction_time(const kt_data *data, const kt_slip_problem *p, size_t index) {
+    double grows;
+    return p->fades[index] ? prediction_time_of(data, index, prediction, slow, &grows)
+                           : kt_slip_prediction_time(data, index, &grows);
+}
+
+/* Sets the contacts of an island, with their present directions and the rates of slip without friction. */
+static void set_items(const kt_data *data, kt_slip_problem *p) {
+    kt_coulomb *c = p->c;
+    c->n = (int)p->at->n;
+    c->rows = c->stride = 3 * c->n;
+    c->W = p->W_at;
+    for (int i = 0; i < c->rows; i++)
+        c->line[i] = i;
+    for (size_t k = 0; k < p->at->n; k++) {
+        const double *e = data->slip_direction + 2 * kt_slip_index(p, k);
+        p->to.mode[k] = KT_COULOMB_SLIP;
+        memcpy(p->to.e[k], e, sizeof p->to.e[k]);
+        for (size_t i = 0; i < 2; i++)
+            c->b[3 * k + 1 + i] = p->rate0[2 * kt_slip_index(p, k) + i] + p->drift[2 * kt_slip_index(p, k) + i];
+        c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
+                                       .row = (int)(3 * k),
+                                       .across = (int)(3 * k + 1),
+                                       .friction = p->contact[kt_slip_index(p, k)].effect->friction,
+                                       .e = {e[0], e[1]}};
+    }
+}
+
+/* Finds the forces that would hold all slow contacts while the others slip as they do. Returns how many are slow. */
+static int hold_slow(const kt_data *data, kt_slip_problem *p) {
+    int slow_ones = 0;
+    for (int i = 0; i < p->c->n; i++) {
+        const bool is_slow = largest_prediction_time(data, p, kt_slip_index(p, (size_t)i)) > 0.0;
+        p->c->item[i].type = is_slow ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        p->held->mode[i] = is_slow ? KT_COULOMB_STICK : p->to.mode[i];
+        memcpy(p->held->e[i], p->to.e[i], sizeof p->to.e[i]);
+        slow_ones += is_slow;
+    }
+    kt_coulomb_linear(p->c, p->held);
+    return slow_ones;
+}
+
+/* Whether these forces are within friction of all slow contacts. */
+static bool may_hold_all(const kt_slip_problem *p) {
+    bool all = true;
+    for (int i = 0; i < p->c->n; i++) {
+        const kt_coulomb_item *item = &p->c->item[i];
+        const double *held = p->held->p + item->across;
+        all = all &&
+              (item->type != KT_COULOMB_CONE || item->friction * p->held->p[item->row] > kt_hypot(held[0], held[1]));
+    }
+    return all;
+}
+
+/* tau, limited using these forces. */
+static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
+    const kt_coulomb_item *item = &p->c->item[k];
+    const int x = item->across, y = x + 1;
+    const size_t index = kt_slip_index(p, (size_t)k);
+    const double *s = data->slip_velocity + 2 * index;
+    const double most = largest_prediction_time(data, p, index);
+    const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
+    const double *held = p->held->p;
+    const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
+    if (!(most > 0.0) || !(friction > 0.0)) /* without friction it would part at rest */
+        return 0.0;
+    const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
+    return excess > 0.0 && (holds || p->fades[index])
+               ? fmin(most, 0.5 * kt_hypot(s[0], s[1]) / (response * excess) * part * part)
+               : most;
+}
+
+/* Predicts the directions of those that are slow, from the ones that they have. */
+static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *holds) {
+    kt_coulomb *c = p->c;
+    const int slow_ones = hold_slow(data, p);
+    *holds = may_hold_all(p);
+    for (int k = 0; k < c->n; k++)
+        p->tau[kt_slip_index(p, (size_t)k)] = limited_prediction_time(data, p, slow_ones, *holds, k);
+    for (int k = 0; k < c->n; k++) {
+        const size_t index = kt_slip_index(p, (size_t)k);
+        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + kt_slip_still,
+                     tau = p->tau[index];
+        p->predicted[index] = tau > 0.0;
+        c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        for (int i = 0; i < 2 && tau > 0.0; i++)
+            c->b[c->item[k].across + i] += size * p->to.e[k][i] / tau;
+    }
+    for (int i = 0; i < c->rows; i++)
+        c->size = fmax(c->size, fabs(c->b[i]));
+}
+
+/* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest there
+ * has |e| < 1. */
+static bool solve_prediction(size_t n, kt_slip_problem *p) {
+    const kt_coulomb *c = p->c;
+    kt_coulomb_solution *to = &p->to;
+    bool found = kt_coulomb_iterate_modes(c, to);
+    if (!found)
+        found = kt_coulomb_solve_modes(c, kt_coulomb_solver_init(n, 3 * n, n, p->solver, p->matrices), to);
+    for (int i = 0; found && i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double most = item->friction * to->p[item->row];
+        const bool rests = item->type == KT_COULOMB_CONE && to->mode[i] != KT_COULOMB_SLIP;
+        for (int k = 0; rests && k < 2; k++)
+            to->e[i][k] = most > 0.0 ? -to->p[item->across + k] / most : 0.0;
+        if (item->type == KT_COULOMB_SLIPS)
+            memcpy(to->e[i], item->e, sizeof to->e[i]);
+    }
+    return found;
+}
+
+/* Finds slip that does not grow, e . (s + tau s') < |s|, although it was predicted as if it did. Returns whether there
+ * is more of it than before. */
+static bool find_fading(const kt_data *data, kt_slip_problem *p, bool holds, bool found) {
+    bool any = false;
+    for (int i = 0; i < p->c->n; i++) {
+        const size_t index = kt_slip_index(p, (size_t)i);
+        const double *s = data->slip_velocity + 2 * index, *u = p->to.u + p->c->item[i].across, tau = p->tau[index];
+        if (p->fades[index] || !p->predicted[index] || (holds && !is_unresolved(data, index)))
+            continue;
+        p->fades[index] = !found || tau * (s[0] * u[0] + s[1] * u[1]) < s[0] * s[0] + s[1] * s[1];
+        any = any || p->fades[index];
+    }
+    return any;
+}
+
+bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p) {
+    bool any = false;
+    for (size_t k = 0; k < p->at->n; k++) {
+        const size_t index = kt_slip_index(p, k);
+        any = any || (p->predicted[index] && !p->fades[index] && is_unresolved(data, index));
+    }
+    return any;
+}
+
+bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
+    bool holds, found, again = true;
+    for (size_t k = 0; k < p->at->n; k++)
+        p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
+    for (int i = 0; again; i++) {
+        set_items(data, p);
+        predict_directions(data, p, &holds);
+        found = solve_prediction(p->at->n, p);
+        again = i < PREDICTIONS && find_fading(data, p, holds, found);
+    }
+    return found;
+}
