@@ -2,6 +2,7 @@
 #ifndef KT_COMMAND_H
 #define KT_COMMAND_H
 
+#include "base/memory.h"
 #include "base/names.h"
 #include "kinetree/import.h"
 #include "text/arguments.h"
@@ -67,11 +68,6 @@ void kt_say_error(const kt_error *error);
 /* Prints that there is not enough memory, with the name of the result that is not made unless that is NULL. Returns the
  * exit status. */
 int kt_say_no_memory(const char *what);
-
-/* Sets an error of the same text. It is in the header, since the binary of FMUs prints nothing. */
-static inline kt_status kt_reject_memory(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-}
 
 /* A name for display: characters that a terminal would obey are escaped (base/escape.h), and a long name is
  * truncated. */

@@ -5,6 +5,7 @@
  * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
  * Loops that events close where a body is have the places that auxiliary states hold (foothold.h).
  */
+#include "base/memory.h"
 #include "base/pool.h"
 #include "base/require.h"
 #include "kinetree/closure.h"
@@ -139,7 +140,7 @@ static kt_status change_to_state(restart *r, kt_pool *pool, const double *q, con
     r->q = kt_pool_take(pool, (size_t)kt_model_nq(r->model) + 1, sizeof(double));
     r->v = kt_pool_take(pool, (size_t)kt_model_nv(r->model) + 1, sizeof(double));
     if (!r->bodies || !r->loops || !r->effects || !r->q || !r->v)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     kt_status status = fix_distances(r, error);
     if (status == KT_OK)
         status = fix_lengths(r, error);
@@ -183,7 +184,7 @@ kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *erro
     kt_pool pool = {NULL, 0};
     kt_state *states = copy_of(&pool, d->states, d->state_count, sizeof *states);
     if (states == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
+        return kt_reject_memory(error);
     for (int i = 0; i < d->state_count; i++)
         states[i].initial = x[i];
     kt_numbers_move(scene, d->states, (size_t)d->state_count * sizeof *d->states, states);

@@ -2,13 +2,12 @@
  * columns that records of its model may have, recorded or not. Only the columns that formulas read are computed.
  */
 #include "records/columns.h"
-#include "command.h"
 
-#include "records/quantities.h"
-
+#include "base/memory.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
+#include "records/quantities.h"
 #include "text/list.h"
 
 #include <stdio.h>
