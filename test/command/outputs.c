@@ -203,7 +203,7 @@ KT_TEST(pages_and_models_have_names_that_say_so) {
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++)
         kt_expect(1, "--view takes the name of a file that ends in .html, not '", "$K %s", wrong[i]);
     kt_expect(1, "--glb takes the name of a file that ends in .glb, not 'a.svg'", "$K run p.yaml --glb a.svg");
-    kt_expect(1, "--out writes records as CSV, not 'a.html'; did you mean --view?", "$K view p.yaml --out a.html");
+    kt_expect(1, "--out writes records as CSV, not 'a.html'; did you mean --view?", "$K run p.yaml --out a.html");
     kt_expect(1, "--out writes records as CSV, not 'a.png'; did you mean --plot?", "$K run p.yaml --out a.png");
     kt_check_text("what was there", kt_read_file("a.svg"), "mine\n");
     kt_expect(0, NULL, "test ! -e iso -a ! -e ./- -a ! -e p.csv");
