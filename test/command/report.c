@@ -113,6 +113,18 @@ KT_TEST(run_warns_of_rotations_that_may_be_degrees) {
     kt_check_equal_int("warnings", kt_count_of(ran.err, "is in radians"), 5);
 }
 
+/* URDF has radians alone, and rejects '-30 deg'. */
+KT_TEST(rotations_of_robots_are_advised_in_radians) {
+    kt_write_file("r.urdf", "<robot name=\"r\"><link name=\"base\"/><link name=\"a\"><inertial><mass value=\"1\"/>"
+                            "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+                            "<joint name=\"j\" type=\"continuous\"><parent link=\"base\"/><child link=\"a\"/>"
+                            "<origin rpy=\"0 -30 0\"/><axis xyz=\"0 1 0\"/></joint></robot>");
+    kt_expect(0,
+              "body 'a': joint.rotation.rpy[1]: -30 is in radians, -4.77 turns. Write -0.523598776, in radians, if "
+              "degrees are meant",
+              "$K run r.urdf --duration 0.01 --out /dev/null");
+}
+
 /* A limit of 90 rad is 14 turns away: the joint would never meet it. */
 KT_TEST(run_warns_of_limits_and_targets_that_may_be_degrees) {
     static const struct {

@@ -2,6 +2,7 @@
 #include "advice/angles.h"
 
 #include "kinetree/descriptor.h"
+#include "scene/name.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -19,11 +20,11 @@ bool kt_doubtful_angle(double x) {
 /* The list of warnings, and which angles are doubtful. */
 typedef struct angles {
     kt_warnings *warnings;
-    bool only_whole;
+    bool only_whole, is_robot;
     int count;
 } angles;
 
-/* Warns of an angle if it is doubtful. The format names its item and its key. */
+/* Warns of an angle if it is doubtful. The format names its item and its key. Files of robots know no 'deg'. */
 static void check_radians(angles *a, double x, const char *format, ...) KT_PRINTF(3, 4);
 static void check_radians(angles *a, double x, const char *format, ...) {
     char remedy[80], what[240];
@@ -33,7 +34,10 @@ static void check_radians(angles *a, double x, const char *format, ...) {
     va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
-    (void)snprintf(remedy, sizeof remedy, "Write '%.9g deg' if degrees are meant", x);
+    if (a->is_robot)
+        (void)snprintf(remedy, sizeof remedy, "Write %.9g, in radians, if degrees are meant", x * one_turn / 360.0);
+    else
+        (void)snprintf(remedy, sizeof remedy, "Write '%.9g deg' if degrees are meant", x);
     const kt_warning warning = {.code = "radians", .time = 0.0, .value = x, .unit = "rad", .remedy = remedy};
     kt_warn(a->warnings, &warning, "%s: %.9g is in radians, %.3g turns", what, x, x / one_turn);
     a->count++;
@@ -109,7 +113,8 @@ static void check_effect_angles(angles *a, const kt_description *d, const kt_eff
 
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole) {
     const kt_description *d = &scene->description;
-    angles a = {.warnings = warnings, .only_whole = only_whole};
+    const char *path = kt_scene_path(scene);
+    angles a = {.warnings = warnings, .only_whole = only_whole, .is_robot = path != NULL && kt_is_robot_name(path)};
     for (int i = 0; i < d->body_count; i++)
         check_body_angles(&a, &d->bodies[i]);
     for (int i = 0; i < d->loop_count; i++)
