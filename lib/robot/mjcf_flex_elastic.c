@@ -33,13 +33,15 @@ static kt_elasticity read_elasticity(kt_mjcf *m, const kt_flex *f) {
     l.thickness = kt_mjcf_number(m, e, NULL, "thickness", -1.0);
     l.damping = kt_mjcf_number(m, e, NULL, "damping", 0.0);
     l.shell = kt_mjcf_choice(m, e, NULL, "elastic2d", words, 0);
-    if (!(l.poisson >= 0.0 && l.poisson < 0.5))
+    if (l.young > 0.0 && !(l.poisson >= 0.0 && l.poisson < 0.5))
         (void)kt_mjcf_fault(m, e, "poisson: expected a number from 0 on, below 0.5");
+    if (l.young > 0.0 && f->dim == 2 && l.shell > 0 && !(l.thickness > 0.0))
+        (void)kt_mjcf_fault(m, e, "thickness: elastic2d=\"%s\" needs a number above 0", words[l.shell]);
     return l;
 }
 
 static bool stretches(const kt_flex *f, const kt_elasticity *l) {
-    return l->young > 0.0 && (f->dim == 3 || (f->dim == 2 && l->shell >= 2 && l->thickness > 0.0));
+    return l->young > 0.0 && (f->dim == 3 || (f->dim == 2 && l->shell >= 2));
 }
 
 static bool bends(const kt_flex *f, const kt_elasticity *l) {

@@ -482,6 +482,14 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
     }
 }
 
+KT_TEST(numbers_of_surfaces_without_elasticity_are_free) {
+    kt_scene scene;
+    if (!parse_right(FLEX("count='2 2 1'", "<elasticity poisson='.7' thickness='0'/>"), NULL, &scene))
+        return;
+    kt_check_equal_int("effects", scene.description.effect_count, 0);
+    kt_scene_free(&scene);
+}
+
 KT_TEST(faults_of_flexcomps_have_their_place) {
     static const struct {
         const char *text, *message;
@@ -516,6 +524,10 @@ KT_TEST(faults_of_flexcomps_have_their_place) {
          "an element without area or volume has no elasticity"},
         {FLEX("count='2 2 1'", "<elasticity young='1' poisson='.5'/>"),
          "poisson: expected a number from 0 on, below 0.5"},
+        {FLEX("count='2 2 1'", "<elasticity young='1' elastic2d='bend'/>"),
+         "thickness: elastic2d=\"bend\" needs a number above 0"},
+        {FLEX("count='2 2 1'", "<elasticity young='1' thickness='0' elastic2d='stretch'/>"),
+         "thickness: elastic2d=\"stretch\" needs a number above 0"},
         {"<mujoco><worldbody><flexcomp dim='1' type='grid' count='4 1 1'/></worldbody></mujoco>",
          "the attribute 'name' is missing"},
     };
