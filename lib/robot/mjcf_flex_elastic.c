@@ -247,22 +247,34 @@ static void stretch_flex(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
 
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
-static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f) {
+/* The bodies of points. *renamed: copies by <attach> or <replicate> have other names than some points. */
+static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f, bool *renamed) {
     int *body = kt_pool_take(&m->r->scratch, (size_t)f->count + 1, sizeof *body);
+    *renamed = false;
     if (body == NULL)
         (void)kt_reader_out_of_memory(m->r);
-    for (int i = 0; i < f->count && body != NULL; i++)
+    for (int i = 0; i < f->count && body != NULL; i++) {
         body[i] = f->points[i].is_pinned ? -1 : kt_names_find(&m->names, KT_MJCF_BODIES, f->points[i].name);
+        *renamed = *renamed || (body[i] < 0 && !f->points[i].is_pinned);
+    }
     return body;
 }
 
 void kt_flex_add_elasticity(kt_mjcf *m) {
     for (int i = 0; i < m->elastic_flexes.count && !m->r->out_of_memory; i++) {
         const kt_flex *f = (const kt_flex *)m->elastic_flexes.items + i;
-        const kt_elastic points = {f, find_bodies_of_points(m, f)};
+        bool renamed;
+        const kt_elastic points = {f, find_bodies_of_points(m, f, &renamed)};
         const kt_elasticity l = read_elasticity(m, f);
         if (points.body == NULL)
             return;
+        if (renamed) {
+            kt_unknown_count(&m->changes,
+                             "elasticity of a flexcomp that <attach> or <replicate> renames, left out, so that nothing "
+                             "but edges holds its points together; rigid=\"true\" fixes them",
+                             f->element);
+            continue;
+        }
         if (stretches(f, &l))
             stretch_flex(m, &points, &l);
         if (bends(f, &l))

@@ -462,6 +462,10 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
          "MuJoCo exchanges the ends of some edges", 13},
         {FLEX("count='33 33 1'", "<elasticity young='1e4' thickness='.1' elastic2d='stretch'/>"),
          "elasticity of a flexcomp with more than 2000 elements", 1 + 33 * 33 * 3},
+        {"<mujoco><worldbody><replicate count='2' offset='1 0 0'><body name='a'><flexcomp name='f' count='2 2 1' "
+         "dim='2'><elasticity young='1' thickness='.1' elastic2d='both'/></flexcomp></body></replicate></worldbody>"
+         "</mujoco>",
+         "elasticity of a flexcomp that <attach> or <replicate> renames", 26},
         {FLEX("count='2 2 1'", "<edge equality='true'/>"), "springs and dampers that yield as much; a single edge", 13},
         {FLEX("count='2 2 1'", "<edge equality='true'/>"), "fixes their points: 5", 13},
         {FLEX("count='2 2 2' dim='3' dof='trilinear'", "<edge equality='strain'/>"), "equalities of cells", 25},
