@@ -8,6 +8,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- one contact or limit ---------------------------------------------------------------------------------------- */
@@ -249,6 +250,22 @@ static int warn_of_flat_wheel(const start *s, const kt_loop *loop) {
     return 1;
 }
 
+/* Warns of flat wheels in the initial values. Assembly turns a wheel whose centre is at the height of its radius. */
+static int warn_of_flat_wheels(const start *s) {
+    const kt_description *d = &s->scene->description;
+    const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
+    double *state = calloc(nq + nv + 1, sizeof *state);
+    int count = 0;
+    if (state == NULL)
+        return 0;
+    kt_model_initial(s->model, state, state + nq);
+    if (kt_kinematics_update(s->model, s->data, state, NULL, NULL, NULL) == KT_OK)
+        for (int i = 0; i < d->loop_count; i++)
+            count += warn_of_flat_wheel(s, &d->loops[i]);
+    free(state);
+    return count;
+}
+
 int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
     kt_vec3 center;
@@ -270,9 +287,8 @@ int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_m
                 count += warn_of_limit(&s, &penetration);
             count += warn_of_direction(&s, &d->effects[i]);
         }
-        for (int i = 0; i < d->loop_count; i++)
-            count += warn_of_flat_wheel(&s, &d->loops[i]);
     }
+    count += warn_of_flat_wheels(&s);
     kt_data_free(s.data);
     return count;
 }
