@@ -97,14 +97,14 @@ const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data) 
     return now;
 }
 
-/* Rejects masses that are not above 0 at t, or inertias that are not finite, naming the body. */
-static kt_status check_masses(const kt_model *model, double t, kt_error *error) {
+/* Rejects masses that are not above a part of their start at t, or inertias that are not finite, naming the body. */
+static kt_status check_masses(const kt_model *model, double t, double part, kt_error *error) {
     for (size_t k = 0; k < model->n.varying; k++) {
         const kt_mass_record *r = &model->varying[k];
         const content c = content_at(model, r, t, 0);
         const double all = c.inertia.xx + c.inertia.yy + c.inertia.zz + c.inertia.xy + c.inertia.xz + c.inertia.yz;
         char where[KT_WHERE_SIZE];
-        if (c.mass > 0.0 && isfinite(c.mass) && isfinite(all))
+        if (c.mass > part * model->body[r->body].mass && isfinite(c.mass) && isfinite(all))
             continue;
         (void)snprintf(where, sizeof where, "body '%.100s', t = %.9g s", kt_body_name(model, r->body), t);
         return kt_error_set(
@@ -120,8 +120,12 @@ static kt_status check_masses(const kt_model *model, double t, kt_error *error) 
 /* `variable_mass_forward` of a model of variable masses. */
 static kt_status forward_at(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                             kt_error *error) {
-    const kt_status status = kt_masses_update(model, data, at->t, error);
-    return status == KT_OK ? model->steady(kt_model_of_instant(model, data), data, at, a, error) : status;
+    static const double rounding = 1e-9; /* of the mass at the start: adaptive steps approach its end */
+    kt_status status = kt_masses_update(model, data, at->t, error);
+    if (status == KT_OK)
+        status = model->steady(kt_model_of_instant(model, data), data, at, a, error);
+    const kt_status cause = status == KT_ERROR_SINGULAR ? check_masses(model, at->t, rounding, error) : KT_OK;
+    return cause != KT_OK ? cause : status;
 }
 
 static size_t variable_mass_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
@@ -212,7 +216,7 @@ kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_er
     if (KT_IS_OTHER_DATA(error, model, data))
         return KT_ERROR_ARGUMENT;
 #if KT_HAS_VARIABLE_MASS
-    const kt_status status = check_masses(model, t, error);
+    const kt_status status = check_masses(model, t, 0.0, error);
     if (status == KT_OK && model->n.varying)
         data->mass_time[0] = t;
     return status;

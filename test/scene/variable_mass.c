@@ -477,6 +477,8 @@ KT_TEST(adaptive_steps_approach_the_time_at_which_a_mass_ends) {
         fine("begins", kt_simulation_create(model, &scene.run, NULL, &simulation, &e), &e)) {
         kt_check_equal_int("ends", kt_simulation_advance(simulation, 2.0, &e) != KT_OK, true);
         kt_check_near("time", kt_simulation_time(simulation), 1.0, 1e-9);
+        kt_check_contains("where", e.where, "body 'body', t = 1");
+        kt_check_contains("mend", e.message, "must stay above 0");
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
