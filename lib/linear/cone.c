@@ -214,6 +214,7 @@ static void list_blocks(kt_cone *cone) {
 
 static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const double *p) {
     const int m = 3 * problem->n;
+    double rate = 0.0;
     cone->n = problem->n;
     cone->symmetric = problem->symmetric;
     cone->has_least = cone->has_limit = false;
@@ -234,9 +235,12 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
     for (int r = 0; r < m; r++) {
         cone->b[r] = problem->b[r] * cone->scale[r / 3];
         cone->x[r] = p[r] / cone->scale[r / 3];
+        rate = fmax(rate, fabs(cone->b[r]));
         for (int c = 0; c < m; c++)
             cone->W[r * m + c] = problem->W[r * m + c] * cone->scale[r / 3] * cone->scale[c / 3];
     }
+    if (rate == 0.0 && problem->gain > 0.0 && !cone->has_least) /* p = 0 solves it, and gain |b| is no size */
+        memset(cone->x, 0, (size_t)m * sizeof *cone->x);
     list_blocks(cone);
 }
 

@@ -79,7 +79,8 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
         impulse = fmax(impulse, fabs(x[r]));
         rate = fmax(rate, fabs(of->b[r]));
     }
-    const double size = fmax(rate, cone->gain > 0.0 ? fmin(impulse, cone->gain * rate) : impulse);
+    const bool is_bounded = cone->gain > 0.0 && rate > 0.0;
+    const double size = fmax(rate, is_bounded ? fmin(impulse, cone->gain * rate) : impulse);
     return most > 0.0 ? most / size : 0.0;
 }
 

@@ -183,6 +183,23 @@ KT_TEST(cone_solver_rejects_what_is_not_finite) {
     free(memory);
 }
 
+/* The rates are zero, since a load has ended. The impulses of the step before must vanish. */
+KT_TEST(impulses_vanish_with_the_rates) {
+    void *memory = NULL;
+    kt_cone *cone = make_cone(2, 2, &memory);
+    const double mu[2] = {0.0, 0.0}, b[6] = {0.0};
+    double W[36] = {0.0}, p[6] = {2.0, 0.0, 0.0, 1.3, 0.0, 0.0};
+    W[0] = 1.0;
+    W[21] = 3.0;
+    W[3] = W[18] = -1.0;
+    const kt_cone_problem posed = {.n = 2, .W = W, .b = b, .mu = mu, .symmetric = true, .enough = 1e-7, .gain = 100.0};
+    const kt_cone_result result = kt_cone_solve(cone, &posed, p);
+    kt_check_near("residual", result.residual, 0.0, 0.0);
+    kt_check_near("first", p[0], 0.0, 0.0);
+    kt_check_near("second", p[3], 0.0, 0.0);
+    free(memory);
+}
+
 /* ---- a working set ----------------------------------------------------------------------------------------------- */
 
 static void block_of_problem(const void *user, int i, int j, double *w) {
