@@ -153,6 +153,7 @@ static kt_cone_result solve_set(kt_cone *cone, const kt_cone_problem *problem, i
                                  .least = problem->least != NULL ? cone->of_least : NULL,
                                  .limit = problem->limit != NULL ? cone->of_limit : NULL,
                                  .symmetric = problem->symmetric,
+                                 .gain = problem->gain,
                                  .enough = problem->enough};
     const kt_cone_result result = kt_cone_cascade(cone, &own, cone->of_p);
     for (int k = 0; k < count; k++)

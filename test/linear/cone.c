@@ -215,6 +215,39 @@ static void rates_of_problem(const void *user, const double *x, double *rate) {
         rate[r] -= p->b[r];
 }
 
+/* Two walls wedge a sphere with 1e9 times the impulses of two others. The residual is not relative to this force. */
+KT_TEST(large_impulses_leave_the_residual_of_others) {
+    static const double coupling = 0.9, wedged = 1e9;
+    problem *p = calloc(1, sizeof *p);
+    void *memory = NULL;
+    kt_cone *cone = make_cone(5, 4, &memory);
+    if (p == NULL)
+        return;
+    p->n = 4;
+    for (int i = 0; i < 4; i++)
+        p->W[3 * i * 12 + 3 * i] = 1.0;
+    p->W[3] = p->W[3 * 12] = -1.0;
+    p->W[6 * 12 + 9] = p->W[9 * 12 + 6] = coupling;
+    p->b[6] = p->b[9] = -1.0;
+    for (int set = 0; set < 2; set++) {
+        const kt_cone_blocks blocks = {block_of_problem, rates_of_problem, p};
+        const kt_cone_problem posed = {.n = 4,
+                                       .W = p->W,
+                                       .blocks = set ? &blocks : NULL,
+                                       .b = p->b,
+                                       .mu = p->mu,
+                                       .symmetric = true,
+                                       .enough = 1e-7,
+                                       .gain = 100.0};
+        double x[12] = {wedged, 0.0, 0.0, wedged};
+        (void)kt_cone_solve(cone, &posed, x);
+        kt_check_near("third", x[6], 1.0 / (1.0 + coupling), 1e-4);
+        kt_check_near("fourth", x[9], 1.0 / (1.0 + coupling), 1e-4);
+    }
+    free(p);
+    free(memory);
+}
+
 /* Impulses of a working set obey the laws of all contacts. Without friction, the rates are unique: they are those of
  * the solver with matrices of all contacts. The set has room for one contact more than there are degrees of freedom. */
 KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
