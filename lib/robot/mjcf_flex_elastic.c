@@ -10,6 +10,7 @@
  *     L_f^2 + 2 c L_f L_f' = sum over x, y, z of dx (dx + 2 c dx').
  *
  * Source: user_mesh.cc, engine_passive.c. */
+#include "algebra/parts.h"
 #include "robot/mjcf_elastic.h"
 
 #include <math.h>
@@ -84,10 +85,6 @@ static kt_sym3 symmetric_product(kt_vec3 u, kt_vec3 v) {
                         u.y * v.z + u.z * v.y);
 }
 
-static kt_sym3 scaled_product(double s, kt_sym3 a) {
-    return kt_sym3_make(s * a.xx, s * a.yy, s * a.zz, s * a.xy, s * a.xz, s * a.yz);
-}
-
 /* Returns the area of a triangle, and the matrices of its edges. */
 static double triangle_bases(const kt_flex *f, const int *v, kt_sym3 bases[EDGES]) {
     static const int faces[3][2] = {{1, 2}, {2, 0}, {0, 1}};
@@ -97,7 +94,7 @@ static double triangle_bases(const kt_flex *f, const int *v, kt_sym3 bases[EDGES
         const int *left = faces[faces[e][0]], *right = faces[faces[e][1]];
         const kt_vec3 l = kt_elastic_span(f, v[left[1]], v[left[0]]), r = kt_elastic_span(f, v[right[0]], v[right[1]]);
         const kt_vec3 normal = kt_vec3_normalize(kt_vec3_cross(r, l));
-        bases[e] = scaled_product(1.0 / (8.0 * area * area),
+        bases[e] = kt_sym3_scaled(1.0 / (8.0 * area * area),
                                   symmetric_product(kt_vec3_cross(normal, l), kt_vec3_cross(r, normal)));
     }
     return area;
@@ -116,7 +113,7 @@ static double tetrahedron_bases(const kt_flex *f, const int *v, kt_sym3 bases[ED
             const int *c = faces[opposite[e][k]];
             normal[k] = kt_vec3_cross(kt_elastic_span(f, v[c[0]], v[c[1]]), kt_elastic_span(f, v[c[0]], v[c[2]]));
         }
-        bases[e] = scaled_product(1.0 / (72.0 * volume * volume), symmetric_product(normal[0], normal[1]));
+        bases[e] = kt_sym3_scaled(1.0 / (72.0 * volume * volume), symmetric_product(normal[0], normal[1]));
     }
     return fabs(volume);
 }

@@ -1,4 +1,5 @@
 /* The points of a flexcomp: their names, and their places in formulas. */
+#include "algebra/parts.h"
 #include "robot/mjcf_elastic.h"
 
 #include <math.h>
@@ -18,8 +19,6 @@ kt_vec3 kt_elastic_span(const kt_flex *f, int from, int to) {
     return kt_vec3_sub(rest_of_point(f, to), rest_of_point(f, from));
 }
 
-static double component(kt_vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
 int kt_elastic_put_point(const kt_mjcf *m, const kt_elastic *p, int point, int axis, bool is_rate, double factor,
                          double *constant, kt_mjcf_formula *to) {
     int count = 0;
@@ -29,7 +28,7 @@ int kt_elastic_put_point(const kt_mjcf *m, const kt_elastic *p, int point, int a
     const kt_mjcf_body *b = kt_mjcf_body_at(m, p->body[point]);
     for (int k = 0; k < b->joint_count; k++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + k);
-        const double s = factor * component(kt_vec3_normalize(j->axis), axis);
+        const double s = factor * kt_vec3_part(kt_vec3_normalize(j->axis), axis);
         if (s == 0.0)
             continue;
         *constant -= s * j->ref;
