@@ -14,7 +14,7 @@
  *     0 <= p_n  complementary to  u_n+ - r >= 0,    |p_t| <= mu p_n,    |u_t+| p_t = -mu p_n u_t+
  *     r = -e u_n-                              if it bounces, |u_n-| > max(rest velocity, u_n- - uf_n)
  *     r = -g(qm) / h, at most max(c, min(d / h, u_n- - uf_n))  otherwise
- *     c = max(-u_n-, 0), and at most max(2 h b'', 0) for a closed contact
+ *     c = max(-u_n-, 0), and at most 2 h b'' for a closed contact
  *
  * A bounce that is shorter than about a step does not exist: the second speed is that of free fall during h. The bound
  * -g / h lets a contact close without penetration, since the middles of two steps are h v+ apart. For the same reason,

@@ -215,7 +215,7 @@ static void rates_of_problem(const void *user, const double *x, double *rate) {
         rate[r] -= p->b[r];
 }
 
-/* Two walls wedge a sphere with 1e9 times the impulses of two others. The residual is not relative to this force. */
+/* Walls wedge a sphere with huge impulses. The residual is not relative to them. */
 KT_TEST(large_impulses_leave_the_residual_of_others) {
     static const double coupling = 0.9, wedged = 1e9;
     problem *p = calloc(1, sizeof *p);
