@@ -89,6 +89,20 @@ KT_TEST(run_with_gravity_in_millimetres_is_doubted) {
     kt_check_equal_int("on the earth", kt_count_of(ran.err, "warning"), 0);
 }
 
+/* `run` rejects --integrator with `contact: steps`. */
+KT_TEST(energy_of_time_stepping_is_mended_without_an_integrator) {
+    kt_write_file("swing.yaml",
+                  "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, position: 1}, mass: 1}]\n"
+                  "effects:\n  - {type: joint_spring, joint: a, stiffness: 100}\n"
+                  "  - {type: joint_limit, joint: a, lower: -0.5, restitution: 0.5}\n"
+                  "simulate: {duration: 2, contact: steps, step: 0.05}\noutput: {record: [position, balance]}\n");
+    const kt_ran ran = kt_shell("$K run swing.yaml --out /dev/null");
+    kt_check_contains("error", ran.err, "the balance of energies");
+    kt_check_contains("remedy", ran.err, "Take much smaller steps, or events: --set simulate.contact=events");
+    kt_expect(0, "2 s simulated",
+              "$K run swing.yaml --set simulate.contact=events --step 1e-3 --integrator rk4 --out /dev/null");
+}
+
 /* 90 rad are 14.3 turns. */
 KT_TEST(run_warns_of_rotations_that_may_be_degrees) {
     kt_write_file(

@@ -69,6 +69,8 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
         step = outcome->advised_step;
     if (run->step > 0.0 && in_proportion)
         snprintf(text, size, "Take steps below %.2g s, or a method of higher order%s", step, also);
+    else if (outcome->scene->contact == KT_CONTACT_STEPS)
+        snprintf(text, size, "Take much smaller steps, or events: --set simulate.contact=events");
     else if (run->step > 0.0)
         snprintf(text, size,
                  "Take much smaller steps, or an adaptive method, as --integrator dopri5 --tolerance 1e-9%s", also);
