@@ -204,14 +204,13 @@ bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p) {
 }
 
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
-    bool holds, found, again = true;
+    bool holds = false, found = false;
     for (size_t k = 0; k < p->at->n; k++)
         p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
-    for (int i = 0; again; i++) {
+    for (int i = 0; i == 0 || (i <= PREDICTIONS && find_fading(data, p, holds, found)); i++) {
         set_items(data, p);
         predict_directions(data, p, &holds);
         found = solve_prediction(p->at->n, p);
-        again = i < PREDICTIONS && find_fading(data, p, holds, found);
     }
     return found;
 }
