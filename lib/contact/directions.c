@@ -113,15 +113,23 @@ void kt_contacts_put_directions(kt_simulation *simulation) {
     }
 }
 
-/* Takes the normal forces of slip from the values of events at the beginning of a step. */
-static void take_loads(kt_simulation *simulation) {
+/* Takes the normal forces of slip from the values of events at the beginning of a step. Returns whether predictions
+ * change, and so the slope at the beginning. */
+static bool take_loads(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator);
-    if (!needs_wide_prediction(simulation))
-        return;
-    for (int k = 0; k < simulation->contacts->sides; k++)
+    bool changes = false;
+    for (int k = 0; k < c->sides; k++)
         if (kt_contact_is_slipping(simulation, k) && !(t < simulation->contact_state[k].held))
             simulation->contact_state[k].load = fmax(simulation->event_value[k], 0.0);
+    for (int k = 0; k < c->sides; k++)
+        if (kt_contact_is_slipping(simulation, k)) {
+            const double before = simulation->data->slip_slow[2 * index_of_slip(simulation->model, &c->item[k]) + 1];
+            const double after = simulation->step * rate_of_friction(simulation, k);
+            changes = changes || (before != after && simulation->contact_state[k].speed < fmax(before, after));
+        }
     kt_contacts_put_directions(simulation);
+    return changes;
 }
 
 /* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. */
@@ -353,7 +361,7 @@ kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
         status = end_turns(simulation, error);
     if (status == KT_OK)
         status = simulation->contacts->begin(simulation, error);
-    if (status == KT_OK)
-        take_loads(simulation);
+    if (status == KT_OK && needs_wide_prediction(simulation) && take_loads(simulation))
+        kt_integrator_change(simulation->integrator, true);
     return status;
 }

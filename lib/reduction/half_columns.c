@@ -480,7 +480,8 @@ static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *cha
     substitute_four(h, change);
 }
 
-/* Adds f_i' M^-1 (f_j + A' change) for all forces i, and four forces j from `first` on. */
+/* Adds f_i' M^-1 (f_j + A' change), which is symmetric, for four forces j from `first` on and all forces i up to them.
+ * The half columns of later forces are not known yet. */
 static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *change, int first, int count,
                             double *rate) {
     const kt_v4 *u = column + (size_t)first / LANES * (size_t)h->m;
@@ -491,15 +492,18 @@ static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *
             sum += kt_v4_splat(h->column[(size_t)(r / LANES * h->m + l)][r % LANES]) * change[r];
         y[l] = kt_v4_splat(h->inverse[l]) * sum;
     }
-    for (int i = 0; i < count; i += LANES) {
+    for (int i = 0; i <= first; i += LANES) {
         const kt_v4 *with = column + (size_t)i / LANES * (size_t)h->m;
         kt_v4 sum[LANES] = {{0.0}};
         for (int l = 0; l < h->m; l++)
             for (int j = 0; j < LANES; j++)
                 sum[j] += kt_v4_splat(y[l][j]) * with[l];
         for (int j = 0; j < LANES && first + j < count; j++)
-            for (int r = 0; r < LANES && i + r < count; r++)
+            for (int r = 0; r < LANES && i + r < count; r++) {
                 rate[(size_t)(first + j) * (size_t)count + (size_t)(i + r)] += sum[j][r];
+                if (i < first)
+                    rate[(size_t)(i + r) * (size_t)count + (size_t)(first + j)] += sum[j][r];
+            }
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "check.h"
 #include "parsed.h"
@@ -143,5 +144,55 @@ KT_TEST(boxes_that_are_pushed_beside_the_middle_take_few_steps) {
         }
         kt_check_worst(&balance);
         kt_check_worst(&steps);
+    }
+}
+
+/* Restores a copy at many times, and compares it with the original after three more intervals. Returns how many copies
+ * had the same bits. */
+static int compare_copies(kt_simulation *one, kt_simulation *two, void *block) {
+    kt_error error = {0};
+    bool fine = true;
+    int compared = 0;
+    for (int k = 1; fine && k <= 300; k++) {
+        fine = kt_fine("to the checkpoint", kt_simulation_advance(one, 0.01 * k, &error), &error);
+        if (k % 10 != 5 && (k < 225 || k > 245)) /* slip begins at 2.29 s */
+            continue;
+        kt_simulation_save(one, block);
+        fine = fine && kt_fine("restores", kt_simulation_restore(two, block, &error), &error);
+        for (int i = 1; fine && i <= 3; i++)
+            fine = kt_fine("copy", kt_simulation_advance(two, 0.01 * (k + i), &error), &error) &&
+                   kt_fine("original", kt_simulation_advance(one, 0.01 * (k + i), &error), &error) &&
+                   kt_check_equal_bits("positions", kt_simulation_positions(two), kt_simulation_positions(one), 7) &&
+                   kt_check_equal_bits("velocities", kt_simulation_velocities(two), kt_simulation_velocities(one), 6);
+        fine = fine && kt_fine("back", kt_simulation_restore(one, block, &error), &error);
+        compared += fine;
+    }
+    return compared;
+}
+
+/* Before slip begins, while it is slow, and behind that. The corners are one island: their responses to forces of each
+ * other must follow from the present state alone. */
+KT_TEST(checkpoints_of_slip_that_begins_go_on_with_the_same_bits) {
+    static const stepping chosen[] = {{.method = "rk4", .step = 0.01}, {.method = "dopri5"}, {.method = "radau5"}};
+    const push p = {10.0, 0.5, 0.1, 0.0, 0.05, 4};
+    kt_error error = {0};
+    for (size_t i = 0; i < sizeof chosen / sizeof *chosen; i++) {
+        kt_parsed m;
+        kt_run run = kt_run_default();
+        kt_simulation *one = NULL, *two = NULL;
+        run.integrator = chosen[i].method;
+        run.step = chosen[i].step;
+        const bool fine = make_box(&p, &m) &&
+                          kt_fine("one", kt_simulation_create(m.model, &run, NULL, &one, &error), &error) &&
+                          kt_fine("two", kt_simulation_create(m.model, &run, NULL, &two, &error), &error);
+        void *block = fine ? malloc(kt_simulation_state_size(one)) : NULL;
+        if (kt_check_true(chosen[i].method, block != NULL)) {
+            kt_check_equal_int("copies with the same bits", compare_copies(one, two, block), 48);
+            kt_check_above("speed", kt_simulation_velocities(one)[0], 0.5);
+        }
+        free(block);
+        kt_simulation_free(one);
+        kt_simulation_free(two);
+        kt_parsed_free(&m);
     }
 }
