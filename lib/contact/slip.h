@@ -114,11 +114,12 @@ void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_
 /* Slip velocities of all contacts in the state q, v. */
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
- * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip.c). */
+ * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 
-/* Predicts the directions of slow slip of the present island, whose W and rates without friction are known: p->to.e.
- * wide: with the length of fixed steps, if they have any. Returns false if there is no solution. */
+/* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
+ * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no
+ * solution. */
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
 /* Whether some of the last directions were predicted with the length of fixed steps. */
 bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);

@@ -15,7 +15,8 @@
  * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
  * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to
  * rest between steps (contact/directions.c). If friction cannot hold some of them, tau of slip that grows has no such
- * limit: a corner next to which a box begins to turn has friction to spare, and its slip does not end.
+ * limit. For example, a corner may have friction to spare while a box begins to turn about a point next to it. The slip
+ * of this corner does not end.
  *
  * Across e this makes an error of the acceleration. The error is tau times the acceleration of s along e, times the
  * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. The rate s' is affine in the forces
@@ -24,15 +25,15 @@
  * steps found no solution there.
  *
  * Fixed steps of explicit methods. Friction turns slip at a rate of mu N W / |s|. Here W is the response of slip to
- * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h: a turn of the body that should
- * fade grows until it is as fast as the slip, and the energy grows with it. With
+ * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h. A turn of the body that should
+ * fade then grows until it is as fast as the slip, and the energy grows with it. With
  *
  *     tau0 = h,   s0 = h sum mu N W   over the slip of an island
  *
  * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
  * rate at which e turns, of order h^2. Straight slip has no error. For slip that does not grow, the prediction would
- * reverse friction before slip ends, and the error would be of order h. Such slip has tau of adaptive steps. Whether
- * slip grows, e . (s + tau s') >= |s|, is known behind the prediction, which is then repeated.
+ * reverse friction before slip ends, and the error would be of order h. Such slip has tau of adaptive steps. A
+ * prediction shows whether slip grows, e . (s + tau s') >= |s|. If it does not grow, the prediction is repeated.
  */
 #include "contact/slip.h"
 #include "kinetree/algebra.h"

@@ -2,8 +2,8 @@
  *
  * Two triangles with a common edge x_01 and the other corners x_2, x_3 have the energy 1/2 sum_ij b_ij x_i . x_j,
  *     b = 3 mu t^3 cos(theta) / (24 A) c c'
- * The vector c has the sums of cotangents of the angles at the edge, t is the thickness, A the area of both triangles
- * at rest, and theta the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A
+ * The vector c has the sums of cotangents of the angles at the edge. The thickness is t. At rest, both triangles have
+ * the area A, and theta is the angle between them (Wardetzky et al., "Discrete quadratic curvature energies", 2007). A
  * surface that is curved at rest also has the energy b_4 x_01 . (x_02 x x_03) (Garg et al., "Cubic shells", 2007).
  * Damping is c sum_j b_ij x_j'.
  *

@@ -137,33 +137,32 @@ static void find_metric(const kt_flex *f, const kt_elasticity *l, const int *v, 
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* L^2 + 2 c L L' - l^2, of the edge in which the force acts by `length` and `speed`. */
+/* A component of an edge, or its rate: `length` and `speed` of the edge in which the force acts. */
+static void put_component(const kt_mjcf *m, const kt_elastic *p, const int ends[2], int axis, bool is_own, bool is_rate,
+                          kt_mjcf_formula *to) {
+    if (is_own)
+        kt_mjcf_put(to, is_rate ? "speed" : "length");
+    else
+        kt_elastic_put_span(m, p, ends, axis, is_rate, to);
+}
+
+/* L^2 + 2 c L L' - l^2 */
 static void put_strain(const kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l, const int ends[2], bool is_own,
                        kt_mjcf_formula *to) {
     const kt_vec3 span = kt_elastic_span(p->f, ends[0], ends[1]);
-    const bool is_damped = l->damping != 0.0;
     for (int axis = 0; axis < (is_own ? 1 : 3); axis++) {
         kt_mjcf_put(to, axis > 0 ? " + " : "");
-        if (is_own)
-            kt_mjcf_put(to, "length");
-        else
-            kt_elastic_put_span(m, p, ends, axis, false, to);
-        if (!is_damped) {
+        put_component(m, p, ends, axis, is_own, false, to);
+        if (l->damping == 0.0) {
             kt_mjcf_put(to, "^2");
             continue;
         }
         kt_mjcf_put(to, "*(");
-        if (is_own)
-            kt_mjcf_put(to, "length");
-        else
-            kt_elastic_put_span(m, p, ends, axis, false, to);
+        put_component(m, p, ends, axis, is_own, false, to);
         kt_mjcf_put(to, " + ");
         kt_mjcf_put_number(to, 2.0 * l->damping);
         kt_mjcf_put(to, "*");
-        if (is_own)
-            kt_mjcf_put(to, "speed");
-        else
-            kt_elastic_put_span(m, p, ends, axis, true, to);
+        put_component(m, p, ends, axis, is_own, true, to);
         kt_mjcf_put(to, ")");
     }
     kt_mjcf_put(to, " - ");
