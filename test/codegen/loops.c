@@ -134,7 +134,8 @@ static int step_now(const kt_generated *g, int k, double *q, double *v, const do
 
 /* ---- comparisons of functions ---- */
 
-/* The file solves (A M^-1 A') lambda = b, whose condition is the inverse of the smallest direction. Next to a singular
+/* The file solves (A M^-1 A') lambda = b for m equations with Cholesky's factors, whose backward error is (m + 1) EPS
+ * (Higham, Accuracy and Stability, 10.1). The condition is the inverse of the smallest direction. Next to a singular
  * position, the library interpolates accelerations of open states. Returns false if the state is so near to a singular
  * one that a comparison has no meaning. */
 static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, kt_worst *worst,
@@ -157,7 +158,7 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
         return false;
     for (int i = 0; i < tree->nv; i++)
         largest = fmax(largest, fabs(a[i]));
-    const double bound = 40.0 * EPS * most + EPS * largest / least;
+    const double bound = 40.0 * EPS * most + (rows + 1) * EPS * largest / least;
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(worst, own[i], a[i], bound, "mechanism %d coordinate %d", n, i);
     if (g->acceleration(g->model, KT_CLOSED_NOW, s->q, s->v, NULL, s->tau, own) == 0)
