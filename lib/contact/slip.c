@@ -315,18 +315,22 @@ static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynami
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
+static bool is_slow_slip(const kt_data *data, size_t k) {
+    double grows;
+    return !kt_slip_is_fast(data, k) && kt_slip_prediction_time(data, k, &grows) > 0.0;
+}
+
 /* Finds slip velocities, directions and drifts. Returns whether some slip is slow. */
 static bool find_directions(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     bool any = false;
-    double grows;
     kt_slip_find_frames(model, data, at);
     for (size_t k = 0; k < model->n.slip; k++)
         set_slip_direction(data, k);
     for (size_t i = 0; i < p->islands; i++) {
         p->at = &p->island[i];
         for (size_t k = 0; k < p->at->n; k++)
-            p->at->is_slow = kt_slip_prediction_time(data, kt_slip_index(p, k), &grows) > 0.0 || p->at->is_slow;
+            p->at->is_slow = p->at->is_slow || is_slow_slip(data, kt_slip_index(p, k));
         any = any || p->at->is_slow;
     }
     if (any) {

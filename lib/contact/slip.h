@@ -7,6 +7,8 @@
 #include "mechanism/evaluate.h"
 #include "reduction/half_columns.h"
 
+#include <math.h>
+
 #if KT_HAS_SWITCHES /* a small library has no hard contacts */
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. Contacts of different islands (kt_group.island) do not act on each other. So the islands are solved
@@ -87,8 +89,15 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* The largest slip velocity that counts as zero, m/s. */
-static const double kt_slip_still = 1e-14;
+/* The largest slip velocity that counts as zero, and the largest one that adaptive steps predict, m/s. */
+static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6;
+
+/* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
+static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
+    const double *s = data->slip_velocity + 2 * k, wide = data->slip_slow[2 * k + 1];
+    const double most = wide > kt_slip_slow ? wide : kt_slip_slow;
+    return fabs(s[0]) >= most || fabs(s[1]) >= most;
+}
 
 /* The size of a problem. kt_slip_begin lays it out for an evaluation, and finds its contacts and islands.
  * kt_slip_begin_slow lays the arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */

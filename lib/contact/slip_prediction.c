@@ -44,8 +44,8 @@
 /* Predictions that are repeated. */
 enum { PREDICTIONS = 2 };
 
-/* tau0, s, and s0, m/s, of adaptive steps; one over the largest x. */
-static const double prediction = 4e-7, slow = 4e-6, shrinking = 10.0;
+/* tau0 of adaptive steps, s; one over the largest x. */
+static const double prediction = 4e-7, shrinking = 10.0;
 
 /* tau with these tau0 and s0. */
 static double prediction_time_of(const kt_data *data, size_t k, double tau0, double s0, double *grows) {
@@ -59,18 +59,18 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
 }
 
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
-static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > slow; }
+static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow; }
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *of = data->slip_slow + 2 * k;
     const bool wide = is_unresolved(data, k);
-    return prediction_time_of(data, k, wide ? fmax(of[0], prediction) : prediction, wide ? of[1] : slow, grows);
+    return prediction_time_of(data, k, wide ? fmax(of[0], prediction) : prediction, wide ? of[1] : kt_slip_slow, grows);
 }
 
 /* The same for a contact of a problem: slip that does not grow has that of adaptive steps. */
 static double largest_prediction_time(const kt_data *data, const kt_slip_problem *p, size_t index) {
     double grows;
-    return p->fades[index] ? prediction_time_of(data, index, prediction, slow, &grows)
+    return p->fades[index] ? prediction_time_of(data, index, prediction, kt_slip_slow, &grows)
                            : kt_slip_prediction_time(data, index, &grows);
 }
 
