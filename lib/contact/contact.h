@@ -69,6 +69,7 @@ typedef struct kt_contact {
     X(char, solution_memory, s->solution, "its solution")                                                              \
     X(char, solver_memory, s->solver, "its solver")                                                                    \
     X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
+    X(double, ahead, s->most_items, "tau of slow slip of each of its items (slip_prediction.c), s")                    \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
@@ -141,6 +142,7 @@ struct kt_contacts {
     bool rests;           /* bounces accumulate: contacts that touch come to rest */
     bool jams;            /* friction wedges a contact that slips: an impulse stops it */
     bool releases, holds; /* likewise: it is released, or all that are held stick */
+    bool present;         /* slow slip has its present directions in reactions, not predicted ones */
     bool frees;           /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;           /* this contact */
     bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
@@ -370,6 +372,9 @@ KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double 
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
+/* Returns tau of slip of this speed for reactions at an instant (slip_prediction.c). It is 0 under fixed steps that do
+ * not resolve slip: their forces have other directions in each try. */
+double kt_contacts_prediction_time(const kt_simulation *simulation, double speed);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
  * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
  * changed. */

@@ -90,6 +90,10 @@ static bool needs_wide_prediction(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
 }
 
+double kt_contacts_prediction_time(const kt_simulation *simulation, double speed) {
+    return needs_wide_prediction(simulation) ? 0.0 : kt_slip_prediction_time_at(speed);
+}
+
 /* The rate at which friction changes slip in the island of contact k, m/s^2. */
 static double rate_of_friction(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;

@@ -55,6 +55,7 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
     struct kt_contacts *c = simulation->contacts;
     const int friction = line < c->meeting ? friction_line(c, line) : -1;
     kt_coulomb_item *item = &p->item[p->n];
+    c->ahead[p->n] = 0.0;
     c->posed[p->n++] = line;
     *item = (kt_coulomb_item){.type = KT_COULOMB_FRICTIONLESS, .row = add_line(p, line)};
     if (friction >= 0) {
@@ -194,7 +195,10 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
 
-/* Adds a contact that does not part. If it slips, its direction is given. */
+/* Adds a contact that does not part. If it slips fast, its direction is given. Slow slip has the direction of an
+ * implicit step, as the forces behind this instant have (slip_prediction.c): its rates are (s + tau s') / tau. If it
+ * sticks in the solution, it comes to rest within tau, and not yet. With present directions some corners of a body
+ * would press that do not press behind this instant. They would part and close without end. */
 static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
                                 bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
@@ -211,11 +215,14 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
-    if (!is_held && speed > (ends ? stops : kt_contact_resting)) {
+    const bool slips = !is_held && speed > (ends ? stops : kt_contact_resting);
+    double *ahead = &c->ahead[p->n - 1];
+    *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, speed) : 0.0;
+    if (slips && !(*ahead > 0.0)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
         item->e[1] = slip[1] / speed;
-    } else if (leaving && c->item[c->item[c->list[line]].of].leaves) {
+    } else if (!slips && leaving && c->item[c->item[c->list[line]].of].leaves) {
         item->rejected |= 1U << KT_COULOMB_STICK;
     }
 }
@@ -248,6 +255,11 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
         p->b[j] = fabs(free) <= rounding * size ? 0.0 : free;
         p->size = fmax(p->size, size);
     }
+    for (int k = 0; k < p->n; k++)
+        for (int j = p->item[k].across; c->ahead[k] > 0.0 && j < p->item[k].across + 2; j++) {
+            p->b[j] += u[p->line[j]] / c->ahead[k];
+            p->size = fmax(p->size, fabs(p->b[j]));
+        }
     /* At rest, the model has friction of joints that slips forwards. */
     for (int k = 0; k < p->n; k++)
         for (int j = 0; p->item[k].type == KT_COULOMB_DRY && j < p->rows; j++)
@@ -264,6 +276,8 @@ static void begin_slip(kt_simulation *simulation, int i) {
     const int across = c->problem->line[item->across];
     kt_contact_memory *memory = &simulation->contact_state[contact->index];
     memcpy(memory->slip, c->solution->e[i], sizeof memory->slip);
+    for (int k = 0; c->ahead[i] > 0.0 && k < 2; k++)
+        memory->slip[k] = c->u[across + k] / kt_hypot(c->u[across], c->u[across + 1]);
     memory->load = c->solution->p[item->row];
     memory->response = 0.5 * kt_contact_coefficient(simulation->model, &c->item[contact->of]) *
                        (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
@@ -286,7 +300,7 @@ static void apply(kt_simulation *simulation) {
         if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
             continue;
         contact->next = KT_CONTACT_ON;
-        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK)
+        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0))
             c->item[contact->of].next = KT_CONTACT_ON;
         else if (type != KT_COULOMB_FRICTIONLESS)
             begin_slip(simulation, i);
@@ -308,28 +322,43 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
     bool any = false;
     for (int i = 0; i < p->n; i++) {
         const double *slip = u + p->line[p->item[i].across];
-        any = any || (p->item[i].type == KT_COULOMB_CONE && c->solution->mode[i] == KT_COULOMB_STICK &&
-                      kt_hypot(slip[0], slip[1]) > kt_contact_resting);
+        any = any || (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) &&
+                      c->solution->mode[i] == KT_COULOMB_STICK && kt_hypot(slip[0], slip[1]) > kt_contact_resting);
     }
     return any;
 }
 
-/* Solves the problem of one attempt. Slow slip that may stop is at rest in it. If friction holds none of it, slip goes
+static bool any_is_predicted(const struct kt_contacts *c) {
+    bool any = false;
+    for (int i = 0; i < c->problem->n; i++)
+        any = any || c->ahead[i] > 0.0;
+    return any;
+}
+
+static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    return kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution,
+                            &simulation->memory.contacts.pivots);
+}
+
+/* Solves the problem of one attempt. If slow slip has no solution in predicted directions, present ones are taken. Slow slip that may stop is at rest in it. If friction holds none of it, slip goes
  * on in its own directions: those in which it would begin from rest may have other reactions, and press other
  * contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller uses.
  */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
-    uint64_t *pivots = &simulation->memory.contacts.pivots;
+    bool found = solve_problem(simulation, W, u, leaving, strict);
     const bool stops = c->stops;
-    bool found = kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+    if (!found && any_is_predicted(c)) {
+        c->present = true;
+        found = solve_problem(simulation, W, u, leaving, strict);
+    }
     if (!found || !stops || any_comes_to_rest(c, u))
         return found;
     c->stops = false;
-    found = kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+    found = solve_problem(simulation, W, u, leaving, strict);
     c->stops = stops;
-    return found ||
-           kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution, pivots);
+    return found || solve_problem(simulation, W, u, leaving, strict);
 }
 
 /* ---- other shares ------------------------------------------------------------------------------------------------ */
@@ -339,7 +368,8 @@ static bool solve_attempt(kt_simulation *simulation, const double *W, const doub
  * in which it cannot move. Its friction turns as soon as it moves along another one. Slip ends, stick ends at once, and
  * so on. So a corner that begins to slip without any acceleration is solved once more, with less friction. If friction
  * holds it all the same, it stays at rest, and its reserve is not watched for a short time. Slip that does begin has no
- * acceleration either, if the force grows steadily to the limit. With less friction, this contact slips. */
+ * acceleration either, if the force grows steadily to the limit. With less friction, it has one, and all corners of the
+ * body that must move slip in this solution. It is taken: predictions hold them until their friction is exceeded. */
 
 /* The friction of item i, if it has reached its limit at this instant; else NULL. */
 static const kt_contact *leaving_friction(const kt_simulation *simulation, int i) {
@@ -361,11 +391,10 @@ static bool begins_at_rest(const kt_simulation *simulation, int i) {
 }
 
 /* Solves once more for contacts that begin to slip without acceleration. If all of them stick with less friction, they
- * are held. Otherwise the solution is the previous one again. */
+ * are held. */
 static void find_other_shares(kt_simulation *simulation, const double *W, const double *u) {
     struct kt_contacts *c = simulation->contacts;
-    uint64_t *pivots = &simulation->memory.contacts.pivots;
-    bool any = false, all = true;
+    bool any = false;
     for (int i = 0; i < c->problem->n; i++) {
         kt_coulomb_item *item = &c->problem->item[i];
         if (!begins_at_rest(simulation, i))
@@ -376,14 +405,15 @@ static void find_other_shares(kt_simulation *simulation, const double *W, const 
     }
     if (!any)
         return;
-    all = kt_coulomb_solve(c->problem, c->solver, true, c->solution, pivots);
+    const bool found = kt_coulomb_solve(c->problem, c->solver, true, c->solution, &simulation->memory.contacts.pivots);
+    bool all = found;
     for (int i = 0; all && i < c->problem->n; i++)
         all = leaving_friction(simulation, i) == NULL || (c->problem->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 ||
               c->solution->mode[i] == KT_COULOMB_STICK;
-    if (!all) {
-        (void)kt_coulomb_solve(set_problem(simulation, W, u, true, false), c->solver, true, c->solution, pivots);
+    if (!found)
+        (void)solve_problem(simulation, W, u, true, false);
+    if (!all)
         return;
-    }
     for (int i = 0; i < c->problem->n; i++) {
         const kt_contact *friction = leaving_friction(simulation, i);
         if (friction != NULL && c->solution->mode[i] == KT_COULOMB_STICK)
@@ -415,6 +445,7 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     for (int attempt = 0; attempt < 3 && !found; attempt++) {
         if (attempt == 1 && !leaving)
             continue;
+        c->present = false;
         found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
         if (found && attempt == 0 && leaving && !c->stops && !c->releases && !c->holds)
             find_other_shares(simulation, W, u);

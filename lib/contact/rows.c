@@ -364,11 +364,40 @@ static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const d
     return status;
 }
 
-/* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. */
+/* Changes the units of tangential forces to those of other shares, as in linear/coulomb.h. Returns the largest part of
+ * friction in use. */
+static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
+    double largest = 0.0;
+    for (int k = c->sides; k < c->n; k++) {
+        if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]))
+            continue;
+        const int row = kt_contact_row(model, &c->item[k]);
+        const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
+        const double most = kt_contact_coefficient(model, &c->item[k]) * normal;
+        const double part = kt_hypot(c->reaction[row], c->reaction[row + 1]) / most;
+        if (!(most > 0.0))
+            continue;
+        unit[row] *= kt_coulomb_unit_factor(part);
+        unit[row + 1] = unit[row];
+        largest = fmax(largest, part);
+    }
+    return largest;
+}
+
+/* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. If they
+ * exceed friction, they are shared in other ways, unless the largest part does not change. */
 kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
     for (size_t i = 0; i < at->model->n.row; i++)
         c->rate[i] = 1.0;
-    const kt_status status = find_least(c, at, c->rate, error);
+    kt_status status = find_least(c, at, c->rate, error);
     set_units(c, at->model, c->rate);
-    return status == KT_OK ? find_least(c, at, c->rate, error) : status;
+    if (status == KT_OK)
+        status = find_least(c, at, c->rate, error);
+    double before = HUGE_VAL, part = change_units(c, at->model, c->rate);
+    for (int i = 0; status == KT_OK && i < KT_COULOMB_SHARINGS && part > 1.0 && fabs(before - part) > 1e-14; i++) {
+        before = part;
+        status = find_least(c, at, c->rate, error);
+        part = change_units(c, at->model, c->rate);
+    }
+    return status;
 }

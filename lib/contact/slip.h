@@ -125,6 +125,8 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
  * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
+/* The same of slip of this speed, with adaptive steps. */
+double kt_slip_prediction_time_at(double speed);
 
 /* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
  * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no

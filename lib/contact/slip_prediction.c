@@ -58,6 +58,11 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
     return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? tau0 * part * part : 0.0;
 }
 
+double kt_slip_prediction_time_at(double speed) {
+    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow);
+    return prediction * part * part;
+}
+
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
 static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow; }
 

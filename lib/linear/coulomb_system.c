@@ -285,28 +285,50 @@ static void remove_along(kt_coulomb_system *s, const double *z) {
     }
 }
 
-/* Reduces x to the least solution: removes its part along the null vectors of A, behind the first `rank` pivots. In the
- * first pass all entries have the same unit; it finds normal forces that are not unique. The second pass uses the units
- * of set_units_of_system. */
-static void reduce_to_least(kt_coulomb_system *s, int rank) {
-    for (int pass = 0; rank < s->n && pass < 2; pass++) {
+/* Changes the units of tangential forces that stick to those of other shares (coulomb.h). Returns false if no contact
+ * exceeds its friction. */
+static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
+    bool exceeds = false;
+    double normal = 0.0;
+    for (int k = 0; k < s->n; k++) {
+        normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
+        if (!s->is_tangential[k] || !(normal > 0.0))
+            continue;
+        const double part = kt_hypot(s->x[k], s->x[k + 1]) / (c->item[s->item[k]].friction * normal);
+        s->unit[k] *= kt_coulomb_unit_factor(part);
+        s->unit[k + 1] = s->unit[k];
+        exceeds = exceeds || part > 1.0;
+        k++;
+    }
+    return exceeds;
+}
+
+/* Removes the part of x along the null vectors of A, which are behind the first `rank` pivots. */
+static void remove_null_vectors(kt_coulomb_system *s, int rank) {
+    for (int k = rank; k < s->n; k++) {
+        double *z = row_of(s->A, k, s->width);
+        find_null_vector(s, rank, k, z);
+        make_orthonormal(s, rank, k);
         for (int i = 0; i < s->n; i++)
-            s->unit[i] = 1.0;
-        if (pass > 0)
-            set_units_of_system(s);
-        for (int k = rank; k < s->n; k++) {
-            double *z = row_of(s->A, k, s->width);
-            find_null_vector(s, rank, k, z);
-            make_orthonormal(s, rank, k);
-            for (int i = 0; i < s->n; i++)
-                s->shares = s->shares || (s->is_normal[i] && fabs(z[i]) > 1e-8);
-            remove_along(s, z);
-        }
+            s->shares = s->shares || (s->is_normal[i] && fabs(z[i]) > 1e-8);
+        remove_along(s, z);
     }
 }
 
+/* Reduces x to the least solution. In the first pass all entries have the same unit; it finds normal forces that are
+ * not unique. The second pass uses the units of set_units_of_system, and further ones those of other shares. */
+static void reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank) {
+    for (int i = 0; i < s->n; i++)
+        s->unit[i] = 1.0;
+    remove_null_vectors(s, rank);
+    set_units_of_system(s);
+    remove_null_vectors(s, rank);
+    for (int k = 0; k < KT_COULOMB_SHARINGS && change_shares(c, s); k++)
+        remove_null_vectors(s, rank);
+}
+
 /* Solves for x by elimination with complete pivoting. */
-static void solve_system(kt_coulomb_system *s) {
+static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     const int width = s->n + s->columns;
     int rank = 0;
     double first = 0.0;
@@ -332,7 +354,8 @@ static void solve_system(kt_coulomb_system *s) {
     for (int m = 0; m < s->columns; m++)
         for (int i = 0; i < rank; i++)
             row_of(s->x, m, s->most)[s->order[i]] = row_of(s->A, i, s->width)[s->n + m];
-    reduce_to_least(s, rank);
+    if (rank < s->n)
+        reduce_to_least(c, s, rank);
 }
 
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
@@ -359,7 +382,7 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_coulomb_system *s = c->system;
     begin_system(c, to, s);
     fill_system(c, to, s);
-    solve_system(s);
+    solve_system(c, s);
     to->shares = s->shares;
     memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
     for (int k = 0; k < s->n; k++)
@@ -410,7 +433,7 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
         *right = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
         *residual = fmax(*residual, fabs(*right));
     }
-    solve_system(t);
+    solve_system(c, t);
     memcpy(angle, t->x, (size_t)t->n * sizeof *angle);
 }
 

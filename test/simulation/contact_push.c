@@ -131,7 +131,8 @@ KT_TEST(boxes_that_are_pushed_gain_no_energy) {
  * friction to spare. Holds of corners at rest take some 8 steps each. Without them, each box takes less than 5000
  * steps, but some 90000 if this corner turns at its own rate. */
 KT_TEST(boxes_that_are_pushed_beside_the_middle_take_few_steps) {
-    static const push pushes[] = {{10.0, 0.5, 0.0, 0.05, 0.1, 4}, {10.0, 0.5, 0.05, -0.1, 0.14, 4}};
+    static const push pushes[] = {
+        {10.0, 0.5, 0.0, 0.05, 0.1, 4}, {10.0, 0.5, 0.05, -0.1, 0.14, 4}, {10.0, 0.5, 0.02, 0.08187, -0.1329, 4}};
     for (int i = 0; i < STEPPINGS; i++) {
         const stepping *s = &steppings[i];
         kt_worst balance = kt_worst_make("balance, relative"), steps = kt_worst_make("steps");
@@ -146,6 +147,121 @@ KT_TEST(boxes_that_are_pushed_beside_the_middle_take_few_steps) {
         kt_check_worst(&steps);
     }
 }
+
+/* ---- limit of rest ----------------------------------------------------------------------------------------------- */
+
+enum { LEGS = 3 };
+
+/* A box at rest on three corners, with a force F along x. */
+typedef struct rest_on_legs {
+    const push *p;
+    double force, normal[LEGS];
+} rest_on_legs;
+
+static const double legs[LEGS][2] = {{0.2, 0.15}, {0.2, -0.15}, {-0.2, 0.0}};
+
+/* Normal forces: their sum is m g, and their moment about the middle that of F. */
+static void find_normals_of_legs(rest_on_legs *r) {
+    const double weight = r->p->mass * gravity, moment = r->force * r->p->height;
+    r->normal[2] = 0.5 * weight - 0.5 * moment / 0.2;
+    r->normal[0] = r->normal[1] = 0.5 * (weight - r->normal[2]);
+}
+
+/* What friction takes in a motion in which F has the power F 1: rate w of a turn, and y the velocity along y. */
+static double power_of_friction(const rest_on_legs *r, double w, double y) {
+    double sum = 0.0;
+    for (int i = 0; i < LEGS; i++)
+        sum += r->p->friction * r->normal[i] * hypot(1.0 + w * (r->p->beside - legs[i][1]), y + w * legs[i][0]);
+    return sum;
+}
+
+/* The least power of all motions with this w. It is convex: golden sections. */
+static double least_power_of_turn(const rest_on_legs *r, double w) {
+    const double golden = 0.5 * (sqrt(5.0) - 1.0);
+    double from = -50.0, to = 50.0;
+    for (int i = 0; i < 100; i++) {
+        const double a = to - golden * (to - from), b = from + golden * (to - from);
+        if (power_of_friction(r, w, a) < power_of_friction(r, w, b))
+            to = b;
+        else
+            from = a;
+    }
+    return power_of_friction(r, w, 0.5 * (from + to));
+}
+
+/* The limit of F: the least power of all motions of friction that has its limit everywhere (theorem of limit analysis).
+ * The normal forces depend on F. */
+static double limit_of_rest(const push *p) {
+    const double golden = 0.5 * (sqrt(5.0) - 1.0);
+    rest_on_legs r = {.p = p, .force = p->friction * p->mass * gravity};
+    for (int k = 0; k < 40; k++) {
+        double from = -50.0, to = 50.0;
+        find_normals_of_legs(&r);
+        for (int i = 0; i < 100; i++) {
+            const double a = to - golden * (to - from), b = from + golden * (to - from);
+            if (least_power_of_turn(&r, a) < least_power_of_turn(&r, b))
+                to = b;
+            else
+                from = a;
+        }
+        r.force = least_power_of_turn(&r, 0.5 * (from + to));
+    }
+    return r.force;
+}
+
+/* The time at which F = A (3 x^2 - 2 x^3), x = t / T, has this value. */
+static double time_of_force(const push *p, double force) {
+    double x = 0.5;
+    for (int i = 0; i < 60; i++)
+        x -= (x * x * (3.0 - 2.0 * x) - force / largest_force(p)) / (6.0 * x * (1.0 - x));
+    return x * duration;
+}
+
+/* How many corners stick at the force F. */
+static double sticking_corners(kt_simulation *simulation, const push *p, double force) {
+    kt_error error = {0};
+    const bool fine = kt_fine("runs", kt_simulation_advance(simulation, time_of_force(p, force), &error), &error);
+    const kt_contact_counts counts = kt_simulation_contacts(simulation);
+    return fine ? (double)counts.sticks - (double)counts.slips : (double)NAN;
+}
+
+static void check_limit_of_rest(const push *p, const char *method, kt_worst *before, kt_worst *after, kt_worst *held) {
+    const double limit = limit_of_rest(p), near = 1e-6;
+    kt_error error = {0};
+    kt_parsed m;
+    kt_run run = kt_run_default();
+    kt_simulation *simulation = NULL;
+    run.integrator = method;
+    run.relative = run.absolute = 1e-9;
+    if (make_box(p, &m) &&
+        kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error)) {
+        kt_worst_near(before, sticking_corners(simulation, p, limit * (1.0 - near)), LEGS, 0.5, "%s, %.6g N", method,
+                      limit);
+        kt_worst_near(held, (double)kt_simulation_contacts(simulation).rested, 0.0, 0.5, "%s, %.6g N", method, limit);
+        kt_worst_near(after, sticking_corners(simulation, p, limit * (1.0 + near)), 0.0, 0.5, "%s, %.6g N", method,
+                      limit);
+    }
+    kt_simulation_free(simulation);
+    kt_parsed_free(&m);
+}
+
+/* Friction of several corners at rest can be shared in several ways. The box rests as long as one of them is within the
+ * limits of all corners. Then all corners begin to slip together. */
+KT_TEST(boxes_rest_up_to_the_limit_of_all_shares) {
+    static const double pushes[][3] = {
+        {0.05, -0.1, 0.14}, {0.0, 0.05, 0.1}, {0.1, 0.0, -0.05}, {0.02, 0.19, 0.02}, {0.12, -0.2, -0.15}};
+    kt_worst before = kt_worst_make("corners at rest before the limit"),
+             after = kt_worst_make("corners at rest behind the limit"), held = kt_worst_make("friction held");
+    for (size_t k = 0; k < sizeof pushes / sizeof *pushes; k++) {
+        const push p = {10.0, 0.5, pushes[k][0], pushes[k][1], pushes[k][2], 3};
+        check_limit_of_rest(&p, k % 2 == 0 ? "dopri5" : "radau5", &before, &after, &held);
+    }
+    kt_check_worst(&before);
+    kt_check_worst(&after);
+    kt_check_worst(&held);
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* Restores a copy at many times, and compares it with the original after three more intervals. Returns how many copies
  * had the same bits. */
