@@ -83,8 +83,8 @@ static double size_of_forces(const kt_tree *tree, const kt_tree_state *s, const 
     return size;
 }
 
-/* A bound of the change of accelerations by rounding, relative to the rounding. Each number of the state and of the joint
- * forces is changed by 1e-7. The sizes of the changes of accelerations are added, and divided by 1e-7. Forces are
+/* A bound of the change of accelerations by rounding, relative to the rounding. Each number of the state and of the
+ * joint forces is changed by 1e-7. The sizes of the changes of accelerations are added, and divided by 1e-7. Forces are
  * relative to the sizes of their terms. */
 static double sensitivity_of(const kt_tree *tree, const kt_tree_state *s, const double *a) {
     double most = 1.0, sum[NV] = {0.0};
