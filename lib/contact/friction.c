@@ -341,10 +341,10 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
                             &simulation->memory.contacts.pivots);
 }
 
-/* Solves the problem of one attempt. If slow slip has no solution in predicted directions, present ones are taken. Slow slip that may stop is at rest in it. If friction holds none of it, slip goes
- * on in its own directions: those in which it would begin from rest may have other reactions, and press other
- * contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller uses.
- */
+/* Solves the problem of one attempt. If slow slip has no solution in predicted directions, present ones are taken. Slow
+ * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions: those in which
+ * it would begin from rest may have other reactions, and press other contacts. If these have no solution either, the
+ * first solve is repeated, whose problem and solution the caller uses. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     bool found = solve_problem(simulation, W, u, leaving, strict);

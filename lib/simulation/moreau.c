@@ -32,9 +32,10 @@
  * Redundant contacts. Four corners of a rigid face share a load in many ways, and friction of corners that differ
  * depends on the shares. Let p be redundant impulses, J'p = 0. Newton's method with the damping delta
  * (linear/cone_newton.c) moves the impulses along p by about p . r / delta, until a corner has no load. Gaps of one
- * rigid face have p . g = 0. So all bounds must be r = -g / h to rounding. The residual of the cone solver leaves depths
- * of 1e-7 G h^2, with the acceleration G of free fall. Contacts with such a depth would have r = 0 instead. Hence depths
- * are moved out before the bounds are known. Depths up to the rounding d of a gap are removed within the step.
+ * rigid face have p . g = 0. So all bounds must be r = -g / h to rounding. The residual of the cone solver leaves
+ * depths of 1e-7 G h^2, with the acceleration G of free fall. Contacts with such a depth would have r = 0 instead.
+ * Hence depths are moved out before the bounds are known. Depths up to the rounding d of a gap are removed within the
+ * step.
  *
  * Friction that sticks in a heap is redundant, too, but the gaps of its contacts are independent. Then bounds that
  * part, r > 0, may have no solution: a sphere between two walls cannot leave both. Others, r < 0, have solutions in

@@ -37,8 +37,8 @@ int kt_closed_count_forms(kt_loop_type type);
 bool kt_closed_is_generated(const kt_model *model);
 
 /* The smallest direction of m equations A a = b (column-major), in the metric M^-1. Each row has a part that is normal
- * to the rows before it. The direction is the least square of such a part over the square of its row. It is 1 if the mass
- * matrix is not definite, so that there is no metric. */
+ * to the rows before it. The direction is the least square of such a part over the square of its row. It is 1 if the
+ * mass matrix is not definite, so that there is no metric. */
 double kt_closed_least_direction(const kt_tree *tree, const kt_tree_state *s, const double *matrix, int m);
 
 #endif
