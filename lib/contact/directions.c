@@ -91,7 +91,7 @@ static bool needs_wide_prediction(const kt_simulation *simulation) {
 }
 
 double kt_contacts_prediction_time(const kt_simulation *simulation, double speed) {
-    return needs_wide_prediction(simulation) ? 0.0 : kt_slip_prediction_time_at(speed);
+    return needs_wide_prediction(simulation) ? 0.0 : kt_slip_prediction_time_at(simulation->data, speed);
 }
 
 /* The rate at which friction changes slip in the island of contact k, m/s^2. */
@@ -104,8 +104,17 @@ static double rate_of_friction(const kt_simulation *simulation, int k) {
     return rate;
 }
 
+/* r of slip_prediction.c. */
+static double reach_of_prediction(const kt_simulation *simulation) {
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < simulation->size.nv; i++)
+        least = fmin(least, kt_error_scale(simulation->integrator, simulation->size.nq + i, 0.0, 0.0));
+    return simulation->step > 0.0 ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / 1e-9)));
+}
+
 void kt_contacts_put_directions(kt_simulation *simulation) {
     const bool wide = needs_wide_prediction(simulation);
+    simulation->data->slip_reach = reach_of_prediction(simulation);
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
         const kt_contact_memory *memory = &simulation->contact_state[k];
         if (!kt_contact_is_slipping(simulation, k))

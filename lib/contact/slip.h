@@ -89,13 +89,18 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* The largest slip velocity that counts as zero, and the largest one that adaptive steps predict, m/s. */
-static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6;
+/* The largest slip velocity that counts as zero, m/s. */
+static const double kt_slip_still = 1e-14;
+
+/* tau0, s, and s0, m/s, of adaptive steps (slip_prediction.c). */
+static inline double kt_slip_reach(const kt_data *data) { return data->slip_reach > 1.0 ? data->slip_reach : 1.0; }
+static inline double kt_slip_time(const kt_data *data) { return 4e-7 * kt_slip_reach(data); }
+static inline double kt_slip_slow(const kt_data *data) { return 4e-6 * kt_slip_reach(data); }
 
 /* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
 static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, wide = data->slip_slow[2 * k + 1];
-    const double most = wide > kt_slip_slow ? wide : kt_slip_slow;
+    const double slow = kt_slip_slow(data), most = wide > slow ? wide : slow;
     return fabs(s[0]) >= most || fabs(s[1]) >= most;
 }
 
@@ -126,7 +131,7 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
  * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 /* The same of slip of this speed, with adaptive steps. */
-double kt_slip_prediction_time_at(double speed);
+double kt_slip_prediction_time_at(const kt_data *data, double speed);
 
 /* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
  * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no

@@ -19,7 +19,13 @@
  * of this corner does not end.
  *
  * Across e this makes an error of the acceleration. The error is tau times the acceleration of s along e, times the
- * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. The rate s' is affine in the forces
+ * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. With adaptive steps and the
+ * absolute tolerance R of velocities
+ *
+ *     tau0 = 4e-7 s r,   s0 = 4e-6 m/s r,   r = sqrt(R / 1e-9),   1 <= r <= 300
+ *
+ * so that a rate of 1 rad/s makes an error of R / 600. Next to the point about which a foot turns slip stays slow for
+ * long, and friction turns it as fast as this permits. The rate s' is affine in the forces
  * at all contacts that slip. The iteration for the directions is in linear/coulomb.h. If no solution is found, e is
  * the direction of s, which is counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit
  * steps found no solution there.
@@ -44,8 +50,8 @@
 /* Predictions that are repeated. */
 enum { PREDICTIONS = 2 };
 
-/* tau0 of adaptive steps, s; one over the largest x. */
-static const double prediction = 4e-7, shrinking = 10.0;
+/* One over the largest x. */
+static const double shrinking = 10.0;
 
 /* tau with these tau0 and s0. */
 static double prediction_time_of(const kt_data *data, size_t k, double tau0, double s0, double *grows) {
@@ -58,24 +64,25 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
     return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? tau0 * part * part : 0.0;
 }
 
-double kt_slip_prediction_time_at(double speed) {
-    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow);
-    return prediction * part * part;
+double kt_slip_prediction_time_at(const kt_data *data, double speed) {
+    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow(data));
+    return kt_slip_time(data) * part * part;
 }
 
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
-static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow; }
+static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow(data); }
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *of = data->slip_slow + 2 * k;
     const bool wide = is_unresolved(data, k);
-    return prediction_time_of(data, k, wide ? fmax(of[0], prediction) : prediction, wide ? of[1] : kt_slip_slow, grows);
+    const double time = kt_slip_time(data);
+    return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : kt_slip_slow(data), grows);
 }
 
 /* The same for a contact of a problem: slip that does not grow has that of adaptive steps. */
 static double largest_prediction_time(const kt_data *data, const kt_slip_problem *p, size_t index) {
     double grows;
-    return p->fades[index] ? prediction_time_of(data, index, prediction, kt_slip_slow, &grows)
+    return p->fades[index] ? prediction_time_of(data, index, kt_slip_time(data), kt_slip_slow(data), &grows)
                            : kt_slip_prediction_time(data, index, &grows);
 }
 

@@ -262,6 +262,46 @@ KT_TEST(boxes_rest_up_to_the_limit_of_all_shares) {
     kt_check_worst(&held);
 }
 
+/* ---- tolerances -------------------------------------------------------------------------------------------------- */
+
+/* The speed along x after 2.4 s, 0.35 s behind the limit of rest. *steps: that it took. */
+static double speed_behind_limit(const char *method, double tolerance, double *steps) {
+    const push p = {10.0, 0.5, 0.05, -0.1, 0.14, LEGS};
+    kt_error error = {0};
+    kt_parsed m;
+    kt_run run = kt_run_default();
+    kt_simulation *simulation = NULL;
+    double speed = (double)NAN;
+    run.integrator = method;
+    run.relative = run.absolute = tolerance;
+    if (make_box(&p, &m) &&
+        kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error) &&
+        kt_fine("runs", kt_simulation_advance(simulation, 2.4, &error), &error))
+        speed = kt_simulation_velocities(simulation)[0];
+    *steps = (double)kt_simulation_counts_get(simulation).steps;
+    kt_simulation_free(simulation);
+    kt_parsed_free(&m);
+    return speed;
+}
+
+/* Slip that begins is slower than the tolerance at first. It must not count as rest, nor need steps of its own. The
+ * error at the end is that of some tens of steps. */
+KT_TEST(slip_begins_at_every_tolerance) {
+    static const char *const methods[] = {"dopri5", "dop853", "radau5", "auto"};
+    double count;
+    const double exact = speed_behind_limit("dopri5", 1e-11, &count);
+    kt_worst speed = kt_worst_make("speed, relative to the tolerance"), steps = kt_worst_make("steps");
+    kt_check_above("speed", exact, 0.02);
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++)
+        for (double tolerance = 1e-3; tolerance > 5e-9; tolerance *= 0.1) {
+            const double observed = speed_behind_limit(methods[i], tolerance, &count);
+            kt_worst_below(&speed, fabs(observed - exact) / tolerance, 30.0, "%s, %.0e", methods[i], tolerance);
+            kt_worst_below(&steps, count, 3000.0, "%s, %.0e", methods[i], tolerance);
+        }
+    kt_check_worst(&speed);
+    kt_check_worst(&steps);
+}
+
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* Restores a copy at many times, and compares it with the original after three more intervals. Returns how many copies
