@@ -3,7 +3,9 @@
  * Each robot stands, drops from 1 cm, or walks in place: its legs lift in turns. The controller holds the joints at
  * their targets by tau = k (target - q) - d v, once in a period of 1 ms. The grid takes all methods with fixed steps of
  * 1 ms and those with adaptive steps, friction of 0.3 to 1.2, and restitutions of 0 to 0.8. A line of the table has one
- * robot, one task and one method. A tick's cost is its number of evaluations. */
+ * robot, one task and one method. A tick's cost is its number of evaluations.
+ *
+ * The stiffness k of all controllers may be multiplied by a factor: feet of soft legs slip more. */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 #include "mechanisms.h"
@@ -48,10 +50,11 @@ enum {
 typedef struct cell {
     int robot, task, way;
     double friction, restitution;
+    double stiffness; /* a factor */
 } cell;
 
-static cell cell_of(int index) {
-    cell c;
+static cell cell_of(int index, double stiffness) {
+    cell c = {.stiffness = stiffness};
     c.restitution = restitutions[index % RESTITUTIONS];
     c.friction = frictions[index / RESTITUTIONS % FRICTIONS];
     index /= RESTITUTIONS * FRICTIONS;
@@ -107,7 +110,7 @@ static void control(const cell *c, const kt_contact_mechanism *m, const double *
         const bool left = r->make == kt_mechanism_quadruped ? ((i - 1) / 3 % 2 == 0) : i > m->bodies - 7;
         const bool bends = c->task == WALK && fabs(angle) > 0.3 && m->body[i].joint.axis.y > 0.5;
         const double lift = bends ? fmax(left ? phase : -phase, 0.0) * r->swing * angle / fabs(angle) : 0.0;
-        tau[joint] = r->stiffness * (angle + lift - q[joint + 1]) - r->damping * v[joint];
+        tau[joint] = c->stiffness * r->stiffness * (angle + lift - q[joint + 1]) - r->damping * v[joint];
     }
 }
 
@@ -170,7 +173,8 @@ typedef struct choice {
     double duration;
     int stride, offset;
     const char *only;
-    double most; /* evaluations of a tick */
+    double most;      /* evaluations of a tick */
+    double stiffness; /* a factor */
 } choice;
 
 static void print_line(const cell *c, const line *l) {
@@ -199,7 +203,7 @@ static int run_grid(const choice *what) {
     line l = {0}, all = {0};
     printf("%34s |%5s%7s%11s%10s%10s\n", "", "runs", "failed", "worst tick", "mean tick", "impacts/s");
     for (int i = 0; i < CELLS; i++) {
-        const cell c = cell_of(i), next = cell_of(i + 1 < CELLS ? i + 1 : 0);
+        const cell c = cell_of(i, what->stiffness), next = cell_of(i + 1 < CELLS ? i + 1 : 0, what->stiffness);
         char name[64];
         (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
                        ways[c.way].fixed ? "fixed" : "adaptive");
@@ -220,7 +224,7 @@ static int run_grid(const choice *what) {
 }
 
 int main(int argc, char **argv) {
-    choice what = {.duration = 10.0, .stride = 1, .most = HUGE_VAL};
+    choice what = {.duration = 10.0, .stride = 1, .most = HUGE_VAL, .stiffness = 1.0};
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (value != NULL && strcmp(argv[i], "--duration") == 0)
@@ -233,14 +237,19 @@ int main(int argc, char **argv) {
             what.only = argv[++i];
         else if (value != NULL && strcmp(argv[i], "--most") == 0)
             what.most = strtod(argv[++i], NULL);
+        else if (value != NULL && strcmp(argv[i], "--stiffness") == 0)
+            what.stiffness = strtod(argv[++i], NULL);
         else
             what.stride = 0;
     }
-    if (what.stride < 1 || what.offset < 0 || what.offset >= what.stride || !(what.duration > 0.0)) {
+    if (what.stride < 1 || what.offset < 0 || what.offset >= what.stride || !(what.duration > 0.0) ||
+        !(what.stiffness > 0.0)) {
         (void)fprintf(stderr,
-                      "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS] [--most E]\n"
+                      "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS] [--most E] "
+                      "[--stiffness F]\n"
                       "Runs every N-th cell of the grid for S seconds, from the cell M < N on. WORDS: a part of "
-                      "a line's name.\nReturns 1 if a run fails, or if a tick takes more than E evaluations.\n");
+                      "a line's name. F: the factor of the controllers' stiffness.\nReturns 1 if a run fails, or if a "
+                      "tick takes more than E evaluations.\n");
         return 2;
     }
     return run_grid(&what) == 0 ? 0 : 1;

@@ -143,6 +143,7 @@ struct kt_contacts {
     bool jams;            /* friction wedges a contact that slips: an impulse stops it */
     bool releases, holds; /* likewise: it is released, or all that are held stick */
     bool present;         /* slow slip has its present directions in reactions, not predicted ones */
+    bool holds_slow;      /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;           /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;           /* this contact */
     bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
@@ -266,7 +267,8 @@ int kt_contacts_find_slow(const kt_simulation *simulation);
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Holds friction k, or with fixed steps for one step at least, and counts this (directions.c). */
 void kt_contact_hold_friction(kt_simulation *simulation, int k);
-/* Whether friction of any contact is held at the present time (directions.c). */
+/* Whether friction k, or friction of any contact, is held at the present time (directions.c). */
+bool kt_contact_is_held(const kt_simulation *simulation, int k);
 bool kt_contacts_hold_any(const kt_simulation *simulation);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);

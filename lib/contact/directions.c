@@ -265,10 +265,14 @@ void kt_contact_hold_friction(kt_simulation *simulation, int k) {
     simulation->memory.contacts.rested++;
 }
 
+bool kt_contact_is_held(const kt_simulation *simulation, int k) {
+    return kt_integrator_time(simulation->integrator) < simulation->contact_state[k].held;
+}
+
 bool kt_contacts_hold_any(const kt_simulation *simulation) {
     bool any = false;
     for (int k = simulation->contacts->sides; k < simulation->contacts->n; k++)
-        any = any || kt_integrator_time(simulation->integrator) < simulation->contact_state[k].held;
+        any = any || kt_contact_is_held(simulation, k);
     return any;
 }
 

@@ -16,8 +16,9 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
-/* The factor of friction that holds a contact. */
-static const double holding = 1e3;
+/* The factor of friction that holds a contact. Slip that is faster than that of a wedged contact by less than `about`
+ * is about as fast. */
+static const double holding = 1e3, about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
 static const double small = 1e-9;
 /* The part of its friction that a contact holds in reserve in other shares. */
@@ -131,10 +132,15 @@ static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) 
     return most > 0.0 && *energy >= 0.0;
 }
 
+/* The slip of row i, m/s; 0 without friction. */
+static double slip_speed_of(const struct kt_contacts *c, int i, const double *u) {
+    const int line = friction_line(c, i);
+    return line >= 0 ? kt_hypot(u[line], u[line + 1]) : 0.0;
+}
+
 /* Whether the contact of row i slips. */
 static bool row_is_slipping(const struct kt_contacts *c, int i, const double *u) {
-    const int line = friction_line(c, i);
-    return line >= 0 && kt_hypot(u[line], u[line + 1]) > kt_contact_resting;
+    return slip_speed_of(c, i, u) > kt_contact_resting;
 }
 
 /* Whether the impulses of the solution change the slip of row i, and not just its approach. */
@@ -432,11 +438,25 @@ static void count_undecided(kt_simulation *simulation, double t) {
     counts->redundant += c->solution->redundant;
 }
 
+/* Holds the friction of all contacts of the wedged one's island that slip about as fast, or slower. */
+static void hold_slow_slip(kt_simulation *simulation, const double *u) {
+    const struct kt_contacts *c = simulation->contacts;
+    double most = -1.0;
+    for (int i = 0; i < c->meeting; i++)
+        if (c->list[i] == c->wedged)
+            most = about * fmax(slip_speed_of(c, i, u), kt_contact_loop(simulation, i)->rest_velocity);
+    for (int i = 0; i < c->meeting; i++)
+        if (friction_line(c, i) >= 0 && slip_speed_of(c, i, u) <= most)
+            kt_contact_hold(simulation, c->item[c->list[i]].of);
+}
+
 kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
                                    kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     bool found = false, leaving = false;
+    if (c->holds_slow)
+        hold_slow_slip(simulation, u);
     for (int i = 0; i < c->touching; i++)
         leaving = leaving || c->item[c->list[i]].leaves;
     /* The second attempt lets leaving contacts stay, since forces have been redistributed. Third attempt: corners of a

@@ -338,7 +338,8 @@ static bool stop_slow_slip(kt_simulation *simulation) {
  *                no solution, or friction wedges a contact
  *     RELEASE    the contact is released, if it then parts
  *     then       impulses without a collision stop the slip, up to IMPULSES times
- *     HOLD       its slip is held for a short time; once for each contact
+ *     HOLD       its slip is held for a short time; once for each contact. If it slips on although it is held, other
+ *                contacts of its body do: then all slow slip is held
  *
  * Returns false if no attempt is left. */
 static bool free_wedged(kt_simulation *simulation, int *attempt) {
@@ -362,13 +363,14 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
         c->releases = now == RELEASE;
         c->jams = now > RELEASE && now < HOLD;
         c->holds = now >= HOLD;
+        c->holds_slow = c->holds && kt_contact_is_held(simulation, c->item[c->wedged].of);
         if (c->holds)
             kt_contact_hold(simulation, c->item[c->wedged].of);
         status = resolve_once(simulation, &made);
         simulation->memory.contacts.rested += c->holds && status == KT_OK;
         if (c->jams && status != KT_OK) /* another impulse would fail, too */
             *attempt = HOLD;
-        c->releases = c->holds = c->jams = false;
+        c->releases = c->holds = c->holds_slow = c->jams = false;
     }
     return status == KT_OK;
 }
