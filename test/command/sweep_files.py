@@ -145,4 +145,18 @@ def motions():
     same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
 
 
-finish((kept, pictures, motions))
+def inputs_stay():
+    """Results that would overwrite the scene, the table or a part are rejected; the inputs keep their bytes."""
+    pathlib.Path("table.csv").write_text("m,g\n1,2\n3,4\n")
+    for k in (1, 2):
+        run("fall.yaml", "--vary", "g=1:4:4", "--quiet", "--shard", f"{k}/2", "--out", f"part{k}.csv")
+    for words, file in ((["fall.yaml", "--vary", "g=1,2", "--out", "./fall.yaml"], "fall.yaml"), (["fall.yaml", "--from", "table.csv", "--out", "table.csv"], "table.csv"),
+                        (["--merge", "part1.csv", "part2.csv", "--out", "part2.csv"], "part2.csv")):
+        before = pathlib.Path(file).read_bytes()
+        told = run(*words, "--quiet", code=1).stderr
+        same(f"{file}: bytes, and the message", (pathlib.Path(file).read_bytes() == before, "itself; give the results another file" in told), (True, True))
+    same("FILE.shard of a part", pathlib.Path("part2.csv.shard").exists(), True)
+    run("--merge", "part1.csv", "part2.csv", "--out", "parts.csv")
+
+
+finish((kept, pictures, motions, inputs_stay))

@@ -364,7 +364,11 @@ static int write_part(kt_sweep *sweep, kt_ranks *ranks, const char *out, int64_t
     return code == KT_EXIT_DONE && sweep->arguments->shard != NULL ? kt_sweep_shard_write(out, &shard) : code;
 }
 
-static int check_sweep_files(const kt_sweep_arguments *arguments) {
+static int check_sweep_files(const kt_sweep_arguments *arguments, const char *path, const char *out) {
+    const kt_file_use uses[] = {{"the scene", path, false},
+                                {"--from", arguments->from, false},
+                                {"--out", out, true},
+                                {"--keep", arguments->keep, true}};
     if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep)) {
         kt_say("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
         return KT_EXIT_USAGE;
@@ -373,7 +377,8 @@ static int check_sweep_files(const kt_sweep_arguments *arguments) {
         kt_say("sweep: --out writes lines as CSV; --keep %s keeps all records", arguments->out);
         return KT_EXIT_USAGE;
     }
-    return arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
+    const int code = arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
+    return code < 0 ? kt_check_files("sweep", uses, sizeof uses / sizeof uses[0]) : code;
 }
 
 /* Reads "K/N" with 1 <= K <= N. Returns false if the text has another form. */
@@ -426,11 +431,12 @@ static int read_sweep_scene(kt_sweep *sweep) {
 static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, const char *path) {
     kt_sweep sweep = {.arguments = arguments, .path = path};
     int64_t first = 0, end = 0;
-    char out[4096];
+    char lines[4096];
     char *base = kt_base_name(path);
-    (void)snprintf(out, sizeof out, "%s-sweep.csv", base != NULL ? base : "scene");
+    (void)snprintf(lines, sizeof lines, "%s-sweep.csv", base != NULL ? base : "scene");
     free(base);
-    int code = check_sweep_files(arguments);
+    const char *out = arguments->out != NULL ? arguments->out : lines;
+    int code = check_sweep_files(arguments, path, out);
     code = code < 0 ? kt_sweep_list_functionals(&sweep) : code;
     code = code < 0 ? kt_sweep_plan_make(arguments, &sweep.plan) : code;
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
@@ -444,7 +450,7 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
         !arguments->resume) /* before files are emptied; --resume confirms after it has found the missing runs */
         code = kt_sweep_confirm(&sweep, first, end, ranks != NULL ? 0 : threads_of(arguments));
     if (code < 0)
-        code = write_part(&sweep, ranks, arguments->out != NULL ? arguments->out : out, first, end);
+        code = write_part(&sweep, ranks, out, first, end);
     kt_sweep_free(&sweep);
     return code;
 }

@@ -249,6 +249,21 @@ static int write_merged_shard(const part *parts, int count, const char *out) {
     return kt_sweep_shard_write(out, &all);
 }
 
+/* The joined file must be none of the parts. */
+static int check_merged_file(const char *out, char **names, int count) {
+    kt_file_use *uses = calloc((size_t)count + 1, sizeof *uses);
+    if (uses == NULL) {
+        kt_say("sweep: there is not enough memory");
+        return KT_EXIT_INTEGRATION;
+    }
+    for (int i = 0; i < count; i++)
+        uses[i] = (kt_file_use){"a part", names[i], false};
+    uses[count] = (kt_file_use){"--out", out, true};
+    const int code = kt_check_files("sweep", uses, count + 1);
+    free(uses);
+    return code;
+}
+
 int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count) {
     kt_output output = {.lock = -1};
     part *parts = calloc((size_t)count, sizeof *parts);
@@ -262,7 +277,8 @@ int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count)
     const bool to_file = strcmp(out, "-") != 0;
     bool is_written = false;
     int64_t runs = -1;
-    code = open_parts(parts, count, names);
+    code = check_merged_file(out, names, count);
+    code = code < 0 ? open_parts(parts, count, names) : code;
     code = code < 0 ? read_shards(parts, count, &runs) : code;
     if (code < 0 && to_file)
         code = kt_output_start(&output, out);
