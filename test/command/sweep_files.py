@@ -145,6 +145,23 @@ def motions():
     same("no HDF5", ("no HDF5 file" in told.stderr, told.returncode), (True, 2))
 
 
+def spreadsheets():
+    """Tables of spreadsheets: a byte order mark is no part of the first name, and other separators than commas are named."""
+    pathlib.Path("marked.csv").write_bytes(b"\xef\xbb\xbfm,g\r\n1,2\r\n3,4\r\n")
+    pathlib.Path("plain.csv").write_text("m,g\n1,2\n3,4\n")
+    lines = [run("fall.yaml", "--from", table, "--quiet", "--out", "-").stdout for table in ("marked.csv", "plain.csv")]
+    same("lines of a table with a mark", lines[0] == lines[1] != "", True)
+    subprocess.run([command, "run", "fall.yaml", "--quiet", "--out", "fall.csv"], check=True)
+    pathlib.Path("fall2.csv").write_bytes(b"\xef\xbb\xbf" + pathlib.Path("fall.csv").read_bytes())
+    for start in ("fall.csv", "fall2.csv"):
+        subprocess.run([command, "run", "fall.yaml", "--quiet", "--from", f"{start}:1", "--out", f"from-{start}"], check=True)
+    same("a start from records with a mark", pathlib.Path("from-fall.csv").read_bytes() == pathlib.Path("from-fall2.csv").read_bytes(), True)
+    pathlib.Path("semicolons.csv").write_text("time;x\n0;1\n1;2\n")
+    told = subprocess.run([command, "plot", "semicolons.csv", "--out", "p.svg"], capture_output=True, text=True, check=False)
+    if "without cairo" not in told.stderr:
+        same("semicolons", ("semicolons.csv:1:" in told.stderr and "commas" in told.stderr, told.returncode), (True, 2))
+
+
 def inputs_stay():
     """Results that would overwrite the scene, the table or a part are rejected; the inputs keep their bytes."""
     pathlib.Path("table.csv").write_text("m,g\n1,2\n3,4\n")
@@ -159,4 +176,4 @@ def inputs_stay():
     run("--merge", "part1.csv", "part2.csv", "--out", "parts.csv")
 
 
-finish((kept, pictures, motions, inputs_stay))
+finish((kept, pictures, motions, inputs_stay, spreadsheets))

@@ -32,15 +32,16 @@ static size_t length_of_name(const char *at) {
 
 /* Splits the header into names, without their quotes. Returns the start of the lines below it. */
 static char *split_header(kt_table *table) {
-    char *end = table->text + strcspn(table->text, "\n"), *lines = *end != '\0' ? end + 1 : end;
+    char *const first = kt_behind_mark(table->text);
+    char *end = first + strcspn(first, "\n"), *lines = *end != '\0' ? end + 1 : end;
     *end = '\0';
-    if (end > table->text && end[-1] == '\r')
+    if (end > first && end[-1] == '\r')
         end[-1] = '\0';
     table->columns = 1;
-    for (const char *c = table->text + length_of_name(table->text); *c != '\0'; c += 1 + length_of_name(c + 1))
+    for (const char *c = first + length_of_name(first); *c != '\0'; c += 1 + length_of_name(c + 1))
         table->columns++;
     table->names = calloc((size_t)table->columns, sizeof *table->names);
-    char *name = table->text;
+    char *name = first;
     for (int i = 0; table->names != NULL && i < table->columns; i++) {
         const size_t length = length_of_name(name);
         char *next = name + length;
@@ -77,6 +78,11 @@ static const char *read_line(const char *path, kt_table *table, size_t row, size
 
 static int read_cells(const char *path, kt_table *table, const char *lines) {
     size_t most = 1;
+    if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t") != NULL) {
+        kt_say("%s:1: the first line is the single name '%s'; put commas between names and between cells", path,
+               kt_show(table->names[0]).text);
+        return KT_EXIT_SCENE;
+    }
     for (const char *c = lines; *c != '\0'; c++)
         most += *c == '\n';
     table->cells = malloc(most * (size_t)table->columns * sizeof *table->cells);

@@ -2,6 +2,7 @@
  * random values. Everything about a run follows from its number, so that any part of a sweep can be computed
  * anywhere. */
 #include "sweep/sweep.h"
+#include "text/bytes.h"
 
 #include "base/decimal.h"
 #include "document/number.h"
@@ -319,7 +320,7 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     }
     while (code < 0 && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\r\n")] = '\0';
-        code = number++ == 0     ? read_axis_names(plan, path, line)
+        code = number++ == 0     ? read_axis_names(plan, path, kt_behind_mark(line))
                : line[0] != '\0' ? read_axis_row(plan, path, number, line)
                                  : -1;
     }

@@ -62,3 +62,8 @@ bool kt_bytes_read(kt_bytes *bytes, FILE *file, size_t most) {
     *bytes = (kt_bytes){.is_short = bytes->is_short};
     return false;
 }
+
+char *kt_behind_mark(char *text) {
+    static const char mark[] = "\xEF\xBB\xBF";
+    return strncmp(text, mark, sizeof mark - 1) == 0 ? text + sizeof mark - 1 : text;
+}
