@@ -150,7 +150,10 @@ static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
     char where[KT_WHERE_SIZE + 32], advice[ADVICE];
-    add_time(simulation, where);
+    if (what == from && contains_time(from->where)) /* an event with its name and time */
+        (void)snprintf(where, sizeof where, "%s", from->where);
+    else
+        add_time(simulation, where);
     if (may_have_leapt(simulation) && kt_simulation_is_recoverable(what->code))
         return kt_error_set(error, what->code, where, "%s (the step is fixed at %g s: %s)", what->message,
                             simulation->step, advise_fixed(simulation, advice));

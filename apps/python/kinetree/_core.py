@@ -71,7 +71,7 @@ class StepError(Error):
 
 
 class Busy(RuntimeError):
-    """Another thread uses the object at this moment. Give each thread its own data."""
+    """Another thread, or the call that runs a function of Python, uses the object at this moment. Give each thread its own data."""
 
 
 for _name in __all__:  # a traceback shows the name that a program uses, kinetree.SceneError
@@ -211,7 +211,8 @@ class Guard:
 
 
 def busy() -> Busy:
-    return Busy("another thread uses this object; give each thread its own data")
+    return Busy("this object is in use: by another thread, or by the call that runs this function; give each thread its own data, "
+                "and let the function return first")
 
 
 def doubles(value: Any, shape: Shape, what: str) -> Vector:

@@ -1,7 +1,7 @@
 """Many states of one model at once, in lanes and threads."""
 from __future__ import annotations
 
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -75,6 +75,12 @@ class Batch(Fixed):
         self.q, self.v = view(lanes.q, m.nq, lanes.state_stride), view(lanes.v, m.nv, lanes.state_stride)
         self.x = view(lanes.x, m.nx, lanes.state_stride)
         self.tau, self.a = view(lanes.tau, m.nv, lanes.force_stride), view(lanes.a, m.nv, lanes.force_stride)
+
+    def __reduce__(self) -> Any:
+        return _batch_at, (self.model, (self.states, self.threads, self.method), [each.copy() for each in (self.q, self.v, self.x, self.tau, self.a)])
+
+    def __deepcopy__(self, memo: Any) -> "Batch":
+        return _batch_at(*self.__reduce__()[1])
 
     def _check(self, status: int) -> None:
         if status:
@@ -294,3 +300,15 @@ class Batch(Fixed):
 
     def __repr__(self) -> str:
         return f"<kinetree.Batch of '{self.model.name}': {self.states} states in groups of {self.width}, {self.threads} threads>"
+
+
+def _batch_at(model: Model, how: Any, arrays: List[Vector]) -> Batch:
+    batch = Batch(model, *how)
+    for own, array in zip((batch.q, batch.v, batch.x, batch.tau, batch.a), arrays):
+        if own.shape == array.shape:
+            own[:] = array
+            continue
+        rows = array.transpose(0, 2, 1).reshape(-1, array.shape[1])  # from a processor with lanes of another width
+        for state in range(batch.states):
+            own[state // batch.width, :, state % batch.width] = rows[state]
+    return batch

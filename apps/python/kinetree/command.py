@@ -2,17 +2,18 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import pathlib
 import sys
-from typing import TYPE_CHECKING, Any, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, List, Mapping, Optional, Tuple
 
 if TYPE_CHECKING:
     import subprocess  # modules that only commands need are imported there: they take a third of the time of the package
 
     Completed = subprocess.CompletedProcess[str]
 
-from ._core import ArgumentError, ConstraintError, Error, Json, SceneError, StepError
+from ._core import ArgumentError, ConstraintError, Error, FileError, Json, SceneError, StepError
 
 _KINDS = {1: ArgumentError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
@@ -33,7 +34,10 @@ def path() -> str:
 
 
 def words(options: Json) -> List[str]:
-    """Keyword arguments as options: ``max_step=0.1`` becomes ``--max-step=0.1``, True a flag, None and False nothing."""
+    """Keyword arguments as options.
+
+    ``max_step=0.1`` becomes ``--max-step=0.1``, a mapping an option for each item, True a flag, None and False nothing.
+    """
     out: List[str] = []
     for name, value in options.items():
         option = "--" + name.rstrip("_").replace("_", "-")
@@ -41,7 +45,9 @@ def words(options: Json) -> List[str]:
             continue
         if value is True:
             out.append(option)
-        elif isinstance(value, (list, tuple)):
+        elif isinstance(value, Mapping):
+            out += [f"{option}={setting(key, each)}" for key, each in value.items()]
+        elif isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
             out += [f"{option}={','.join(number(each) for each in value)}"]
         else:
             out.append(f"{option}={number(value)}")
@@ -55,6 +61,24 @@ def number(value: Any) -> str:
     if isinstance(value, os.PathLike):
         return str(os.fspath(value))
     return repr(value.item() if hasattr(value, "item") else value)
+
+
+def setting(name: str, value: Any) -> str:
+    """A word of ``--set``: vectors, mappings and truth values as a scene writes them."""
+    if value is None:
+        raise ArgumentError(1, f"set: {name}", "expected a value, got None")
+    if isinstance(value, (bool, list, tuple, Mapping)) or getattr(value, "ndim", 0) > 0:
+        return f"{name}={json.dumps(value, default=plain)}"
+    return f"{name}={number(value)}"
+
+
+def plain(value: Any) -> Any:
+    """Numbers and arrays of numpy, and bodies, as the standard types of a scene."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if hasattr(value, "as_dict"):
+        return value.as_dict()
+    raise ArgumentError(1, "scene", f"a scene has numbers, texts, lists and mappings, and no {type(value).__name__}")
 
 
 def in_notebook() -> bool:
@@ -122,5 +146,6 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
     if done.returncode not in ok:
         said = (done.stderr or "").strip() or f"the command ended with status {done.returncode}"
         where, _, message = said.partition(": ") if ": " in said else ("", "", said)
-        raise _KINDS.get(done.returncode, Error)(done.returncode, where, message)
+        kind = FileError if done.returncode == 4 and " cannot be written: " in said else _KINDS.get(done.returncode, Error)
+        raise kind(done.returncode, where, message)
     return done

@@ -6,8 +6,8 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, address, address_number, busy, check, doubles, fail, ffi, finite, lib,
-                    method_of, name_of, output, outputs, pointer)
+from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, busy, check, doubles, fail, ffi, finite,
+                    lib, method_of, name_of, output, outputs, pointer)
 from ._kinetree import Evaluator, quicken
 from .model import Model, Point, vector
 
@@ -410,6 +410,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
             body, at = self.model.point(point)
         elif isinstance(point, (tuple, list)) and len(point) == 2:
             body, at = self.model.body(point[0]), doubles(point[1], (3,), "point")
+            if not np.isfinite(at).all():
+                raise StepError(lib.KT_ERROR_NOT_FINITE, "point", f"expected finite numbers, got {at.tolist()}")
         else:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f'expected "body", "body.marker" or (body, place in its frame), got {point!r}')
         return body, _vec3(at)

@@ -142,6 +142,6 @@ def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, "bodies", f"expected a list of kinetree.Body, got {bodies!r}")
     content: Dict[str, Any] = {"kinetree": 1}
     given = {"name": name, "gravity": gravity, "bodies": [body.as_dict() for body in bodies], "loops": loops, "effects": effects}
-    content.update({key: value for key, value in given.items() if value})
+    content.update({key: value for key, value in given.items() if value is not None and not (isinstance(value, (list, tuple, str)) and len(value) == 0)})
     content.update(sections)
     return Scene(content)

@@ -77,14 +77,14 @@ class Scene:
         if (content is None) == (path is None):
             raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
         if isinstance(content, dict):
-            content = json.dumps(content, default=_plain, indent=1)
+            content = json.dumps(content, default=command.plain, indent=1)
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
-        self.path = None if path is None else os.fspath(path)
+        self.path = None if path is None else os.fsdecode(path)
         self._robot = self.path is not None and _is_robot(self.path)
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
-        self.options = {"contacts": True, **options} if "ground" in options else options
+        self.options = {**options, "contacts": options.get("contacts", True)} if "ground" in options else options
         self._model: Optional[Model] = None
         self._scene = ffi.new("kt_scene *")
         self._read()
@@ -92,7 +92,7 @@ class Scene:
     # ---- reading ----------------------------------------------------------------------------------------------------
 
     def _read(self) -> None:
-        settings = [ffi.new("char[]", f"{name}={command.number(value)}".encode()) for name, value in self.set.items()]
+        settings = [ffi.new("char[]", command.setting(name, value).encode()) for name, value in self.set.items()]
         array = ffi.new("char *[]", settings)
         faults: List[Any] = []
         handle = ffi.new_handle(faults)
@@ -227,7 +227,7 @@ class Scene:
         """
         if self.is_robot and self.options:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
-        settings = [f"--set={name}={command.number(value)}" for name, value in self.set.items()]
+        settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
         place = "-" if self.path is None else (self.path if not self.path.startswith("-") else "./" + self.path)
         return command.run(subcommand, *settings, *command.words(options), *words, place, text=self.text, show=show, ok=ok)
 
@@ -236,7 +236,7 @@ class Scene:
         done = command.run("import", *command.words(chosen), self.path or "")
         return Scene(done.stdout)
 
-    def run(self, *, out: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
+    def run(self, *, out: Optional[Path] = None, summary: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
         """Simulate the scene with the command, and return its records.
 
         The records have the bytes that ``kinetree run`` writes.
@@ -245,10 +245,13 @@ class Scene:
         ----------
         out : str or os.PathLike, optional
             A file that keeps the records (CSV).
+        summary : str or os.PathLike, optional
+            A file that keeps the summary (JSON).
         quiet : bool, optional
             No progress bar and no messages. Default: if standard error is no terminal and this is no notebook.
         **options
-            Options of ``kinetree run``: ``duration`` (s), ``integrator``, ``step`` (s), ``tolerance``, ``interval`` (s), ``record``, ``markers``, ...
+            Options of ``kinetree run``: ``duration`` (s), ``integrator``, ``step`` (s), ``tolerance``, ``interval`` (s), ``record``,
+            ``markers``, ... ``set`` is a mapping, as in `load`.
 
         Returns
         -------
@@ -262,14 +265,14 @@ class Scene:
         """
         with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
-            summary = pathlib.Path(folder) / "summary.json"
+            end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
             silent = not command.has_bar() if quiet is None else quiet
             failure = None
             try:
-                self.command("run", show=not silent, out=records, summary=summary, quiet=bool(quiet), **options)
+                self.command("run", show=not silent, out=records, summary=end, quiet=bool(quiet), **options)
             except Error as raised:
                 failure = raised
-            found = _run_of(records, summary)
+            found = _run_of(records, end)
             if failure is not None:
                 failure.run = found  # type: ignore[attr-defined]
                 raise failure
@@ -306,7 +309,13 @@ class Scene:
             raise ArgumentError(1, "sweep", "give the values to vary, as in sweep(L=[0.5, 1, 2])")
         words = []
         for name, each in varied.items():
-            numbers = np.atleast_1d(np.asarray(each, np.float64)).ravel()
+            if vary and name in vary and name in values:
+                raise ArgumentError(1, f"sweep: {name}", "the values are given twice; leave one of them out")
+            try:
+                numbers = np.atleast_1d(np.asarray(each, np.float64)).ravel()
+            except (TypeError, ValueError):
+                raise ArgumentError(1, f"sweep: {name}", f"expected a list or an array of numbers, got {each!r}; other options of `kinetree sweep` "
+                                    "go with scene.command('sweep', ...)") from None
             if numbers.size == 0 or not np.isfinite(numbers).all():
                 raise ArgumentError(1, f"sweep: {name}", "expected at least one value, all finite")
             words.append(f"--vary={name}={','.join(map(repr, numbers.tolist()))}")
@@ -414,18 +423,23 @@ class Scene:
         done = self.command("check")
         return done.stdout + (done.stderr or "")
 
-    def _written(self, subcommand: str, option: str, suffix: str, **options: Any) -> str:
+    def _written(self, subcommand: str, option: str, suffix: str, *, keep: Optional[Path] = None, **options: Any) -> str:
+        """The text that a subcommand writes, which `keep` keeps. A picture in another format is written besides the text."""
         with _folder() as folder:
-            file = pathlib.Path(folder) / f"result{suffix}"
-            chosen: Dict[str, Any] = {option: file, **options}
-            self.command(subcommand, **chosen)
+            kept = pathlib.Path(keep) if keep is not None else None
+            file = kept if kept is not None and kept.suffix == suffix else pathlib.Path(folder) / f"result{suffix}"
+            for each in dict.fromkeys([kept or file, file]):
+                chosen: Dict[str, Any] = {option: each, **options}
+                self.command(subcommand, **chosen)
             return file.read_text(encoding="utf8")
 
-    def draw(self, **options: Any) -> "Picture":
+    def draw(self, *, out: Optional[Path] = None, **options: Any) -> "Picture":
         """A picture of the mechanism as SVG. A notebook shows it.
 
         Parameters
         ----------
+        out : str or os.PathLike, optional
+            A file that keeps the picture: ``.svg``, ``.png`` or ``.pdf``.
         **options
             Options of ``kinetree draw``.
 
@@ -434,13 +448,15 @@ class Scene:
         Picture
             The text of the SVG.
         """
-        return Picture(self._written("draw", "out", ".svg", **options))
+        return Picture(self._written("draw", "out", ".svg", keep=out, **options))
 
-    def view(self, **options: Any) -> str:
+    def view(self, *, out: Optional[Path] = None, **options: Any) -> str:
         """The page of ``kinetree view`` that plays the motion, as HTML.
 
         Parameters
         ----------
+        out : str or os.PathLike, optional
+            A file that keeps the page: ``.html``.
         **options
             Options of ``kinetree run``.
 
@@ -449,7 +465,7 @@ class Scene:
         str
             The text of the page.
         """
-        return self._written("view", "view", ".html", quiet=True, **options)
+        return self._written("view", "view", ".html", keep=out, quiet=True, **options)
 
     def export(self, format: str = "mjcf") -> str:
         """The scene as a robot.
@@ -464,7 +480,8 @@ class Scene:
         str
             The text of the file.
         """
-        return self._written("export", "out", ".xml", **{format: True})
+        chosen: Json = {format: True}
+        return self._written("export", "out", ".xml", **chosen)
 
     def _repr_html_(self) -> str:
         page = self.view().replace("&", "&amp;").replace('"', "&quot;")
@@ -496,16 +513,6 @@ def _height(value: Any) -> float:
 def _json(done: command.Completed) -> Json:
     found: Json = json.loads(done.stdout)
     return found
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if hasattr(value, "as_dict"):
-        return value.as_dict()
-    raise TypeError(f"a scene has numbers, texts, lists and mappings, and no {type(value).__name__}")
 
 
 def _run_of(records: pathlib.Path, summary: pathlib.Path) -> Optional[Run]:
