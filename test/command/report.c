@@ -127,6 +127,46 @@ KT_TEST(run_warns_of_rotations_that_may_be_degrees) {
     kt_check_equal_int("warnings", kt_count_of(ran.err, "is in radians"), 5);
 }
 
+/* Effects without a number, and effects on the ground. One with a number that an event sets is none of them. */
+KT_TEST(run_and_check_warn_of_effects_without_a_force) {
+    static const char bodies[] = "kinetree: 1\nbodies:\n"
+                                 "  - {name: plate, shape: {type: sphere, radius: 1}}\n"
+                                 "  - {name: arm, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1], "
+                                 "markers: {tip: [1, 0, 0]}}\n"
+                                 "simulate: {duration: 0.01}\n";
+    char text[1600];
+    (void)snprintf(text, sizeof text, "%s%s", bodies,
+                   "effects:\n"
+                   "  - {type: spring, between: [world, arm.tip], length: 0.5}\n"
+                   "  - {name: bearing, type: joint_friction, joint: arm}\n"
+                   "  - {type: drag, on: arm}\n"
+                   "  - {type: bushing, between: [world, arm]}\n"
+                   "  - {type: force, at: plate, value: [1, 0, 0]}\n"
+                   "  - {type: spring, between: [world, plate], stiffness: 3}\n"
+                   "  - {type: force, at: arm.tip, value: [0, 0, 0]}\n"
+                   "  - {type: joint_damper, joint: arm, damping: 0}\n");
+    kt_write_file("idle.yaml", text);
+    kt_ran ran = kt_shell("$K run idle.yaml --out /dev/null");
+    kt_check_contains(
+        "spring", ran.err,
+        "effects[0] (spring) exerts no force: all of its numbers are 0. Give it `stiffness` or `damping`");
+    kt_check_contains("friction", ran.err, "'bearing' (joint_friction) exerts no force");
+    kt_check_contains("drag", ran.err, "effects[2] (drag) exerts no force");
+    kt_check_contains("bushing", ran.err, "effects[3] (bushing) exerts no force");
+    kt_check_contains(
+        "force", ran.err,
+        "effects[4] (force) moves nothing: its end is fixed to the world. Let it act on a body that moves");
+    kt_check_contains("fixed spring", ran.err, "effects[5] (spring) moves nothing: both its ends are fixed");
+    kt_check_equal_int("warnings", kt_count_of(ran.err, "exerts no force") + kt_count_of(ran.err, "moves nothing"), 6);
+    kt_check_contains("check", kt_shell("$K check idle.yaml").out, "idle.yaml: ok, 6 warnings");
+    (void)snprintf(text, sizeof text, "%s%s", bodies,
+                   "parameters: {k: 0}\neffects: [{type: joint_spring, joint: arm, stiffness: =k}]\n"
+                   "events: [{name: lock, when: \"position.arm > 0.005\", then: {set: {k: 10}}}]\n");
+    kt_write_file("set.yaml", text);
+    kt_check_contains("check", kt_shell("$K check set.yaml").out, "set.yaml: ok\n");
+    kt_check_equal_int("warnings", kt_count_of(kt_shell("$K run set.yaml --out /dev/null").err, "exerts no force"), 0);
+}
+
 /* URDF has radians alone, and rejects '-30 deg'. */
 KT_TEST(rotations_of_robots_are_advised_in_radians) {
     kt_write_file("r.urdf", "<robot name=\"r\"><link name=\"base\"/><link name=\"a\"><inertial><mass value=\"1\"/>"

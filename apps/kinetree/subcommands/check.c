@@ -1,6 +1,7 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice/advice.h"
 #include "advice/angles.h"
+#include "advice/idle.h"
 #include "advice/penetration.h"
 #include "records/output.h"
 #include "scene/start.h"
@@ -335,6 +336,7 @@ static int check_start(check *c) {
     check_axis_inertia(c);
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
     check_driven_angles(c);
+    c->warnings += kt_idle_warn(&warnings, c->scene);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
     const char *jumping = kt_start_jumping(c->scene);
