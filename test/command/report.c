@@ -167,6 +167,16 @@ KT_TEST(run_and_check_warn_of_effects_without_a_force) {
     kt_check_equal_int("warnings", kt_count_of(kt_shell("$K run set.yaml --out /dev/null").err, "exerts no force"), 0);
 }
 
+/* A wrong digit of the interval is reported before the file grows. The run ends after a hundred records. */
+KT_TEST(run_warns_of_very_many_records) {
+    kt_write_file("rod.yaml", "kinetree: 1\nbodies: [{name: rod, joint: {type: revolute, velocity: 1}, mass: 1, "
+                              "inertia: [1, 1, 1]}]\nsimulate: {duration: 10, until: t > 1e-7}\n");
+    kt_expect(0, "1e+10 records are to be written, one every 1e-09 s. Give a longer --interval",
+              "$K run rod.yaml --interval 1e-9 --out /dev/null");
+    kt_check_equal_int("fewer",
+                       kt_count_of(kt_shell("$K run rod.yaml --interval 1e-6 --out /dev/null").err, "records are"), 0);
+}
+
 /* URDF has radians alone, and rejects '-30 deg'. */
 KT_TEST(rotations_of_robots_are_advised_in_radians) {
     kt_write_file("r.urdf", "<robot name=\"r\"><link name=\"base\"/><link name=\"a\"><inertial><mass value=\"1\"/>"

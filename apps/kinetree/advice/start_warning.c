@@ -20,6 +20,16 @@ static void warn_of_long_step(kt_outcome *outcome) {
                 run->step, run->duration);
 }
 
+/* Warns of files of gigabytes, which a wrong digit of the interval makes. */
+static void warn_of_many_records(kt_outcome *outcome) {
+    enum { MANY = 10000000 };
+    const int64_t records = kt_simulation_record_count(outcome->simulation);
+    const kt_warning warning = kt_warning_of("many_records", (double)records, NULL, "Give a longer --interval");
+    if (records - 1 > MANY)
+        kt_warn(&outcome->warnings, &warning, "%.3g records are to be written, one every %g s", (double)records,
+                outcome->run->interval);
+}
+
 /* Warns if the velocity of a driven joint jumps at the rows of its table. */
 static void warn_of_jumps(kt_outcome *outcome) {
     const char *loop = kt_start_jumping(outcome->scene);
@@ -64,6 +74,7 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     const double *v = kt_simulation_velocities(outcome->simulation);
     list_notes(outcome);
     warn_of_long_step(outcome);
+    warn_of_many_records(outcome);
     warn_of_jumps(outcome);
     warn_of_until(outcome);
     warn_of_gravity(outcome);
