@@ -211,6 +211,22 @@ KT_TEST(pages_and_models_have_names_that_say_so) {
               "$K run p.yaml --quiet --duration 0.1 --out /dev/null --view /dev/null --glb a.glb && test -s a.glb");
 }
 
+KT_TEST(endings_have_letters_of_any_case) {
+    make_scene();
+    kt_expect(
+        0, NULL,
+        "$K view p.yaml --quiet --duration 0.1 --out p.HTML && test ! -e p.html -a ! -e p.csv && head -c 15 p.HTML | "
+        "grep -qi doctype");
+    kt_expect(
+        0, NULL,
+        "$K run p.yaml --quiet --duration 0.1 --out /dev/null --view q.Html --glb q.GLB && test -s q.Html -a -s q.GLB");
+    kt_expect(1, "--out writes records as CSV, not 'a.SVG'; did you mean --plot?", "$K run p.yaml --out a.SVG");
+    if (kt_shell("$K draw p.yaml --out r.svg").code == 0) {
+        kt_expect(0, NULL, "$K draw p.yaml --out r.PNG 2>r.txt && head -c 4 r.PNG | grep -q PNG");
+        kt_expect(0, NULL, "$K draw p.yaml --out s.SVG 2>r.txt && cmp r.svg s.SVG");
+    }
+}
+
 KT_TEST(result_is_never_what_it_is_made_from) {
     make_scene();
     static const char *const commands[] = {"run p.yaml --out p.yaml",

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 const double kt_text_size = 13.0, kt_small_size = 11.5, kt_title_size = 16.0;
 
@@ -190,7 +191,7 @@ static bool ends_in(const char *path, const char *ending) {
     const size_t length = strlen(path), tail = strlen(".partial"), size = strlen(ending);
     const bool is_part = length > tail && strcmp(path + length - tail, ".partial") == 0;
     const size_t end = is_part ? length - tail : length;
-    return end >= size && strncmp(path + end - size, ending, size) == 0;
+    return end >= size && strncasecmp(path + end - size, ending, size) == 0;
 }
 
 /* A page of a PDF, whose units are points. */

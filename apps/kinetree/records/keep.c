@@ -6,11 +6,12 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 bool kt_keep_is_meant(const char *path) {
     const char *ending = path != NULL ? strrchr(path, '.') : NULL;
-    return ending != NULL && (strcmp(ending, ".h5") == 0 || strcmp(ending, ".hdf5") == 0);
+    return ending != NULL && (strcasecmp(ending, ".h5") == 0 || strcasecmp(ending, ".hdf5") == 0);
 }
 
 int kt_keep_check(const char *path) {

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -228,7 +229,7 @@ void kt_say_picture(const char *path, const char *remark, const char *replaced) 
 int kt_check_ending(const char *option, const char *path, const char *ending) {
     const size_t length = path != NULL ? strlen(path) : 0, end = strlen(ending);
     struct stat status;
-    if (path == NULL || (length > end && strcmp(path + length - end, ending) == 0) ||
+    if (path == NULL || (length > end && strcasecmp(path + length - end, ending) == 0) ||
         (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
         return -1;
     kt_say("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
@@ -242,7 +243,7 @@ int kt_check_records(const char *path) {
     const size_t length = path != NULL ? strlen(path) : 0;
     for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
         const size_t end = strlen(other[i].ending);
-        if (length < end || strcmp(path + length - end, other[i].ending) != 0)
+        if (length < end || strcasecmp(path + length - end, other[i].ending) != 0)
             continue;
         kt_say("--out writes records as CSV, not '%s'; did you mean %s?", path, other[i].option);
         return KT_EXIT_USAGE;

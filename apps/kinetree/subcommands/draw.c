@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 enum {
@@ -310,7 +311,7 @@ static void thin_states(motion *m, int count) {
 static long long svg_size(const char *path) {
     struct stat status;
     const char *end = strrchr(path, '.');
-    return end != NULL && strcmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
+    return end != NULL && strcasecmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
 }
 
 /* Writes the drawing. A strobe picture that is larger than SVG_BYTES is written again with flat colours. Its earlier

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum {
     OWN_KINDS = 12, /* columns of a scene's own that have units: "range [m]" */
@@ -374,7 +375,7 @@ static void decide_units(kt_chart *chart, const json_t *summary) {
 static void read_chart_summary(kt_chart *chart, const char *path) {
     const char *ending = strrchr(path, '.');
     char summary[4096];
-    if (chart->table->part_count > 1 || ending == NULL || strcmp(ending, ".csv") != 0 ||
+    if (chart->table->part_count > 1 || ending == NULL || strcasecmp(ending, ".csv") != 0 ||
         snprintf(summary, sizeof summary, "%.*s.json", (int)(ending - path), path) >= (int)sizeof summary)
         return;
     json_t *root = json_load_file(summary, 0, NULL);

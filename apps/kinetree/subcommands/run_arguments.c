@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #define KT_AT(member) offsetof(kt_run_arguments, member)
 
@@ -191,7 +192,7 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
 static void take_page(const kt_usage *usage, kt_run_arguments *arguments) {
     const size_t length = arguments->out != NULL ? strlen(arguments->out) : 0;
     if (usage != &kt_usage_view || arguments->view != NULL || length <= 5 ||
-        strcmp(arguments->out + length - 5, ".html") != 0)
+        strcasecmp(arguments->out + length - 5, ".html") != 0)
         return;
     arguments->view = arguments->out;
     arguments->out = NULL;
