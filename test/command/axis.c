@@ -30,6 +30,28 @@ KT_TEST(ticks_of_known_ranges) {
     expect(0.0037, 0.00412, 7, "3.7 3.8 3.9 4.0 4.1", -3);
 }
 
+/* Nearly constant values: the labels are differences from a number with few digits. */
+KT_TEST(labels_with_many_digits_are_differences) {
+    kt_axis axis = kt_axis_make(84.0314, 84.0314 + 4.2e-9, 7);
+    kt_axis_shift(&axis);
+    char text[48];
+    for (int i = 0; i < axis.count; i++) {
+        kt_axis_text(&axis, i, text, sizeof text);
+        kt_check_true("at most seven characters", strlen(text) <= 7);
+        kt_check_near("tick", axis.offset + strtod(text, NULL) * pow(10.0, axis.exponent), kt_axis_tick(&axis, i),
+                      1e-13);
+    }
+    kt_check_near("offset", axis.offset, 84.0314, 1e-8);
+    axis = kt_axis_make(-84.0314 - 4.2e-9, -84.0314, 7);
+    kt_axis_shift(&axis);
+    kt_check_near("negative offset", axis.offset, -84.0314, 1e-7);
+    kt_axis_text(&axis, 0, text, sizeof text);
+    kt_check_true("not negative", text[0] >= '0' && text[0] <= '9');
+    axis = kt_axis_make(84.0, 84.0001, 7);
+    kt_axis_shift(&axis);
+    kt_check_true("short labels stay", axis.offset == 0.0);
+}
+
 KT_TEST(ticks_of_any_range_are_few_round_and_within) {
     kt_random random = kt_random_of_test();
     int outside = 0, many = 0, few = 0, wrong_text = 0;

@@ -288,4 +288,23 @@ with tempfile.TemporaryDirectory() as folder:
         if title is not None and texts[0] != title:
             faults.append(f"{words}: the title is {texts[:1]}, not {title}; {ran.stderr[:100]}")
     claim("a_plot_has_the_name_of_the_scene_where_the_summary_beside_it_is_that_of_the_run", faults)
+
+with tempfile.TemporaryDirectory() as folder:
+    path, faults = pathlib.Path(folder), []
+    long = "the_link_of_a_pendulum_that_hangs_below_a_very_long_name"
+    (path / "arm.yaml").write_text(ARM.format(columns="{near: {value: 84.0314 + 1e-9*position.arm, unit: N}, far: {value: -1e9 - position.arm, unit: kg}}").replace("arm", long)
+                                   + f"events: [{{name: {'passes the vertical for the first time ' * 3}, when: position.{long}, then: record, limit: 1}}]\n")
+    run(path, "run", "arm.yaml", "--out", "arm.csv", "--summary", "arm.json", "--quiet")
+    told = run(path, "plot", "arm.csv", "--columns", "near,far,energy.total", "--marks", "arm.json", "--out", "p.svg").stderr
+    drawn = re.findall(r"<text ([^>]*)>(?:<tspan[^>]*>)?([^<]*)", (path / "p.svg").read_text())
+    ticks = [text for attributes, text in drawn if 'text-anchor="end"' in attributes and "rotate" not in attributes]
+    faults += [f"the label '{text}' has {len(text)} characters" for text in ticks if len(text) > 8]
+    faults += [] if len(ticks) > 9 and any("\u2212 84.031" in text for _, text in drawn) and any(re.search(r"\+ 1000000", text) for _, text in drawn) else [f"{drawn}, {told}"]
+    names = [text for attributes, text in drawn if "rotate" in attributes]
+    faults += [] if names and all("\u2026" in text and len(text) < 60 for text in names) else [f"names of events: {names}"]
+    run(path, "sweep", "arm.yaml", "--vary", f"bodies.{long}.mass=1,2,3", "--vary", f"bodies.{long}.joint.position=0.1:0.4:4", "--out", "s.csv", "--quiet")
+    run(path, "plot", "s.csv", "--x", f"bodies.{long}.joint.position", "--by", f"bodies.{long}.mass", "--columns", "energy.total.max", "--out", "s.svg")
+    legend = [text for _, text in re.findall(r"<text ([^>]*)>(?:<tspan[^>]*>)?([^<]*)", (path / "s.svg").read_text()) if "\u2026" in text]
+    faults += [] if [text[-3:] for text in legend] == ["= 1", "= 2", "= 3"] else [f"legend: {legend}"]
+    claim("no_label_of_a_plot_is_cut_where_it_differs_from_others", faults)
 finish()

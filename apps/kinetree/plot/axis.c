@@ -15,6 +15,14 @@ static double choose_tick_step(double range, int most) {
     return 10.0 * power;
 }
 
+/* Chooses the power of ten and the decimals of labels, of which none exceeds `largest`. */
+static void choose_digits(kt_axis *axis, double largest) {
+    int magnitude = (int)floor(log10(largest) + 1e-9);
+    axis->exponent = magnitude >= 4 || magnitude <= -3 ? magnitude : 0;
+    double places = -floor(log10(axis->step) + 1e-9) + axis->exponent;
+    axis->decimals = places > 0.0 ? (int)places : 0;
+}
+
 kt_axis kt_axis_make(double low, double high, int most) {
     kt_axis axis = {.low = low, .high = high};
     /* n steps have n + 1 ticks. */
@@ -22,12 +30,17 @@ kt_axis kt_axis_make(double low, double high, int most) {
     double first = ceil(low / axis.step - 1e-9), last = floor(high / axis.step + 1e-9);
     axis.first = first * axis.step;
     axis.count = (int)(last - first) + 1;
-    double largest = fmax(fabs(low), fabs(high));
-    int magnitude = (int)floor(log10(largest) + 1e-9);
-    axis.exponent = magnitude >= 4 || magnitude <= -3 ? magnitude : 0;
-    double places = -floor(log10(axis.step) + 1e-9) + axis.exponent;
-    axis.decimals = places > 0.0 ? (int)places : 0;
+    choose_digits(&axis, fmax(fabs(low), fabs(high)));
     return axis;
+}
+
+void kt_axis_shift(kt_axis *axis) {
+    enum { DIGITS = 7 };
+    if (axis->is_log || axis->count < 1 || axis->decimals < DIGITS)
+        return;
+    const double unit = 10.0 * axis->step;
+    axis->offset = unit * floor(axis->first / unit + 1e-9);
+    choose_digits(axis, fabs(axis->first - axis->offset) + (axis->count - 1) * axis->step);
 }
 
 kt_axis kt_axis_make_log(double low, double high, int most) {
@@ -57,6 +70,9 @@ double kt_axis_place(const kt_axis *axis, double value) {
 }
 
 void kt_axis_text(const kt_axis *axis, int i, char *text, size_t size) {
-    double tick = axis->is_log ? axis->first + i * axis->step : kt_axis_tick(axis, i) / pow(10.0, axis->exponent);
+    double tick = axis->is_log ? axis->first + i * axis->step : kt_axis_tick(axis, i);
+    if (axis->offset != 0.0) /* a whole number of steps */
+        tick = axis->step * rint((tick - axis->offset) / axis->step);
+    tick /= axis->is_log ? 1.0 : pow(10.0, axis->exponent);
     snprintf(text, size, "%s%.*f", tick < 0.0 ? "\u2212" : "", axis->decimals, fabs(tick));
 }

@@ -124,7 +124,7 @@ static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
         cairo_save(c);
         cairo_translate(c, is_left ? x - 3.0 : x + kt_small_size, f->top + 4.0);
         cairo_rotate(c, -acos(0.0));
-        kt_paper_text(c, 0.0, 0.0, KT_ANCHOR_RIGHT, panel->events[i].label);
+        kt_paper_text_short(c, 0.0, 0.0, f->bottom - f->top - 8.0, KT_ANCHOR_RIGHT, panel->events[i].label);
         cairo_restore(c);
     }
 }
@@ -392,7 +392,7 @@ static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_
             kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
         }
         kt_paper_use(c, f->palette->ink);
-        kt_paper_text_within(c, x + 24.0, y, room - 48.0, series->label);
+        kt_paper_text_short(c, x + 24.0, y, room - 48.0, KT_ANCHOR_LEFT, series->label);
         y += line;
     }
     if (panel->left_out > 0) {
@@ -455,6 +455,19 @@ static void equalize(kt_plot_frame *f, int most_x, int most_y) {
     f->y = kt_axis_make(y - 0.5 * scale * height, y + 0.5 * scale * height, most_y);
 }
 
+/* Draws the quantity of the vertical axis. "Energies - 84.0314 J, 10^-7 J": labels are differences. */
+static void draw_panel_title(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
+    char title[256];
+    const double offset = f->y.offset;
+    const bool has_unit = panel->unit != NULL && f->y.exponent != 0;
+    if (offset == 0.0)
+        (void)snprintf(title, sizeof title, "%.200s", panel->title);
+    else
+        (void)snprintf(title, sizeof title, "%.160s %s %.15g%s%.40s", panel->title, offset < 0.0 ? "+" : "−",
+                       fabs(offset), has_unit ? " " : "", has_unit ? panel->unit : "");
+    kt_paper_quantity(c, f->left - 50.0, f->top - 12.0, KT_ANCHOR_LEFT, title, panel->unit, f->y.exponent);
+}
+
 int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                   double width, double height, double room) {
     const int most_x = width < 500.0 ? 8 : TICKS_X, most_y = height > 250.0 ? 2 * TICKS_Y : TICKS_Y;
@@ -463,13 +476,14 @@ int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *pa
         palette};
     if (panel->is_equal)
         equalize(&f, most_x, most_y);
+    kt_axis_shift(&f.y);
     draw_grid(c, &f);
     if (panel->cells != NULL)
         draw_cells(c, &f, panel->cells);
     draw_blind(c, &f, panel);
     draw_events(c, &f, panel);
     kt_paper_use(c, palette->ink);
-    kt_paper_quantity(c, left - 50.0, top - 12.0, KT_ANCHOR_LEFT, panel->title, panel->unit, f.y.exponent);
+    draw_panel_title(c, &f, panel);
     if (panel->x_title != NULL)
         kt_paper_quantity(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, panel->x_title,
                           panel->x_unit, f.x.exponent);

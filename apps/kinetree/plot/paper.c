@@ -94,6 +94,29 @@ void kt_paper_text_within(cairo_t *c, double x, double y, double width, const ch
     kt_paper_text(c, x, y, KT_ANCHOR_LEFT, part);
 }
 
+static bool continues_character(char byte) { return ((unsigned char)byte & 0xC0U) == 0x80U; }
+
+void kt_paper_text_short(cairo_t *c, double x, double y, double width, kt_anchor anchor, const char *label) {
+    const kt_shown shown = kt_show(label);
+    const char *text = shown.text;
+    char part[sizeof shown.text + 4];
+    const size_t length = strlen(text);
+    size_t head = length - length / 2, tail = head; /* the part before and the rest after the cut */
+    (void)snprintf(part, sizeof part, "%s", text);
+    while (kt_paper_width(c, part) > width && (head > 0 || tail < length)) {
+        if (head > 0 && (head >= length - tail || tail == length))
+            do
+                head--;
+            while (head > 0 && continues_character(text[head]));
+        else
+            do
+                tail++;
+            while (tail < length && continues_character(text[tail]));
+        (void)snprintf(part, sizeof part, "%.*s\u2026%s", (int)head, text, text + tail);
+    }
+    kt_paper_text(c, x, y, anchor, part);
+}
+
 void kt_paper_power(cairo_t *c, double x, double y, kt_anchor anchor, const char *exponent, double size) {
     cairo_set_font_size(c, size);
     const double base = kt_paper_width(c, "10");

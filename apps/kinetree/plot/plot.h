@@ -17,11 +17,14 @@ typedef struct kt_axis {
     int count;
     int exponent; /* 0 if the numbers are short without it */
     int decimals;
+    double offset; /* the labels are differences from it; a multiple of ten steps */
     bool is_log;
 } kt_axis;
 
 /* Requires low < high, both finite. */
 kt_axis kt_axis_make(double low, double high, int most);
+/* Gives the axis an offset if its labels would have more than seven digits. */
+void kt_axis_shift(kt_axis *axis);
 /* Requires 0 < low < high. The axis is extended to contain at least two powers of ten. */
 kt_axis kt_axis_make_log(double low, double high, int most);
 double kt_axis_tick(const kt_axis *axis, int i);
