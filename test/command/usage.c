@@ -200,7 +200,7 @@ KT_TEST(numbers_of_options_are_decimal) {
         {"--budget takes a number above zero", "accuracy p.yaml --budget 0x10"},
         {"--angle takes an angle", "make chain --angle 0x1deg"},
         {"--links takes a whole number, not '0x10'", "make chain --links 0x10"},
-        {"--samples takes a whole number, not '1e1'", "stability p.yaml --samples 1e1"},
+        {"--samples takes a whole number above zero, not '1e1'", "stability p.yaml --samples 1e1"},
         {"--stops takes a number above zero", "import p.urdf --stops 0x10"},
         {"--checkpoint-interval takes a number above zero", "run p.yaml --checkpoint c --checkpoint-interval 0x1"},
     };
@@ -209,6 +209,31 @@ KT_TEST(numbers_of_options_are_decimal) {
         kt_expect(1, table[i].words, "$K %s", table[i].line);
     kt_expect(0, NULL, "$K run p.yaml --duration +.1e+0 --tolerance 0,1e-3 --quiet --out a.csv");
     kt_expect(0, NULL, "$K run p.yaml --duration 1.e-1 --tolerance 1e-3,0 --quiet --out a.csv");
+}
+
+/* An option that describes a file which is not written, and a count of nothing, are no silent defaults. */
+KT_TEST(options_without_an_effect_are_rejected) {
+    static const struct {
+        const char *words, *line;
+    } table[] = {
+        {"--dark has nothing to act on: --plot FILE goes with it", "run p.yaml --dark"},
+        {"--size has nothing to act on: --plot FILE goes with it", "run p.yaml --size 800x600"},
+        {"--boxes has nothing to act on: --view FILE.html or --glb", "run p.yaml --boxes"},
+        {"--checkpoint-interval has nothing to act on", "run p.yaml --checkpoint-interval 3"},
+        {"--dark is about a picture", "modes p.yaml --dark"},
+        {"--dark is about a picture", "stability p.yaml --dark"},
+        {"--samples takes a whole number above zero, not '0'", "stability p.yaml --samples 0"},
+        {"--samples must be 1 to 10000", "stability p.yaml --samples 10001"},
+        {"--count takes a whole number above zero, not '0'", "modes p.yaml --count 0"},
+        {"--steps takes a whole number above zero, not '0'", "modes p.yaml --period 1 --steps 0"},
+        {"--jobs takes a whole number above zero, not '0'", "sweep p.yaml --vary gravity[1]=-9,-10 --jobs 0"},
+    };
+    kt_write_file("p.yaml", pendulum);
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        kt_expect(1, table[i].words, "$K %s", table[i].line);
+    kt_expect(
+        0, NULL,
+        "$K view p.yaml --duration 0.1 --boxes --quiet && $K run p.yaml --duration 0.1 --boxes --quiet --glb p.glb");
 }
 
 /* Faults of the scene: status 2, and every fault has its place, in the format of compilers. */

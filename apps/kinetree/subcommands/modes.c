@@ -27,11 +27,11 @@ static const kt_option options[] = {
      "linearise about this state; default: rest, or the initial state if it moves", "initial|equilibrium"},
     {"nearest", KT_OPTION_FLAG, offsetof(kt_modes_arguments, nearest), NULL,
      "linearise about the equilibrium nearest to the initial position, stable or not", NULL},
-    {"count", KT_OPTION_COUNT, offsetof(kt_modes_arguments, count), "N",
+    {"count", KT_OPTION_SEVERAL, offsetof(kt_modes_arguments, count), "N",
      "list the N slowest modes that are not neutral in the table; default: 40", NULL},
     {"period", KT_OPTION_POSITIVE, offsetof(kt_modes_arguments, period), "S",
      "compute Floquet multipliers of the motion from the initial state over this period, s, instead", NULL},
-    {"steps", KT_OPTION_COUNT, offsetof(kt_modes_arguments, steps), "N",
+    {"steps", KT_OPTION_SEVERAL, offsetof(kt_modes_arguments, steps), "N",
      "take N steps of rk4 in --period, an even number; default: 400", NULL},
     {"formulation", KT_OPTION_CHOICE, offsetof(kt_modes_arguments, formulation), "NAME",
      "compute the spectrum that another formulation of the loops adds, instead", KT_FORMULATION_CHOICE},
@@ -331,6 +331,10 @@ static int check_together(const kt_modes_arguments *a) {
     }
     if (a->bars && a->plot == NULL) {
         kt_say("modes: --bars is about a picture: --plot FILE goes with it");
+        return KT_EXIT_USAGE;
+    }
+    if (a->dark && a->plot == NULL) {
+        kt_say("modes: --dark is about a picture: --plot FILE goes with it");
         return KT_EXIT_USAGE;
     }
     if (!period && a->steps > 0) {

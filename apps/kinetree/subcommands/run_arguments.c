@@ -140,6 +140,7 @@ static size_t size_of_option(const kt_option *option) {
     case KT_OPTION_CHOICE:
         return sizeof(int);
     case KT_OPTION_COUNT:
+    case KT_OPTION_SEVERAL:
         return sizeof(long);
     case KT_OPTION_FLAG:
         return sizeof(bool);
@@ -198,6 +199,29 @@ static void take_page(const kt_usage *usage, kt_run_arguments *arguments) {
     arguments->out = NULL;
 }
 
+/* Reports an option that describes a file which is not written. */
+static int check_companions(const kt_run_arguments *arguments) {
+    const bool has_motion =
+        arguments->view != NULL || arguments->glb != NULL || arguments->command == kt_usage_view.command;
+    const struct {
+        bool is_idle;
+        const char *option, *companion;
+    } all[] = {
+        {arguments->dark && arguments->plot == NULL, "dark", "--plot FILE goes"},
+        {arguments->size != NULL && arguments->plot == NULL, "size", "--plot FILE goes"},
+        {arguments->boxes && !has_motion, "boxes", "--view FILE.html or --glb FILE.glb goes"},
+        {arguments->checkpoint_interval != not_given.checkpoint_interval && arguments->checkpoint == NULL &&
+             arguments->resume == NULL,
+         "checkpoint-interval", "--checkpoint FILE goes"},
+    };
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        if (all[i].is_idle) {
+            kt_say("%s: --%s has nothing to act on: %s with it", arguments->command, all[i].option, all[i].companion);
+            return KT_EXIT_USAGE;
+        }
+    return -1;
+}
+
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
     *arguments = not_given;
     arguments->command = usage->command;
@@ -243,7 +267,7 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         kt_say("%s: --step sets a fixed step and --tolerance an adaptive one; give one of them", arguments->command);
         return KT_EXIT_USAGE;
     }
-    return -1;
+    return check_companions(arguments);
 }
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */

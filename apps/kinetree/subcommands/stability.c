@@ -32,7 +32,7 @@ static const kt_option options[] = {
      NULL},
     {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S",
      "follow the motion for S seconds; default: the scene's", NULL},
-    {"samples", KT_OPTION_COUNT, offsetof(arguments, samples), "N",
+    {"samples", KT_OPTION_SEVERAL, offsetof(arguments, samples), "N",
      "linearise at N states along the motion; default: 9, 1 for large scenes", NULL},
     {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
      "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
@@ -342,6 +342,8 @@ static int show_subject(const kt_stability_subject *subject, const arguments *gi
     return given->plot != NULL ? kt_stability_draw(subject, given->plot, given->dark) : KT_EXIT_DONE;
 }
 
+enum { SAMPLES_MOST = 10000 };
+
 static int analyse(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
     kt_run run = scene->run;
     kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
@@ -354,12 +356,19 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         kt_say("stability: the scene has no duration; give one: --duration 10");
         return KT_EXIT_USAGE;
     }
+    if (given->samples > SAMPLES_MOST || (given->dark && given->plot == NULL)) {
+        if (given->dark)
+            kt_say("stability: --dark is about a picture: --plot FILE goes with it");
+        else
+            kt_say("stability: --samples must be 1 to %d", SAMPLES_MOST);
+        return KT_EXIT_USAGE;
+    }
     subject.duration = run.duration;
     subject.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
     const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;
-    kt_status status = kt_spectrum_create(model, samples < 10000 ? (int)samples : 10000, &spectrum, &error);
+    kt_status status = kt_spectrum_create(model, (int)samples, &spectrum, &error);
     if (status == KT_OK)
         status = kt_spectrum_along(spectrum, &run, &error);
     if (status != KT_OK)

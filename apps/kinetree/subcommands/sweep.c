@@ -37,7 +37,7 @@ static const kt_option options[] = {
      "write one line for each run, as CSV; '-': standard output; default: NAME-sweep.csv", NULL},
     {"keep", KT_OPTION_TEXT, KT_AT(keep), "FILE.h5",
      "write all records, too, as HDF5: a dataset for each run, with its values as attributes", NULL},
-    {"jobs", KT_OPTION_COUNT, KT_AT(jobs), "COUNT", "use COUNT threads; default: one for each processor", NULL},
+    {"jobs", KT_OPTION_SEVERAL, KT_AT(jobs), "COUNT", "use COUNT threads; default: one for each processor", NULL},
     {"one-by-one", KT_OPTION_FLAG, KT_AT(one_by_one), NULL,
      "compute one run at a time in each thread instead of one for each lane, for comparison; the bytes are equal",
      NULL},

@@ -187,6 +187,10 @@ static int read_option_value(const kt_usage *usage, const kt_option *option, con
                    : say_wrong_value(usage, option, text, "an angle in radians, or in degrees as in 30deg");
     case KT_OPTION_COUNT:
         return read_count(text, member) ? -1 : say_wrong_value(usage, option, text, "a whole number");
+    case KT_OPTION_SEVERAL:
+        return read_count(text, member) && *(const long *)member > 0
+                   ? -1
+                   : say_wrong_value(usage, option, text, "a whole number above zero");
     case KT_OPTION_SETTING:
         return add_setting(usage, option, text, member);
     case KT_OPTION_CHOICE:

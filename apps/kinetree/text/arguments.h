@@ -13,6 +13,7 @@ typedef enum kt_option_type {
     KT_OPTION_POSITIVE, /* a number above zero; double */
     KT_OPTION_ANGLE,    /* a finite number, in degrees if followed by "deg"; double, rad */
     KT_OPTION_COUNT,    /* a whole number, zero or more; long */
+    KT_OPTION_SEVERAL,  /* a whole number above zero; long */
     KT_OPTION_SETTING,  /* PATH=VALUE, any number of times; kt_settings */
     KT_OPTION_CHOICE,   /* one of the words of `choices`; int, its index among them */
 } kt_option_type;
