@@ -177,6 +177,20 @@ KT_TEST(run_warns_of_very_many_records) {
                        kt_count_of(kt_shell("$K run rod.yaml --interval 1e-6 --out /dev/null").err, "records are"), 0);
 }
 
+KT_TEST(check_warns_of_meshes_that_cannot_be_read) {
+    kt_write_file("bad.obj", "v 0 0\n");
+    kt_write_file("good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    kt_write_file("mesh.yaml", "kinetree: 1\nbodies: [{name: rod, joint: {type: revolute, velocity: 1}, mass: 1, "
+                               "inertia: [1, 1, 1]}]\nmeshes: [{body: rod, file: good.obj}, {body: rod, file: "
+                               "none.stl}, {body: rod, file: bad.obj}]\n");
+    const kt_ran ran = kt_shell("$K check mesh.yaml");
+    kt_check_equal_int("code", ran.code, 0);
+    kt_check_contains("missing", ran.err,
+                      "warning: meshes[1]: none.stl: cannot be read: No such file or directory; mend");
+    kt_check_contains("wrong", ran.err, "bad.obj: a vertex of the mesh has less than three numbers; mend");
+    kt_check_contains("count", ran.out, "ok, 2 warnings");
+}
+
 /* URDF has radians alone, and rejects '-30 deg'. */
 KT_TEST(rotations_of_robots_are_advised_in_radians) {
     kt_write_file("r.urdf", "<robot name=\"r\"><link name=\"base\"/><link name=\"a\"><inertial><mass value=\"1\"/>"

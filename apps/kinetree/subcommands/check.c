@@ -4,11 +4,14 @@
 #include "advice/idle.h"
 #include "advice/penetration.h"
 #include "records/output.h"
+#include "scene/name.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "view/view.h"
 
 #include "kinetree/descriptor.h"
+#include "picture/load.h"
+#include "picture/mesh.h"
 #include "picture/picture.h"
 
 #include <math.h>
@@ -73,6 +76,20 @@ static void warn_check(check *c, const char *format, ...) {
 }
 
 /* ---- degrees of freedom ------------------------------------------------------------------------------------------ */
+
+/* Meshes that pictures and views leave out. The reading of a robot reports its own. */
+static void check_meshes(check *c) {
+    enum { FEW = 12 }; /* triangles: the reader reads the whole file in any case */
+    for (int i = 0; i < c->scene->mesh_count && !kt_is_robot_name(c->path); i++) {
+        kt_error reason = {0};
+        kt_mesh mesh = {0};
+        kt_solid solid = {0};
+        if (kt_mesh_load(&c->scene->meshes[i], FEW, &mesh, &solid, &reason) != KT_OK)
+            warn_check(c, "meshes[%d]: %s: %s; mend the file, or take the item out of `meshes`", i, reason.where,
+                       reason.message);
+        kt_mesh_free(&mesh);
+    }
+}
 
 static void check_mobility(check *c) {
     const kt_mobility f = kt_model_mobility(c->model);
@@ -336,6 +353,7 @@ static int check_start(check *c) {
     check_axis_inertia(c);
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
     check_driven_angles(c);
+    check_meshes(c);
     c->warnings += kt_idle_warn(&warnings, c->scene);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
