@@ -113,9 +113,12 @@ static kt_node *enter_named(const kt_setting *s, kt_node *list, const char *word
 static kt_node *enter_index(const kt_setting *s, kt_node *list, const char *digits, size_t at) {
     const unsigned long index = strlen(digits) < 9 ? strtoul(digits, NULL, 10) : 999999999UL;
     if (list->kind != KT_NODE_LIST || index >= list->count) {
-        (void)reject_setting(s, at,
-                             list->kind == KT_NODE_LIST ? "the list has %u items; count from [0]" : "this is no list",
-                             (unsigned)list->count);
+        if (list->kind != KT_NODE_LIST)
+            (void)reject_setting(s, at, "this is no list");
+        else if (list->count == 1)
+            (void)reject_setting(s, at, "the list has one item, [0]");
+        else
+            (void)reject_setting(s, at, "the list has %u items; count from [0]", (unsigned)list->count);
         return NULL;
     }
     kt_node *item = list->of.first;

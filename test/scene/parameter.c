@@ -266,6 +266,7 @@ KT_TEST(faults_of_settings_are_located_in_them) {
         {"bodies.arm.mass=heavy", "expected a number, found 'heavy'"},
         {"bodies.arm.mass=[1", "missing"},
         {"bodies.arm.com[3]=1", "the list has 3 items"},
+        {"effects[1].damping=1", "the list has one item, [0]"},
         {"bodies.arm.com[x]=1", "write [k], k from 0"},
         {"bodies[0][0]=1", "this is no list"},
         {"bodies.arm.mass.x=1", "the file has a single value here"},

@@ -104,12 +104,27 @@ static int read_last_record(source *s) {
     return KT_EXIT_DONE;
 }
 
+/* Returns whether the path is "FILE:TEXT" with a file FILE, after reporting that the text is no time. */
+static bool reject_time(const char *path) {
+    const char *colon = strrchr(path, ':');
+    char file[4096];
+    if (colon == NULL || access(path, F_OK) == 0 ||
+        (size_t)snprintf(file, sizeof file, "%.*s", (int)(colon - path), path) >= sizeof file ||
+        access(file, F_OK) != 0)
+        return false;
+    kt_say("--from takes FILE or FILE:TIME, and '%s' is no time; write %s:0.5 for the record at 0.5 s", colon + 1,
+           file);
+    return true;
+}
+
 static int open_source(source *s, const char *result, const char *folder) {
     double time;
     char *path = split_path(result, folder, &time);
     *s = (source){.path = path, .time = time};
     if (path == NULL)
         return kt_say_no_memory(NULL);
+    if (isnan(time) && reject_time(path))
+        return KT_EXIT_USAGE;
     if (is_scene_file(path)) {
         kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
                "records (CSV) of a run",
