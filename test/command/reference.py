@@ -74,6 +74,11 @@ def check_bash(script, subcommands, options):
         offers("bash_completes_results", complete(script, folder, "plot", "f"), ["folder", "four.csv"])
         offers("bash_completes_any_file_after_out", complete(script, folder, "run", "--out", "four"), ["four bar.yaml", "four.csv"])
         offers("bash_offers_nothing_for_a_number", complete(script, folder, "run", "--duration", ""), [])
+        offers("bash_completes_help_by_subcommands", complete(script, folder, "help", ""), subcommands)
+        methods = [line.split()[0] for line in kinetree("integrators").partition("\n\n")[0].splitlines()[1:]]
+        claim("there_are_methods", [] if len(methods) > 15 else methods)
+        offers("bash_completes_methods", complete(script, folder, "run", "--integrator", ""), methods)
+        offers("bash_completes_a_method", complete(script, folder, "stability", "--integrator", "dopr"), ["dopri5"])
         scenes = [path.stem for path in pathlib.Path(SCENES).glob("*.yaml")]
         claim("there_are_bundled_scenes", [] if len(scenes) > 10 else [f"{len(scenes)}"])
         offers("bash_completes_bundled_scenes", complete(script, folder, "demo", ""), scenes)
@@ -149,6 +154,7 @@ def main():
             script.write_text(text)
             check_syntax(shell, script)
         check_bash(pathlib.Path(folder) / "kinetree.bash", subcommands, options)
+        claim("zsh_and_fish_ask_for_methods", [shell for shell in ("zsh", "fish") if "kinetree integrators" not in texts[shell] or "[SUBCOMMAND" in texts[shell]])
         check_fish(pathlib.Path(folder) / "kinetree.fish", options["run"]["reduction"])
     for name in subcommands:
         part = re.search(rf"^    {name}\)\n(.*?)^        ;;", texts["zsh"], flags=re.S | re.M)

@@ -1,7 +1,8 @@
 /* Completion scripts for bash, zsh and fish, generated from the tables of options.
  *
  * The help shows a word for each argument, which determines its completion. FILE is any file. SCENE is a *.yaml file,
- * ROBOT a *.urdf file, RESULT a *.csv file. NAME of demo is a bundled scene. a|b|c is one of these words. */
+ * ROBOT a *.urdf file, RESULT a *.csv file. NAME of demo is a bundled scene. a|b|c is one of these words. The option
+ * --integrator takes a method. */
 #include "base/text.h"
 #include "text/reference.h"
 
@@ -18,6 +19,11 @@ static void for_each_option(const kt_subcommand *subcommand, void put(const kt_s
 static bool takes_file(const kt_option *option) {
     return option->type == KT_OPTION_TEXT && kt_text_begins(option->argument, "FILE");
 }
+
+/* The methods are those that the command lists. */
+static bool takes_method(const kt_option *option) { return strcmp(option->name, "integrator") == 0; }
+
+#define LISTED_METHODS " integrators 2>/dev/null | sed -n \"2,/^\\$/s/ .*//p\""
 
 /* Prints a|b|c as "a b c". */
 static void put_words(const char *choices) {
@@ -42,7 +48,9 @@ static bool takes_bundled_scene(const kt_usage *usage) { return kt_text_begins(u
 
 static bool takes_subcommand(const kt_usage *usage) { return kt_text_begins(usage->operands, "[SUBCOMMAND"); }
 
-static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
+static bool takes_word(const kt_usage *usage) {
+    return strchr(usage->operands, '|') != NULL && !takes_subcommand(usage);
+}
 
 /* Prints text for use within single quotes: ' as `quote`, and each character of `special` after a backslash. */
 static void put_quoted(const char *text, const char *special, const char *quote) {
@@ -64,6 +72,8 @@ static void put_bash_value(const kt_subcommand *subcommand, const kt_option *opt
         fputs("words='", stdout);
         put_words(option->choices);
         puts("' ;;");
+    } else if (takes_method(option)) {
+        puts("words=$(\"${COMP_WORDS[0]}\"" LISTED_METHODS ") ;;");
     } else {
         puts(takes_file(option) ? "files='' ;;" : "return ;;");
     }
@@ -138,6 +148,8 @@ static void put_zsh_option(const kt_subcommand *subcommand, const kt_option *opt
         printf(":%s:(", option->argument);
         put_words(option->choices);
         putchar(')');
+    } else if (takes_method(option)) {
+        printf(":%s:($(kinetree" LISTED_METHODS "))", option->argument);
     } else if (option->type != KT_OPTION_FLAG) {
         printf(":%s:%s", option->argument, takes_file(option) ? "_files" : " ");
     }
@@ -198,6 +210,8 @@ static void put_fish_option(const kt_subcommand *subcommand, const kt_option *op
         fputs(" -x -a '", stdout);
         put_words(option->choices);
         putchar('\'');
+    } else if (takes_method(option)) {
+        fputs(" -x -a '(kinetree" LISTED_METHODS ")'", stdout);
     } else if (option->type != KT_OPTION_FLAG) {
         fputs(takes_file(option) ? " -r -F" : " -x", stdout);
     }
