@@ -162,6 +162,25 @@ def spreadsheets():
         same("semicolons", ("semicolons.csv:1:" in told.stderr and "commas" in told.stderr, told.returncode), (True, 2))
 
 
+def starts():
+    """A run from the records of another one: HDF5 and CSV give the same bytes."""
+    run_of = [command, "run", "bounce.yaml", "--quiet"]
+    done = subprocess.run([*run_of, "--out", "start.h5"], capture_output=True, text=True, check=False)
+    if "built without HDF5" in done.stderr:
+        return
+    subprocess.run([*run_of, "--out", "start.csv"], check=True)
+    for ending in ("h5", "csv"):
+        done = subprocess.run([*run_of, "--from", f"start.{ending}:0.1", "--duration", "0.1", "--out", f"{ending}.csv"], capture_output=True, text=True, check=False)
+        same(f"exit code of --from start.{ending}:0.1", done.returncode, 0)
+    same("records from both", pathlib.Path("h5.csv").read_bytes() == pathlib.Path("csv.csv").read_bytes(), True)
+    run("bounce.yaml", "--vary", "v=1,2", "--quiet", "--out", "two.csv", "--keep", "two.h5")
+    done = subprocess.run([*run_of, "--from", "two.h5"], capture_output=True, text=True, check=False)
+    same("records of two runs", (done.returncode, "the records of 2 runs" in done.stderr), (2, True))
+    subprocess.run([command, "run", "fall.yaml", "--quiet", "--record", "position,velocity", "--out", "fall.h5"], check=True)
+    study = [command, "accuracy", "fall.yaml", "--integrators", "rk4", "--steps", "0.1", "--out", "/dev/null", "--plot", "/dev/null", "--quiet"]
+    same("a reference in HDF5", subprocess.run([*study, "--reference", "fall.h5"], check=False).returncode, 0)
+
+
 def inputs_stay():
     """Results that would overwrite the scene, the table or a part are rejected; the inputs keep their bytes."""
     pathlib.Path("table.csv").write_text("m,g\n1,2\n3,4\n")
@@ -176,4 +195,4 @@ def inputs_stay():
     run("--merge", "part1.csv", "part2.csv", "--out", "parts.csv")
 
 
-finish((kept, pictures, motions, inputs_stay, spreadsheets))
+finish((kept, pictures, motions, inputs_stay, spreadsheets, starts))

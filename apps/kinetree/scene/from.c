@@ -1,7 +1,7 @@
 /* Reads the state of a result, joint by joint. */
 #include "scene/from.h"
 #include "picture/picture.h"
-#include "records/table.h"
+#include "records/keep.h"
 #include "scene/released.h"
 #include "scene/start.h"
 #include "text/json.h"
@@ -87,9 +87,13 @@ static int read_summary_state(source *s) {
 }
 
 static int read_last_record(source *s) {
-    const int code = kt_table_read_file(s->path, &s->table);
+    const int code = kt_table_read_files(&s->path, 1, &s->table);
     if (code >= 0)
         return code;
+    if (s->table.part_count > 1) {
+        kt_say("%s has the records of %zu runs, and --from takes those of one run", s->path, s->table.part_count);
+        return KT_EXIT_SCENE;
+    }
     const double *time = kt_table_column(&s->table, "time");
     s->row = s->table.rows - 1;
     if (time == NULL) {

@@ -1,5 +1,5 @@
 /* The records of a run, read as the reference of an accuracy study. */
-#include "records/table.h"
+#include "records/keep.h"
 #include "subcommands/accuracy.h"
 
 #include <math.h>
@@ -66,7 +66,8 @@ static int fill_reference(const char *path, const kt_table *table, size_t count,
 int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     kt_table table;
-    int code = kt_table_read_file(path, &table);
+    char *const paths[] = {(char *)path};
+    int code = kt_table_read_files(paths, 1, &table);
     if (code >= 0)
         return code;
     const double *time = kt_table_column(&table, "time");
