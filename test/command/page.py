@@ -422,6 +422,35 @@ def check_modes(page, folder):
           ([] if apart[0] < 1e-5 and apart[1] > 0.1 and apart[2] < 1e-5 else [f"{apart}"]))
 
 
+NEAR = """kinetree: 1
+bodies: [{name: arm, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1]}]
+events: [{name: passes the angle of half a radian for the first time after a very long way, when: position.arm > 0.5, then: record}]
+simulate: {duration: 1}
+output: {columns: {near: 84.0314 + 1e-4*position.arm}}
+"""
+
+
+def check_chart(page, folder):
+    """Labels of nearly equal values differ, and a long name of an event is shortened, not squeezed."""
+    run = kinetree("view", "-", "--view", "near.html", "--quiet", folder=folder, text=NEAR)
+    page.open(f"{folder}/near.html")
+    page.evaluate(PAINTED)
+    drawn, columns = page.evaluate("""(() => {
+        const chart = kinetree.chart, drawn = [], own = CanvasRenderingContext2D.prototype.fillText;
+        chart.chosen = [kinetree.data.columns.findIndex((one) => one.name === "near")];
+        CanvasRenderingContext2D.prototype.fillText = function (text, x, y, most) { drawn.push([text, this.textAlign, this.measureText(text).width, most ?? null]); };
+        chart.paint(chart.theme);
+        CanvasRenderingContext2D.prototype.fillText = own;
+        return [drawn, kinetree.data.columns.map((one) => one.name)];
+    })()""")
+    names = [one for one in drawn if one[0].startswith("passes")]
+    labels = [text for text, align, _, _ in drawn if align == "right" and not text.startswith("passes")]
+    note(f"labels {labels}; names {names}")
+    claim("labels_of_nearly_equal_values_differ", page.complaints() + ([run.stderr] if run.returncode else [])
+          + ([] if len(labels) > 2 and len(set(labels)) == len(labels) and any("84.031" in one[0] and one[1] == "left" for one in drawn) else [f"{drawn}, {columns}"]))
+    claim("names_of_events_are_shortened_in_charts", [] if len(names) == 1 and "\u2026" in names[0][0] and names[0][3] is None else [f"{names}"])
+
+
 def check_long(page, folder):
     """100,000 frames."""
     run = kinetree("view", f"{SCENES}/pendulum.yaml", "--interval", "1e-4", "--duration", "10", "--quiet", folder=folder)
@@ -455,6 +484,7 @@ def main():
             timed("symbols", check_symbols, page, folder)
             timed("seen", check_seen, page, folder)
             timed("rest", check_rest, page, folder)
+            timed("chart", check_chart, page, folder)
             timed("bushings", check_bushings, page, folder)
             timed("contacts", check_contact_names, page, folder)
             timed("names", check_names, page, folder)

@@ -129,12 +129,14 @@ class Chart {
         context.lineWidth = 1;
         context.textBaseline = "middle";
         context.textAlign = "right";
-        for (const v of ticks(low, high, Math.max(2, Math.floor((bottom - top) / 28)))) {
+        const rows = ticks(low, high, Math.max(2, Math.floor((bottom - top) / 28)));
+        const {texts, offset} = label_ticks(rows);
+        rows.forEach((v, k) => {
             context.strokeStyle = css(theme.faint);
             stroke(context, [[left, y(v)], [width - right, y(v)]]);
             context.fillStyle = css(theme.quiet);
-            context.fillText(show_number(v), left - 6, y(v));
-        }
+            context.fillText(texts[k], left - 6, y(v));
+        });
         context.textAlign = "center";
         for (const t of ticks(t0, t1, Math.max(2, Math.floor((width - left - right) / 90)))) {
             context.strokeStyle = css(theme.faint);
@@ -145,6 +147,8 @@ class Chart {
         }
         context.textAlign = "left";
         context.fillText(unit, 4, top + 7);
+        if (offset !== 0)
+            context.fillText(`${offset < 0 ? "+" : "\u2212"} ${Math.abs(+offset.toPrecision(15))} ${unit}`, left + 4, top + 7);
         context.save();
         context.beginPath();
         context.rect(left, top, width - left - right, bottom - top);
@@ -182,7 +186,8 @@ class Chart {
             context.rotate(-Math.PI / 2);
             context.textAlign = "right";
             context.fillStyle = css(theme.quiet);
-            context.fillText(name, 0, 0, bottom - top - 4);
+            const width_of = (text) => context.measureText(text).width;
+            context.fillText(shorten(name, bottom - top - 4, width_of), 0, 0);
             context.restore();
         }
     }

@@ -80,3 +80,21 @@ function show_number(x) {
     const text = x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5) ? x.toExponential(3) : x.toPrecision(5);
     return text.replace(/(\.\d*?)0+(e|$)/, "$1$2").replace(/\.(e|$)/, "$1").replace("-", "\u2212").replace("e+", "e");
 }
+
+/* The labels of ticks. If those of neighbours are equal, they are differences from the offset. */
+function label_ticks(values) {
+    const texts = values.map(show_number), step = values[1] - values[0];
+    if (new Set(texts).size === values.length)
+        return {texts, offset: 0};
+    const offset = 10 * step * Math.floor(values[0] / (10 * step) + 1e-9);
+    return {texts: values.map((v) => show_number(step * Math.round((v - offset) / step))), offset};
+}
+
+/* A text of at most this width, cut in its middle. */
+function shorten(text, width, measure) {
+    const letters = [...text];
+    let short = text;
+    for (let kept = letters.length; kept > 0 && measure(short) > width; kept--)
+        short = [...letters.slice(0, Math.ceil(kept / 2)), "\u2026", ...letters.slice(letters.length - (kept >> 1))].join("");
+    return short;
+}
