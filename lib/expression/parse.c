@@ -158,16 +158,33 @@ static bool find_formula_name(const kt_parser *p, const char *from, const char *
     return p->symbols != NULL && p->symbols->find != NULL && p->symbols->find(p->symbols->user, name, symbol);
 }
 
-/* Reports a name that is unknown and resembles none, with the first names that there are. */
+/* Whether a name is in "a, b, c". */
+static bool lists_name(const char *list, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = list; *at != '\0'; at += strspn(at, ", ")) {
+        const size_t one = strcspn(at, ",");
+        if (one == length && strncmp(at, name, length) == 0)
+            return true;
+        at += one;
+    }
+    return false;
+}
+
+/* Reports a name that is unknown and resembles none, with the first names that there are. A name may have two meanings,
+ * such as a parameter and the auxiliary state of an event that sets it. */
 static bool reject_with_list(kt_parser *p, const char *spot, const char *name) {
     enum { SHOWN = 6 };
     char list[KT_MESSAGE_SIZE / 2] = "";
+    const char *known;
     size_t used = 0;
-    for (int k = 0; k <= SHOWN && used < sizeof list; k++) {
-        const char *known = p->symbols->list(p->symbols->user, k);
-        if (known != NULL)
-            used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", k > 0 ? ", " : "",
-                                     k < SHOWN ? known : "...");
+    int shown = 0;
+    for (int k = 0; shown <= SHOWN && used < sizeof list && (known = p->symbols->list(p->symbols->user, k)) != NULL;
+         k++) {
+        if (lists_name(list, known))
+            continue;
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", shown > 0 ? ", " : "",
+                                 shown < SHOWN ? known : "...");
+        shown++;
     }
     return reject_formula(p, spot, "there is no name %s; names are %s", kt_name_quote(name).text, list);
 }

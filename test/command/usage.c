@@ -277,6 +277,16 @@ KT_TEST(reactions_of_a_loop_and_a_body_of_one_name_are_rejected) {
     kt_expect(0, NULL, "$K run twice.yaml --quiet --duration 0.1");
 }
 
+/* A parameter that an event sets is an auxiliary state of the same name, too. */
+KT_TEST(known_names_are_listed_once) {
+    kt_write_file("n.yaml", "kinetree: 1\nparameters: {L: 1}\nbodies:\n"
+                            "  - {name: rod, joint: {type: revolute}, mass: =L, com: [1, 0, 0], inertia: [1, 1, 1]}\n"
+                            "events:\n  - {name: a, when: t > 1, then: {set: {L: x}}}\n");
+    kt_expect(2,
+              "n.yaml:6:44: event 'a': then.set.L: there is no name 'x'; names are L, t, position.rod, velocity.rod, ",
+              "$K check n.yaml");
+}
+
 KT_TEST(wrong_scene_ends_in_two_with_all_its_faults) {
     kt_write_file("w.yaml", "kinetree: 1\n"
                             "bodies:\n"

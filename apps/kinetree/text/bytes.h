@@ -25,8 +25,8 @@ void kt_bytes_print(kt_bytes *bytes, const char *format, ...) KT_PRINTF(2, 3);
  * it cannot be read or memory is insufficient. */
 bool kt_bytes_read(kt_bytes *bytes, FILE *file, size_t most);
 
-/* The byte order mark of UTF-8, with which spreadsheets begin a CSV file; it belongs to no name. Returns the text behind
- * it, or the text itself. */
+/* Returns the text behind the byte order mark of UTF-8, or the text itself. Spreadsheets begin a CSV file with this
+ * mark, which belongs to no name. */
 char *kt_behind_mark(char *text);
 
 #endif
