@@ -455,6 +455,36 @@ KT_TEST(rails_are_the_same_in_all_states_and_within_the_page) {
     kt_check_below("right end", right[0], 1740.0);
 }
 
+/* The x of a text in an SVG, page units; NaN: it is not there. */
+static double x_of_text(const char *svg, const char *text) {
+    double x = (double)NAN;
+    for (const char *at = svg; at != NULL && (at = strstr(at, "<text x=\"")) != NULL; at++) {
+        const char *end = strchr(at, '>');
+        if (end != NULL && strncmp(end + 1, text, strlen(text)) == 0 && sscanf(at, "<text x=\"%lf", &x) == 1)
+            break;
+    }
+    return x;
+}
+
+/* Two wheels 4 m apart. The name of each contact is next to its wheel, and not at the origin of the ground. */
+KT_TEST(names_of_contacts_are_at_their_wheels) {
+    kt_write_file("axles.yaml",
+                  "kinetree: 1\nbodies:\n"
+                  "  - {name: frame, joint: {type: prismatic, axis: x, at: [0, 0, 1]}, mass: 1}\n"
+                  "  - {name: near, parent: frame, joint: {type: revolute, axis: y}, mass: 1,\n"
+                  "     shape: {type: cylinder, radius: 1, length: 0.2, axis: y}}\n"
+                  "  - {name: far, parent: frame, joint: {type: revolute, axis: y, at: [4, 0, 0]}, mass: 1,\n"
+                  "     shape: {type: cylinder, radius: 1, length: 0.2, axis: y}}\n"
+                  "loops:\n"
+                  "  - {name: first, type: rolling, wheel: near, axis: y, radius: 1, on: world, normal: z}\n"
+                  "  - {name: second, type: rolling, wheel: far, axis: y, radius: 1, on: world, normal: z}\n");
+    kt_expect(0, "axles.svg", "$K draw axles.yaml --names --view y --quiet");
+    const char *svg = kt_read_file("axles.svg");
+    kt_check_near("name of the second contact from its wheel", x_of_text(svg, "second"), x_of_text(svg, "far"), 60.0);
+    kt_check_near("name of the first contact from its wheel", x_of_text(svg, "first"), x_of_text(svg, "near"), 60.0);
+    kt_check_above("wheels are apart by", fabs(x_of_text(svg, "far") - x_of_text(svg, "near")), 200.0);
+}
+
 enum { TRIANGLES_MOST = 8 };
 
 /* The triangles of mounts in an SVG: the y of the tip, and how far the side is below it. Page units. */

@@ -125,7 +125,8 @@ static void paint_markers(const kt_sheet *sheet, labels *l) {
         }
 }
 
-/* The names that have room: of each body next to the middle of its first solid; of each loop at its second end. */
+/* The names that have room: of each body next to the middle of its first solid; of each loop at its second end, which
+ * for a wheel that rolls would be the origin of the plane. */
 static void paint_names(const kt_sheet *sheet, labels *l) {
     const kt_picture *p = sheet->drawing->picture;
     for (int body = 1; body < p->body_count; body++)
@@ -136,7 +137,8 @@ static void paint_names(const kt_sheet *sheet, labels *l) {
                 break;
             }
     for (int i = 0; i < p->loop_count; i++) {
-        paint_label(sheet, l, kt_sheet_frame(sheet, &p->loops[i].ends[1]), p->loops[i].name, sheet->palette->ink);
+        const kt_body_frame *end = &p->loops[i].ends[p->loops[i].type == KT_LOOP_ROLLING ? 0 : 1];
+        paint_label(sheet, l, kt_sheet_frame(sheet, end), p->loops[i].name, sheet->palette->ink);
     }
 }
 
