@@ -16,8 +16,16 @@
 
 #include "algebra/lane.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
+
+/* The steps above, and x - x as a test of finite numbers, need the arithmetic of IEEE 754 in double precision. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || __FINITE_MATH_ONLY__ > 0
+#error "sums must keep their order, and NaN must exist: compile without -ffast-math, -Ofast and -ffinite-math-only"
+#elif FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD == 2
+#error "each operation must be rounded: on x86, compile with -msse2 -mfpmath=sse"
+#endif
 
 /* GROUPS vectors are computed at once, each with as many angles as the instruction set has lanes. The operations of one
  * vector depend on each other, and a processor does not reorder enough to find those of the next vector. The operations

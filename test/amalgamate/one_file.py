@@ -103,6 +103,9 @@ def main():
     for name, flags in MODES.items():
         done = bench.run(compiler, *FLAGS, *flags, "-fsyntax-only", "kinetree.c", cwd=folder)
         claim(f"{name}_compiles_without_warnings", [] if done is not None else ["it does not compile"])
+    fast = subprocess.run([compiler, *FLAGS, *MODES["small"], "-ffast-math", "-fsyntax-only", "kinetree.c"], cwd=folder, capture_output=True, text=True)
+    expected = fast.returncode != 0 and "sums must keep their order" in fast.stderr
+    claim("a_compiler_that_reorders_sums_is_rejected", [] if expected else [fast.stderr[:400] or "it compiles"])
     engine = bench.engine("full", ["-DKINETREE_FULL"])
     claim("full_compiles_without_warnings", [] if engine else ["it does not compile"])
     if engine:

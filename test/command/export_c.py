@@ -1,7 +1,9 @@
 """export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, rejections, exit statuses."""
 import pathlib
+import platform
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -54,9 +56,24 @@ def check_names(folder, scene):
     claim("names_do_not_collide_whatever_the_file_is_called", alike + ([] if len(public) > 20 and len(own) > 20 else ["too few names"]))
 
 
+def check_arithmetic(folder, scene):
+    """A reordered sum, or one with more digits than a number has, makes sines that are wrong."""
+    if shutil.which("cc") is None:
+        return
+    export(folder, "--c", scene, "--out", "zz.c", "--functions", "forward")
+    cases = {"": 0, "-ffast-math": 1, "-Dzz_FLOAT -ffast-math": 1, "-Ofast": 1}
+    if platform.machine() == "x86_64":
+        cases |= {"-mfpmath=387": 1, "-Dzz_FLOAT -mfpmath=387": 1}
+    for flags, status in cases.items():
+        made = subprocess.run(["cc", "-std=c99", "-fsyntax-only", *flags.split(), "zz.c"], cwd=folder, capture_output=True, text=True)
+        expected = made.returncode == status and ("must" in made.stderr) == bool(status)
+        claim(f"arithmetic_is_that_of_numbers{flags.replace('-', '_').replace(' ', '')}", [] if expected else [made.stderr or "it compiles"])
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         check_memory(folder)
+        check_arithmetic(folder, SCENES / "four-bar.yaml")
         check_names(folder, SCENES / "four-bar.yaml")
     arm, loop, effects = SCENES / "arm7.yaml", SCENES / "four-bar.yaml", SCENES / "servo-arm.yaml"
     rejected("standard_output_cannot_hold_two_files", 1, "give --out FILE.c", "--c", arm)

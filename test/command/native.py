@@ -159,6 +159,9 @@ def check_rejections(folder):
     geared.write_text(GEARED)
     for name, words, status, message, variables in (
             ("a_missing_compiler_is_an_error", [scene], 4, "install gcc or clang", {"CC": "no-such-compiler"}),
+            ("a_compiler_that_reorders_sums_is_rejected", [scene], 4, "sums must keep their order", {"CC": "cc\t-O1 -ffast-math"}),
+            ("a_long_variable_is_rejected", [scene], 4, "set it to a script", {"CC": "cc" + 30 * " -O1"}),
+            ("a_folder_of_temporary_files_that_is_missing_is_named", [scene], 4, "made in /proc/none", {"XDG_CACHE_HOME": "/proc/none", "TMPDIR": "/proc/none"}),
             ("wires_along_a_helix_are_rejected", [SCENES / "spiral-wire.yaml"], 2, "wire: code for this loop cannot be generated", {}),
             ("contacts_are_rejected", [SCENES / "bouncing-ball.yaml"], 2, "switched, or contacts close", {}),
             ("events_that_set_numbers_are_rejected", [SCENES / "parachute.yaml"], 2, "its events set numbers of the model", {}),

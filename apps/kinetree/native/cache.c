@@ -66,12 +66,13 @@ bool kt_code_cache_open(kt_code_cache *cache, const char *command) {
     kt_say("%s: --native: compiled files cannot be kept: %s%s; set XDG_CACHE_HOME to a folder of your own", command,
            is_named ? kt_show(cache->folder).text : "neither XDG_CACHE_HOME nor HOME is a folder",
            is_named ? " cannot be written by this user alone" : "");
-    const char *temporary = getenv("TMPDIR");
+    const char *temporary = getenv("TMPDIR"), *folder = temporary != NULL && temporary[0] == '/' ? temporary : "/tmp";
     cache->is_temporary = true;
-    if (join_path(cache->folder, temporary != NULL && temporary[0] == '/' ? temporary : "/tmp", "kinetree-XXXXXX") &&
-        mkdtemp(cache->folder) != NULL)
+    if (join_path(cache->folder, folder, "kinetree-XXXXXX") && mkdtemp(cache->folder) != NULL)
         return true;
-    kt_say("%s: --native: no folder for temporary files can be made: %s", command, strerror(errno));
+    kt_say("%s: --native: no folder for temporary files can be made in %s: %s; set TMPDIR to a folder of your own, or "
+           "leave --native out",
+           command, kt_show(folder).text, strerror(errno));
     return false;
 }
 

@@ -67,15 +67,21 @@ static void identify_compiler(kt_compiler *compiler) {
 }
 
 bool kt_compiler_find(kt_compiler *compiler, const char *command) {
+    static const char *const blanks = " \t\n";
     const char *given = getenv("CC");
-    const bool is_given = given != NULL && given[strspn(given, " ")] != '\0';
+    const bool is_given = given != NULL && given[strspn(given, blanks)] != '\0';
     char *rest = NULL;
     int count = 0;
     memset(compiler, 0, sizeof *compiler);
-    (void)snprintf(compiler->text, sizeof compiler->text, "%s", is_given ? given : "cc");
-    for (char *word = strtok_r(compiler->text, " ", &rest); word != NULL && count < KT_COMPILER_WORDS - 1;
-         word = strtok_r(NULL, " ", &rest))
+    const int length = snprintf(compiler->text, sizeof compiler->text, "%s", is_given ? given : "cc");
+    for (char *word = strtok_r(compiler->text, blanks, &rest); word != NULL && count < KT_COMPILER_WORDS;
+         word = strtok_r(NULL, blanks, &rest))
         compiler->word[count++] = word;
+    if (length >= (int)sizeof compiler->text || count == KT_COMPILER_WORDS) {
+        kt_say("%s: --native: the variable CC has more than %d words or %d characters; set it to a script", command,
+               KT_COMPILER_WORDS - 1, KT_NATIVE_PATH - 1);
+        return false;
+    }
     if (find_program(compiler->word[0], compiler->program)) {
         identify_compiler(compiler);
         return true;
