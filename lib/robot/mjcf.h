@@ -277,6 +277,20 @@ void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, in
 void kt_mjcf_include(kt_mjcf *m, int document, int depth);
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
+/* ---- mjcf_copies.c ----------------------------------------------------------------------------------------------- */
+
+/* The scope of the names to which an attribute refers; -1: none. */
+int kt_mjcf_reference(const char *attribute);
+
+/* Takes the tendons, equalities and actuators that refer to elements of a <replicate> alone out of their sections. */
+void kt_mjcf_take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt_list *items);
+
+/* Adds copies of such items, with a suffix at names and references. False if there is no memory, or after reporting, or
+ * if there are too many elements. */
+bool kt_mjcf_copy_items(kt_mjcf *m, int document, const kt_list *items, const char *suffix);
+
+/* ---- mjcf_include.c, files --------------------------------------------------------------------------------------- */
+
 /* The path of a file that an element of a document names. The order is that of MuJoCo: first the document's folder,
  * then the folder of the file that has the element. NULL after reporting the reason. */
 const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name);
@@ -302,6 +316,9 @@ void kt_mjcf_expand(kt_mjcf *m);
 
 /* Marks elements of attached models that refer to bodies that are not attached. Requires the complete names. */
 void kt_mjcf_mark_incomplete(kt_mjcf *m);
+
+/* Whether a name is that of an element which has copies by a <replicate>. */
+bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name);
 
 /* Whether a document is another one, or is attached to it. */
 bool kt_mjcf_is_within(const kt_mjcf *m, int document, int other);
@@ -357,6 +374,9 @@ void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b);
 
 /* Adds the forces of elastic surfaces and solids. */
 void kt_flex_add_elasticity(kt_mjcf *m);
+
+/* Adds the prefix of an <attach> to the names of the flexcomps from `first` on. */
+void kt_flex_rename_elastic(kt_mjcf *m, int first, const char *prefix);
 
 /* Keeps a geom, whose solid and pose in its body are given, for contacts. */
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);

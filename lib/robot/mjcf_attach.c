@@ -267,6 +267,7 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     const int document = root != NULL ? add_document(m, root, e->document, path, prefix) : -1;
     if (document < 0)
         return;
+    const int flexes = m->elastic_flexes.count;
     expand_document(m, document, depth);
     if (kt_draft_is_wrong(&m->draft))
         return;
@@ -277,6 +278,7 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     kt_mjcf_document_at(m, document)->joints = joints;
     take_bodies(m, e, kt_mjcf_document_at(m, document), to);
     rename_all(m, to, prefix);
+    kt_flex_rename_elastic(m, flexes, prefix);
     for (kt_element *s = root->first; s != NULL; s = s->next)
         if (strcmp(s->name, "worldbody") != 0)
             rename_all(m, s, prefix);
@@ -327,8 +329,7 @@ void kt_mjcf_expand(kt_mjcf *m) {
 
 /* ---- what is incomplete ----------------------------------------------------------------------------------------- */
 
-/* Whether a name is that of an element which has copies by a <replicate>. */
-static bool has_copies(const kt_mjcf *m, const char *name) {
+bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name) {
     bool found = false;
     for (int i = 0; i < m->copied.count && !found; i++)
         found = strcmp(((const char *const *)m->copied.items)[i], name) == 0;
@@ -337,31 +338,12 @@ static bool has_copies(const kt_mjcf *m, const char *name) {
 
 /* Whether all that an element and those in it refer to exists, or is missing from the model itself. */
 static bool is_complete(const kt_mjcf *m, const kt_element *e) {
-    static const struct {
-        const char *attribute;
-        int scope;
-    } references[] = {{"body", KT_MJCF_BODIES},
-                      {"body1", KT_MJCF_BODIES},
-                      {"body2", KT_MJCF_BODIES},
-                      {"joint", KT_MJCF_JOINTS},
-                      {"joint1", KT_MJCF_JOINTS},
-                      {"joint2", KT_MJCF_JOINTS},
-                      {"jointinparent", KT_MJCF_JOINTS},
-                      {"site", KT_MJCF_SITES},
-                      {"sidesite", KT_MJCF_SITES},
-                      {"geom", KT_MJCF_WRAPS},
-                      {"site1", KT_MJCF_SITES},
-                      {"site2", KT_MJCF_SITES},
-                      {"refsite", KT_MJCF_SITES},
-                      {"cranksite", KT_MJCF_SITES},
-                      {"slidersite", KT_MJCF_SITES},
-                      {"tendon", KT_MJCF_COMPLETE_TENDONS},
-                      {"tendon1", KT_MJCF_COMPLETE_TENDONS},
-                      {"tendon2", KT_MJCF_COMPLETE_TENDONS}};
-    for (size_t i = 0; i < sizeof references / sizeof *references; i++) {
-        const char *name = kt_xml_attribute(e, references[i].attribute);
-        if (name != NULL && kt_names_find(&m->names, references[i].scope, name) < 0 &&
-            (e->document > 0 || has_copies(m, name)))
+    for (size_t i = 0; e->attributes[i] != NULL; i += 2) {
+        const int scope = kt_mjcf_reference(e->attributes[i]);
+        const char *name = e->attributes[i + 1];
+        if (scope >= 0 &&
+            kt_names_find(&m->names, scope == KT_MJCF_TENDONS ? KT_MJCF_COMPLETE_TENDONS : scope, name) < 0 &&
+            (e->document > 0 || kt_mjcf_has_copies(m, name)))
             return false;
     }
     for (const kt_element *child = e->first; child != NULL; child = child->next)

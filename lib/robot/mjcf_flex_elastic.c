@@ -77,6 +77,18 @@ void kt_flex_keep_elastic(kt_mjcf *m, const kt_flex *f) {
         *kept = *f;
 }
 
+void kt_flex_rename_elastic(kt_mjcf *m, int first, const char *prefix) {
+    for (int i = first; i < m->elastic_flexes.count; i++) {
+        kt_flex *f = (kt_flex *)m->elastic_flexes.items + i;
+        const char *name = kt_mjcf_join(m, f->element, prefix, f->name);
+        for (int k = 0; k < f->count && name != NULL; k++)
+            name = f->points[k].name = kt_mjcf_join(m, f->element, prefix, f->points[k].name);
+        if (name == NULL)
+            return;
+        f->name = kt_mjcf_join(m, f->element, prefix, f->name);
+    }
+}
+
 /* ---- constants --------------------------------------------------------------------------------------------------- */
 
 /* u v' + v u' */
@@ -243,32 +255,43 @@ static void stretch_flex(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
 
 /* ---- all --------------------------------------------------------------------------------------------------------- */
 
-/* The bodies of points. *renamed: copies by <attach> or <replicate> have other names than some points. */
-static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f, bool *renamed) {
+/* The bodies of points. *lost: how many move, but have no body; *found: how many have one. */
+static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f, int *lost, int *found) {
     int *body = kt_pool_take(&m->r->scratch, (size_t)f->count + 1, sizeof *body);
-    *renamed = false;
+    *lost = *found = 0;
     if (body == NULL)
         (void)kt_reader_out_of_memory(m->r);
     for (int i = 0; i < f->count && body != NULL; i++) {
         body[i] = f->points[i].is_pinned ? -1 : kt_names_find(&m->names, KT_MJCF_BODIES, f->points[i].name);
-        *renamed = *renamed || (body[i] < 0 && !f->points[i].is_pinned);
+        *found += body[i] >= 0;
+        *lost += body[i] < 0 && !f->points[i].is_pinned;
     }
     return body;
 }
 
+/* Whether copies by <replicate> have the points under other names. */
+static bool is_flex_copied(const kt_mjcf *m, const kt_flex *f) {
+    for (int i = 0; i < f->count; i++)
+        if (!f->points[i].is_pinned)
+            return kt_mjcf_has_copies(m, f->points[i].name);
+    return false;
+}
+
+/* A flexcomp of which no point is attached is not in the model. */
 void kt_flex_add_elasticity(kt_mjcf *m) {
     for (int i = 0; i < m->elastic_flexes.count && !m->r->out_of_memory; i++) {
         const kt_flex *f = (const kt_flex *)m->elastic_flexes.items + i;
-        bool renamed;
-        const kt_elastic points = {f, find_bodies_of_points(m, f, &renamed)};
+        int lost, found;
+        const kt_elastic points = {f, find_bodies_of_points(m, f, &lost, &found)};
         const kt_elasticity l = read_elasticity(m, f);
         if (points.body == NULL)
             return;
-        if (renamed) {
-            kt_unknown_count(&m->changes,
-                             "elasticity of a flexcomp that <attach> or <replicate> renames, left out, so that nothing "
-                             "but edges holds its points together; rigid=\"true\" fixes them",
-                             f->element);
+        if (lost > 0) {
+            if (found > 0 || is_flex_copied(m, f))
+                kt_unknown_count(&m->changes,
+                                 "elasticity of a flexcomp that <replicate> renames, left out, so that nothing but "
+                                 "edges holds its points together; rigid=\"true\" fixes them",
+                                 f->element);
             continue;
         }
         if (stretches(f, &l))

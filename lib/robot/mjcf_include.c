@@ -182,7 +182,7 @@ static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose
 }
 
 /* The copies, each displaced from the one before by `offset` and turned by `euler`. Copy k has the pose T^k. */
-static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
+static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
     static const char *const none[] = {NULL};
     const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);
     const char *separator = kt_xml_attribute(e, "sep");
@@ -196,6 +196,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
         (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)KT_MJCF_ELEMENTS_MOST);
         return;
     }
+    kt_list items;
+    kt_mjcf_take_copied_items(m, document, e, &items);
     int digits = 1;
     for (int power = 10; power <= (int)count; power *= 10)
         digits++;
@@ -206,7 +208,8 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
                        k);
         if (frame == NULL)
             return;
-        if (++m->elements > KT_MJCF_ELEMENTS_MOST || !copy_children(m, e, frame, suffix)) {
+        if (++m->elements > KT_MJCF_ELEMENTS_MOST || !copy_children(m, e, frame, suffix) ||
+            !kt_mjcf_copy_items(m, document, &items, suffix)) {
             if (!kt_draft_is_wrong(&m->draft))
                 (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)KT_MJCF_ELEMENTS_MOST);
             return;
@@ -217,13 +220,13 @@ static void replicate(kt_mjcf *m, const kt_element *e, kt_element *copies) {
 }
 
 /* From the inside out, since copies have copies. */
-static void expand_replicates(kt_mjcf *m, kt_element *parent) {
+static void expand_replicates(kt_mjcf *m, int document, kt_element *parent) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first; e != NULL && !kt_draft_is_wrong(&m->draft);) {
-        expand_replicates(m, e);
+        expand_replicates(m, document, e);
         if (strcmp(e->name, "replicate") == 0) {
             kt_element copies, *next = e->next;
-            replicate(m, e, &copies);
+            replicate(m, document, e, &copies);
             (void)kt_mjcf_splice(parent, before, e, &copies);
             before = copies.last != NULL ? copies.last : before;
             e = next;
@@ -234,4 +237,6 @@ static void expand_replicates(kt_mjcf *m, kt_element *parent) {
     }
 }
 
-void kt_mjcf_replicate(kt_mjcf *m, int document) { expand_replicates(m, kt_mjcf_document_at(m, document)->root); }
+void kt_mjcf_replicate(kt_mjcf *m, int document) {
+    expand_replicates(m, document, kt_mjcf_document_at(m, document)->root);
+}

@@ -297,6 +297,8 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
         {MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/elastic.xml", 1e-13, NULL, false, false},
+        {MODELS "/mjcf/copies.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/elastic_parts.xml", 1e-13, NULL, false, false},
         {MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
     };
     equalities_compared = 0;
@@ -304,7 +306,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     if (read >= 0) {
         kt_check_equal_int("files that both read", read, count);
         kt_check_equal_int("equalities compared", equalities_compared,
-                           (8 + 3 + 1) * STATES); /* of ties.xml, attach.xml and cables.xml */
+                           (8 + 3 + 1 + 12) * STATES); /* of ties.xml, attach.xml, cables.xml and copies.xml */
     }
 }
 

@@ -78,8 +78,9 @@ bool kt_compiler_find(kt_compiler *compiler, const char *command) {
          word = strtok_r(NULL, blanks, &rest))
         compiler->word[count++] = word;
     if (length >= (int)sizeof compiler->text || count == KT_COMPILER_WORDS) {
-        kt_say("%s: --native: the variable CC has more than %d words or %d characters; set it to a script", command,
-               KT_COMPILER_WORDS - 1, KT_NATIVE_PATH - 1);
+        kt_say("%s: --native: the variable CC has more than %d words or %d characters; set it to a "
+               "script, or leave --native out",
+               command, KT_COMPILER_WORDS - 1, KT_NATIVE_PATH - 1);
         return false;
     }
     if (find_program(compiler->word[0], compiler->program)) {
