@@ -197,10 +197,17 @@ KT_TEST(rotations_of_robots_are_advised_in_radians) {
                             "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
                             "<joint name=\"j\" type=\"continuous\"><parent link=\"base\"/><child link=\"a\"/>"
                             "<origin rpy=\"0 -30 0\"/><axis xyz=\"0 1 0\"/></joint></robot>");
-    kt_expect(0,
-              "body 'a': joint.rotation.rpy[1]: -30 is in radians, -4.77 turns. Write -0.523598776, in radians, if "
-              "degrees are meant",
-              "$K run r.urdf --duration 0.01 --out /dev/null");
+    static const char *const files[] = {"r.urdf", "- < r.urdf", "r.txt"};
+    kt_expect(0, "copied", "cp r.urdf r.txt && echo copied >&2");
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++)
+        kt_expect(0,
+                  "body 'a': joint.rotation.rpy[1]: -30 is in radians, -4.77 turns. Write -0.523598776, in radians, if "
+                  "degrees are meant",
+                  "$K run --duration 0.01 --out /dev/null %s", files[i]);
+    kt_write_file("turned.yaml",
+                  "kinetree: 1\nbodies: [{name: arm, joint: {type: revolute, position: 120, velocity: 1}, "
+                  "mass: 1, inertia: [1, 1, 1]}]\nsimulate: {duration: 0.01}\n");
+    kt_expect(0, "Write '120 deg' if degrees are meant", "$K run - --out /dev/null < turned.yaml");
 }
 
 /* A limit of 90 rad is 14 turns away: the joint would never meet it. */

@@ -2,7 +2,7 @@
 #include "advice/angles.h"
 
 #include "kinetree/descriptor.h"
-#include "scene/name.h"
+#include "scene/load.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -113,8 +113,7 @@ static void check_effect_angles(angles *a, const kt_description *d, const kt_eff
 
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole) {
     const kt_description *d = &scene->description;
-    const char *path = kt_scene_path(scene);
-    angles a = {.warnings = warnings, .only_whole = only_whole, .is_robot = path != NULL && kt_is_robot_name(path)};
+    angles a = {.warnings = warnings, .only_whole = only_whole, .is_robot = kt_is_robot_scene(scene)};
     for (int i = 0; i < d->body_count; i++)
         check_body_angles(&a, &d->bodies[i]);
     for (int i = 0; i < d->loop_count; i++)

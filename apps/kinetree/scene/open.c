@@ -75,6 +75,15 @@ static bool is_xml_file(const char *path) {
     return is_xml(text, size);
 }
 
+static const char standard_input[] = "(standard input)";
+static bool input_is_robot; /* of standard input, which a command reads once */
+
+bool kt_is_robot_scene(const kt_scene *scene) {
+    const char *path = kt_scene_path(scene);
+    return path != NULL &&
+           (strcmp(path, standard_input) == 0 ? input_is_robot : kt_is_robot_name(path) || is_xml_file(path));
+}
+
 /* Rejects settings for a robot, which has no parameters and no keys of a scene. Returns -1 without settings, else an
  * exit code. */
 static int reject_settings(const char *path, const kt_settings *settings) {
@@ -215,8 +224,9 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
             kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
             return KT_EXIT_SCENE;
         }
-        static const char name[] = "(standard input)";
+        const char *const name = standard_input;
         is_robot = is_robot || is_xml(input.text, input.used);
+        input_is_robot = is_robot;
         reported.most = is_robot ? ROBOT_FAULTS_MOST : 0;
         if (is_robot ? reject_settings(name, settings) >= 0 : reject_robot_options(name, settings)) {
             free(input.text);
