@@ -69,17 +69,12 @@ static void print_library(FILE *file, const char *functions) {
 }
 
 /* Sines are wrong if a compiler reorders sums, or keeps more digits than a number has. */
-static void print_arithmetic(FILE *file, const char *name) {
-    fprintf(file,
-            "#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)\n"
-            "#error \"sums must keep their order: compile without -ffast-math, -Ofast and /fp:fast\"\n"
-            "#elif FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD == 2 || (defined(%s_FLOAT) && FLT_EVAL_METHOD == 1)\n"
-            "#error \"each operation must be rounded: on x86, compile with -msse2 -mfpmath=sse\"\n#endif\n\n",
-            name);
-}
+static const char *const arithmetic =
+    "#if defined(__FAST_MATH__) || __FLT_EVAL_METHOD__ == 2\n"
+    "#error \"sums must keep their order and be rounded: no -ffast-math, no -mfpmath=387\"\n#endif\n\n";
 
 void kt_code_print_lanes(FILE *file, const char *name, const char *functions) {
-    print_arithmetic(file, name);
+    fputs(arithmetic, file);
     fprintf(file, "typedef %s_number number;\ntypedef %s_real real;\n\n#ifdef %s_LANES\n#define LANES %s_LANES\n", name,
             name, name, name);
     kt_code_print_lines(file, lanes_types, sizeof lanes_types / sizeof *lanes_types);

@@ -25,7 +25,7 @@ static const kt_note body_notes[] = {
             "bodies of this model that it attaches again (attach without a model), left out:"),
     KT_NOTE(kt_mjcf, incomplete, MOTION,
             "tendons, equalities and actuators that are left out, since they refer to what is not attached, or has "
-            "copies by a replicate while the rest has none:"),
+            "copies by a replicate:"),
     KT_NOTE(kt_mjcf, lost_settings, MOTION,
             "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
     KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),

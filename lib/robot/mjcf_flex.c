@@ -371,7 +371,7 @@ static void add_flex_edges(kt_mjcf *m, const kt_flex *f) {
 }
 
 /* MuJoCo 3.14 does not find the body `world` of pins under the prefix of an <attach>, and drops the flex. */
-static void note_attached_pins(kt_mjcf *m, const kt_flex *f) {
+void kt_flex_note_attached_pins(kt_mjcf *m, const kt_flex *f) {
     bool has_pins = false;
     for (int i = 0; i < f->count && f->motion < KT_FLEX_TRILINEAR; i++)
         has_pins = has_pins || f->points[i].is_pinned;
@@ -395,6 +395,5 @@ void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain) {
     if (is_whole) {
         add_flex_edges(m, &f);
         kt_flex_keep_elastic(m, &f);
-        note_attached_pins(m, &f);
     }
 }

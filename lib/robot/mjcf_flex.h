@@ -77,6 +77,9 @@ bool kt_flex_nodes(kt_mjcf *m, kt_flex *f, const bool *pinned);
 
 /* ---- mjcf_flex_elastic.c ----------------------------------------------------------------------------------------- */
 
+/* Warns of a flexcomp that MuJoCo drops: one with pins in the world of an attached model. */
+void kt_flex_note_attached_pins(kt_mjcf *m, const kt_flex *f);
+
 /* Keeps a flexcomp with elasticity until its bodies have names, or counts that it is left out. */
 void kt_flex_keep_elastic(kt_mjcf *m, const kt_flex *f);
 

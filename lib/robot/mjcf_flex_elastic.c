@@ -294,6 +294,7 @@ void kt_flex_add_elasticity(kt_mjcf *m) {
                                  f->element);
             continue;
         }
+        kt_flex_note_attached_pins(m, f);
         if (stretches(f, &l))
             stretch_flex(m, &points, &l);
         if (bends(f, &l))
