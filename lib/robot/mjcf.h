@@ -272,24 +272,9 @@ void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, in
 
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
 
-/* kt_mjcf_include replaces each <include> with the contents of its file, below a depth. kt_mjcf_replicate replaces each
- * <replicate> with its copies, after the compiler's settings have been read. */
+/* kt_mjcf_include replaces each <include> with the contents of its file, below a depth. For kt_mjcf_replicate see
+ * mjcf_copies.h. */
 void kt_mjcf_include(kt_mjcf *m, int document, int depth);
-void kt_mjcf_replicate(kt_mjcf *m, int document);
-
-/* ---- mjcf_copies.c ----------------------------------------------------------------------------------------------- */
-
-/* The scope of the names to which an attribute refers; -1: none. */
-int kt_mjcf_reference(const char *attribute);
-
-/* Takes the tendons, equalities and actuators that refer to elements of a <replicate> alone out of their sections. */
-void kt_mjcf_take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt_list *items);
-
-/* Adds copies of such items, with a suffix at names and references. False if there is no memory, or after reporting, or
- * if there are too many elements. */
-bool kt_mjcf_copy_items(kt_mjcf *m, int document, const kt_list *items, const char *suffix);
-
-/* ---- mjcf_include.c, files --------------------------------------------------------------------------------------- */
 
 /* The path of a file that an element of a document names. The order is that of MuJoCo: first the document's folder,
  * then the folder of the file that has the element. NULL after reporting the reason. */
@@ -316,9 +301,6 @@ void kt_mjcf_expand(kt_mjcf *m);
 
 /* Marks elements of attached models that refer to bodies that are not attached. Requires the complete names. */
 void kt_mjcf_mark_incomplete(kt_mjcf *m);
-
-/* Whether a name is that of an element which has copies by a <replicate>. */
-bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name);
 
 /* Whether a document is another one, or is attached to it. */
 bool kt_mjcf_is_within(const kt_mjcf *m, int document, int other);

@@ -5,7 +5,7 @@
  * them. Its other items (tendons, equalities, actuators, keyframes) are attached if all that they refer to is attached.
  * Each attachment reads the file anew, and the sizes of all files are summed. No model may attach itself, directly or
  * through others. */
-#include "robot/mjcf.h"
+#include "robot/mjcf_copies.h"
 
 #include <string.h>
 
@@ -328,13 +328,6 @@ void kt_mjcf_expand(kt_mjcf *m) {
 }
 
 /* ---- what is incomplete ----------------------------------------------------------------------------------------- */
-
-bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name) {
-    bool found = false;
-    for (int i = 0; i < m->copied.count && !found; i++)
-        found = strcmp(((const char *const *)m->copied.items)[i], name) == 0;
-    return found;
-}
 
 /* Whether all that an element and those in it refer to exists, or is missing from the model itself. */
 static bool is_complete(const kt_mjcf *m, const kt_element *e) {

@@ -3,8 +3,11 @@
  * If all that such an item refers to is in the <replicate>, each copy has an item of its own, with the suffix of the
  * copy at its name and references. The copies stand behind all other items, as in MuJoCo. An item that also refers to
  * something else stays, and is incomplete (mjcf_attach.c): MuJoCo rejects it, or leaves it out. */
+#include "robot/mjcf_copies.h"
 #include "robot/mjcf_make.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 int kt_mjcf_reference(const char *attribute) {
@@ -90,7 +93,7 @@ static void take_items(kt_mjcf *m, kt_element *root, const char *kind, kt_names 
     }
 }
 
-void kt_mjcf_take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt_list *items) {
+static void take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt_list *items) {
     kt_element *root = kt_mjcf_document_at(m, document)->root;
     size_t count = count_elements(of);
     kt_names names;
@@ -149,7 +152,7 @@ static kt_element *copy_item(kt_mjcf *m, const kt_element *e, kt_element *to) {
     return copy;
 }
 
-bool kt_mjcf_copy_items(kt_mjcf *m, int document, const kt_list *items, const char *suffix) {
+static bool copy_items(kt_mjcf *m, int document, const kt_list *items, const char *suffix) {
     static const char *const none[] = {NULL};
     kt_element *root = kt_mjcf_document_at(m, document)->root, *section = NULL;
     for (int i = 0; i < items->count; i++) {
@@ -161,4 +164,145 @@ bool kt_mjcf_copy_items(kt_mjcf *m, int document, const kt_list *items, const ch
             return false;
     }
     return true;
+}
+
+bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name) {
+    bool found = false;
+    for (int i = 0; i < m->copied.count && !found; i++)
+        found = strcmp(((const char *const *)m->copied.items)[i], name) == 0;
+    return found;
+}
+
+/* ---- replicate --------------------------------------------------------------------------------------------------- */
+
+/* Attributes with `suffix` at the name, and with childclass left as it is; NULL after reporting. */
+static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const char *suffix) {
+    size_t count = 0;
+    while (e->attributes[count] != NULL)
+        count++;
+    const char **copy = kt_pool_take(&m->r->scratch, count + 1, sizeof *copy);
+    if (copy == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    for (size_t i = 0; i < count; i += 2) {
+        const char *value = e->attributes[i + 1];
+        copy[i] = e->attributes[i];
+        copy[i + 1] = value;
+        if (strcmp(copy[i], "name") != 0)
+            continue;
+        const char **base = kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *base);
+        copy[i + 1] = kt_mjcf_join(m, e, value, suffix);
+        if (base == NULL || copy[i + 1] == NULL)
+            return NULL;
+        *base = value;
+    }
+    return copy;
+}
+
+/* Copies the children of an element; false if there is no memory, or there are too many elements. */
+static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, const char *suffix) {
+    for (const kt_element *e = from->first; e != NULL; e = e->next) {
+        if (++m->elements > KT_MJCF_ELEMENTS_MOST)
+            return false;
+        kt_element *copy = kt_pool_take(&m->r->scratch, 1, sizeof *copy);
+        if (copy == NULL)
+            return kt_reader_out_of_memory(m->r);
+        *copy = *e;
+        copy->first = copy->last = copy->next = NULL;
+        copy->attributes = copy_attributes(m, e, suffix);
+        if (copy->attributes == NULL)
+            return false;
+        kt_mjcf_hang_below(to, copy);
+        if (!copy_children(m, e, copy, suffix))
+            return false;
+    }
+    return true;
+}
+
+/* A <frame> with the pose of a copy. */
+static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose) {
+    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const kt_vec3 p = pose.position;
+    const char *childclass = kt_xml_attribute(e, "childclass");
+    kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
+    const char **attributes = kt_pool_take(&m->r->scratch, 7, sizeof *attributes);
+    char *text = kt_pool_take(&m->r->scratch, 240, 1);
+    if (frame == NULL || attributes == NULL || text == NULL) {
+        (void)kt_reader_out_of_memory(m->r);
+        return NULL;
+    }
+    (void)snprintf(text, 100, "%.17g %.17g %.17g", p.x, p.y, p.z);
+    (void)snprintf(text + 100, 140, "%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z);
+    attributes[0] = "pos";
+    attributes[1] = text;
+    attributes[2] = "quat";
+    attributes[3] = text + 100;
+    attributes[4] = childclass != NULL ? "childclass" : NULL;
+    attributes[5] = childclass;
+    *frame = *e;
+    frame->name = "frame";
+    frame->attributes = attributes;
+    frame->first = frame->last = frame->next = NULL;
+    return frame;
+}
+
+/* The copies, each displaced from the one before by `offset` and turned by `euler`. Copy k has the pose T^k. */
+static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
+    static const char *const none[] = {NULL};
+    const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);
+    const char *separator = kt_xml_attribute(e, "sep");
+    kt_pose step = {.rotation = kt_mjcf_pose(m, e, NULL).rotation,
+                    .position = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
+    kt_pose at = kt_pose_identity();
+    *copies = (kt_element){.name = "frame", .attributes = none};
+    if (kt_draft_is_wrong(&m->draft))
+        return;
+    if (!(count >= 1.0 && count <= KT_MJCF_ELEMENTS_MOST && count == floor(count))) {
+        (void)kt_mjcf_fault(m, e, "count: expected a whole number from 1 to %d", (int)KT_MJCF_ELEMENTS_MOST);
+        return;
+    }
+    kt_list items;
+    take_copied_items(m, document, e, &items);
+    int digits = 1;
+    for (int power = 10; power <= (int)count; power *= 10)
+        digits++;
+    for (int k = 0; k < (int)count && !m->r->out_of_memory; k++) {
+        char suffix[80];
+        kt_element *frame = make_copy_frame(m, e, at);
+        (void)snprintf(suffix, sizeof suffix, "%.40s%0*d", separator != NULL ? separator : "", digits < 8 ? digits : 8,
+                       k);
+        if (frame == NULL)
+            return;
+        if (++m->elements > KT_MJCF_ELEMENTS_MOST || !copy_children(m, e, frame, suffix) ||
+            !copy_items(m, document, &items, suffix)) {
+            if (!kt_draft_is_wrong(&m->draft))
+                (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)KT_MJCF_ELEMENTS_MOST);
+            return;
+        }
+        kt_mjcf_hang_below(copies, frame);
+        at = kt_pose_compose(at, step);
+    }
+}
+
+/* From the inside out, since copies have copies. */
+static void expand_replicates(kt_mjcf *m, int document, kt_element *parent) {
+    kt_element *before = NULL;
+    for (kt_element *e = parent->first; e != NULL && !kt_draft_is_wrong(&m->draft);) {
+        expand_replicates(m, document, e);
+        if (strcmp(e->name, "replicate") == 0) {
+            kt_element copies, *next = e->next;
+            replicate(m, document, e, &copies);
+            (void)kt_mjcf_splice(parent, before, e, &copies);
+            before = copies.last != NULL ? copies.last : before;
+            e = next;
+            continue;
+        }
+        before = e;
+        e = e->next;
+    }
+}
+
+void kt_mjcf_replicate(kt_mjcf *m, int document) {
+    expand_replicates(m, document, kt_mjcf_document_at(m, document)->root);
 }

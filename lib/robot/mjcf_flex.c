@@ -370,18 +370,6 @@ static void add_flex_edges(kt_mjcf *m, const kt_flex *f) {
         add_flex_edge(m, f, &law, ends + 2 * (size_t)i, section);
 }
 
-/* MuJoCo 3.14 does not find the body `world` of pins under the prefix of an <attach>, and drops the flex. */
-void kt_flex_note_attached_pins(kt_mjcf *m, const kt_flex *f) {
-    bool has_pins = false;
-    for (int i = 0; i < f->count && f->motion < KT_FLEX_TRILINEAR; i++)
-        has_pins = has_pins || f->points[i].is_pinned;
-    if (has_pins && f->element->document > 0 && body_around(f->element) == NULL)
-        kt_unknown_count(&m->changes,
-                         "a flexcomp with pins in the world of an attached model: MuJoCo loses its edges and "
-                         "elasticity, and here they act",
-                         f->element);
-}
-
 void kt_mjcf_make_flex(kt_mjcf *m, const kt_element *e, kt_element *chain) {
     kt_flex f;
     bool is_whole = read_flex(m, e, &f);

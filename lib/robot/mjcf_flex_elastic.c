@@ -11,6 +11,7 @@
  *
  * Source: user_mesh.cc, engine_passive.c. */
 #include "algebra/parts.h"
+#include "robot/mjcf_copies.h"
 #include "robot/mjcf_elastic.h"
 
 #include <math.h>

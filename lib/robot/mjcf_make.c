@@ -38,7 +38,8 @@ kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element
     }
     if (++m->elements > KT_MJCF_ELEMENTS_MOST) {
         if (!kt_draft_is_wrong(&m->draft))
-            (void)kt_mjcf_fault(m, from, "cables and copies make more than %d elements of the model", (int)KT_MJCF_ELEMENTS_MOST);
+            (void)kt_mjcf_fault(m, from, "cables and copies make more than %d elements of the model",
+                                (int)KT_MJCF_ELEMENTS_MOST);
         return NULL;
     }
     size_t count = own;

@@ -1,0 +1,16 @@
+/* Copies by a <replicate>. */
+#ifndef KT_ROBOT_MJCF_COPIES_H
+#define KT_ROBOT_MJCF_COPIES_H
+
+#include "robot/mjcf.h"
+
+/* Replaces each <replicate> with its copies, after the compiler's settings have been read. */
+void kt_mjcf_replicate(kt_mjcf *m, int document);
+
+/* The scope of the names to which an attribute refers; -1: none. */
+int kt_mjcf_reference(const char *attribute);
+
+/* Whether a name is that of an element which has copies by a <replicate>. */
+bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name);
+
+#endif
