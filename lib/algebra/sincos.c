@@ -66,8 +66,6 @@ typedef int32_t kt_place8 __attribute__((vector_size(4 * LANES), aligned(4), may
 #define KT_I8(x) ((x) - (kt_i8){0})
 #define KT_SINCOS_LIMIT 1647099.0 /* 2^20 pi/2 */
 
-KT_INLINE kt_v8 kt_v8_choose(kt_i8 mask, kt_v8 a, kt_v8 b) { return (kt_v8)((mask & (kt_i8)a) | (~mask & (kt_i8)b)); }
-
 #define KT_EACH for (int g = 0; g < groups; g++)
 
 /* Taylor's coefficients of the sine and of the cosine, the last first. */
@@ -123,11 +121,12 @@ KT_INLINE void kt_v8_sincos(const int groups, const kt_v8 *x, kt_v8 *sine, kt_v8
         const kt_v8 half = KT_V8(0.5) * z[g], one = KT_V8(1.0) - half;
         const kt_v8 k = one + (((KT_V8(1.0) - one) - half) + (z[g] * z[g] * c[g] - r[g] * e[g]));
 
-        const kt_i8 swap = -(quadrant[g] & KT_I8(1));
+        /* exchanges s and k in odd quadrants */
+        const kt_i8 swap = -(quadrant[g] & KT_I8(1)) & ((kt_i8)s ^ (kt_i8)k);
         const kt_i8 sine_sign = (quadrant[g] & KT_I8(2)) << 62;
         const kt_i8 cosine_sign = ((quadrant[g] + KT_I8(1)) & KT_I8(2)) << 62;
-        sine[g] = (kt_v8)((kt_i8)kt_v8_choose(swap, k, s) ^ sine_sign ^ minus[g]);
-        cosine[g] = (kt_v8)((kt_i8)kt_v8_choose(swap, s, k) ^ cosine_sign);
+        sine[g] = (kt_v8)((kt_i8)s ^ swap ^ sine_sign ^ minus[g]);
+        cosine[g] = (kt_v8)((kt_i8)k ^ swap ^ cosine_sign);
     }
 }
 

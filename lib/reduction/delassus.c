@@ -79,14 +79,20 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
     return !independent || s->count == most;
 }
 
-KT_INLINE shape shape_of(const sweep *s, int components) {
-    (void)s;
+/* The number of equations that a sweep computes; SWEEP calls one with its shape as a constant. */
 #ifdef KT_LANES
-    return (shape){components, s->count};
+#define EQUATIONS(s) (s)->count
+#define SWEEP_OF(function, s, components, ...)                                                                         \
+    ((s)->count < 3    ? function(s, (shape){components, 2}, __VA_ARGS__)                                              \
+     : (s)->count == 3 ? function(s, (shape){components, 3}, __VA_ARGS__)                                              \
+                       : function(s, (shape){components, ALL}, __VA_ARGS__))
 #else
-    return (shape){components, ALL};
+#define EQUATIONS(s) ALL
+#define SWEEP_OF(function, s, components, ...) function(s, (shape){components, ALL}, __VA_ARGS__)
 #endif
-}
+#define SWEEP(function, s, ...)                                                                                        \
+    ((s)->f.components == KT_FRONT_SPACE / 2 ? SWEEP_OF(function, s, KT_FRONT_SPACE / 2, __VA_ARGS__)                  \
+                                             : SWEEP_OF(function, s, KT_FRONT_SPACE, __VA_ARGS__))
 
 /* ---- wrenches on the links, joint forces of relations ------------------------------------------------------------ */
 
@@ -250,7 +256,7 @@ KT_INLINE void square_rows(const sweep *s, shape is, bool units, kt_real4 *squar
 
 #ifndef KT_LANES
 static __attribute__((noinline)) void square_in_units(const sweep *s, kt_v4 *square) {
-    square_rows(s, shape_of(s, s->f.components), true, square);
+    square_rows(s, (shape){s->f.components, ALL}, true, square);
 }
 #endif
 
@@ -270,20 +276,6 @@ static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real
     return least;
 }
 
-KT_INLINE void square_of(const sweep *s, int components, kt_real4 *square) {
-    const shape is = shape_of(s, components);
-#ifdef KT_LANES
-    if (is.equations < 3)
-        square_rows(s, (shape){components, 2}, false, square);
-    else if (is.equations == 3)
-        square_rows(s, (shape){components, 3}, false, square);
-    else
-        square_rows(s, (shape){components, ALL}, false, square);
-#else
-    square_rows(s, is, false, square);
-#endif
-}
-
 static void square_all(const sweep *s, kt_real4 *square) {
 #ifndef KT_LANES
     if (memchr(s->f.fixed, 1, (size_t)s->f.w.m)) {
@@ -291,10 +283,7 @@ static void square_all(const sweep *s, kt_real4 *square) {
         return;
     }
 #endif
-    if (s->f.components == KT_FRONT_SPACE / 2)
-        square_of(s, KT_FRONT_SPACE / 2, square);
-    else
-        square_of(s, KT_FRONT_SPACE, square);
+    SWEEP(square_rows, s, false, square);
 }
 
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
@@ -327,7 +316,7 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
 /* A' lambda; of a damped step, in the coordinates' own units. */
 static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
     const kt_model *model = s->model;
-    const int n = shape_of(s, 0).equations;
+    const int n = EQUATIONS(s);
     for (int l = 0; l < s->f.group->link_count; l++) {
         const int32_t i = model->group_link[s->f.group->link + l];
         const kt_link *link = &model->link[i];
@@ -444,7 +433,7 @@ static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t 
                                                         wrenches p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_link_motion *m = &s->data->motion[i];
-    const shape is = shape_of(s, KT_FRONT_SPACE);
+    const shape is = {KT_FRONT_SPACE, ALL};
     kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
     for (int k = 2; k >= 0; k--) {
         const kt_v4 n = *kt_armature_gain(kept, 2 * k), f = *kt_armature_gain(kept, 2 * k + 1);
@@ -490,7 +479,7 @@ KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) 
 /* Adds the accelerations due to B mu to the joints' free ones. */
 KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
-    const int n = shape_of(s, 0).equations;
+    const int n = EQUATIONS(s);
     for (int l = 0; l < s->f.group->link_count; l++) {
         const int32_t i = link[l], local = s->model->link[i].local;
         const kt_real1 x = kt_dot4(n, s->d.column[local], mu);
@@ -510,20 +499,6 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     }
 }
 
-KT_INLINE void sums_of(const sweep *s, int components, kt_real3 ground, sums *to) {
-    const shape is = shape_of(s, components);
-#ifdef KT_LANES
-    if (is.equations < 3)
-        sum_columns(s, (shape){components, 2}, ground, to);
-    else if (is.equations == 3)
-        sum_columns(s, (shape){components, 3}, ground, to);
-    else
-        sum_columns(s, (shape){components, ALL}, ground, to);
-#else
-    sum_columns(s, is, ground, to);
-#endif
-}
-
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
@@ -531,11 +506,10 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
     (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     place_loads(&s, -1.0);
-    if (planar)
-        sums_of(&s, KT_FRONT_SPACE / 2,
-                kt_make3(kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1]), kt_real1_splat(0.0)), &to);
-    else
-        sums_of(&s, KT_FRONT_SPACE, data->motion[0].linear, &to);
+    const kt_real3 ground =
+        planar ? kt_make3(kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1]), kt_real1_splat(0.0))
+               : data->motion[0].linear;
+    SWEEP(sum_columns, &s, ground, &to);
     for (int r = 0; r < s.count; r++)
         mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
     mu = kt_sub4(ALL, mu, to.force);

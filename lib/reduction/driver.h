@@ -38,12 +38,8 @@ KT_INLINE void set_motion(const kt_model *model, kt_data *data, const double *q,
         KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
 
-/* set_motion for accelerations, whose poses and velocities may be there (kt_data.posed). */
-KT_INLINE void set_motion_once(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
-    if (KT_PLANAR || !data->posed) {
-        set_motion(model, data, at->q, at->v, at->external);
-        return;
-    }
+/* Completes the motion of links whose poses and velocities are there (kt_data.posed). */
+KT_INLINE void complete_motion(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     data->posed = false;
     data->motion[0].linear = -model->gravity;
     KT_KERNEL(kt_spatial_links_clear)(model, data, model->n.link);
@@ -77,7 +73,10 @@ KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dyna
                              bool special, double *a) {
     const size_t end = spatial_end(model);
     size_t failed = 0;
-    set_motion_once(model, data, at);
+    if (KT_PLANAR || !data->posed)
+        set_motion(model, data, at->q, at->v, at->external);
+    else
+        complete_motion(model, data, at);
     for (size_t g = 0; g < model->n.group; g++) {
         if (KT_PLANAR && special && model->group[g].form == KT_FORM_PIN)
             continue;
@@ -124,15 +123,14 @@ KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double
 }
 
 /* Fronts of four parameters do not support coordinates that count as constants. */
-KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
-    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
-}
-
 KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
-    for (size_t g = 0; g < model->n.group; g++)
-        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
-                                            KT_PLANAR && !has_fixed(data, &model->group[g]), false);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        const bool front4 = KT_PLANAR && !(group->form == KT_FORM_FRONT4 &&
+                                           memchr(data->front_fixed + group->v, 1, (size_t)group->v_count));
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true, front4, false);
+    }
     return fine;
 }
 

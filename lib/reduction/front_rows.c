@@ -13,18 +13,21 @@
 
 /* ---- motion of the links ----------------------------------------------------------------------------------------- */
 
-/* Returns the point to which positions are relative, in the axes of the parent. It is that of the first loop that has
+/* The motion of the group's parent. Positions are relative to a point in its axes: that of the first loop that has
  * one. */
-static kt_real3 front_origin_of(const kt_front *f, bool planar) {
+static kt_front_motion motion_of_parent(const kt_front *f, bool planar) {
+    const kt_real3 none = kt_zero3();
+    kt_front_motion parent = {.point = none, .velocity = none, .alpha = none, .linear = none};
     for (int i = 0; i < f->group->loop_count && f->group->parent == 0; i++) {
         const int32_t index = f->model->group_loop[f->group->loop + i];
         const kt_loop_record *loop = &f->model->loop[index];
         if (loop->term_count || loop->ancestor != 0)
             continue;
         const double *flat = planar ? f->model->planar_loop[index].origin : NULL;
-        return kt_from3(planar ? kt_vec3_make(flat[0], flat[1], 0.0) : loop->origin);
+        parent.point = kt_sub3(none, kt_from3(planar ? kt_vec3_make(flat[0], flat[1], 0.0) : loop->origin));
+        break;
     }
-    return kt_zero3();
+    return parent;
 }
 
 /* a + (x, y), in a plane. */
@@ -73,23 +76,6 @@ static void move_spatial(const kt_front *f, const kt_front_motion *from, int32_t
     }
     to->linear = kt_add3(to->linear, kt_add3(kt_cross3(from->alpha, m->offset), m->linear));
     to->alpha = kt_add3(to->alpha, m->alpha);
-}
-
-static kt_front_motion motion_of_parent(const kt_front *f, bool planar) {
-    const kt_real3 none = kt_zero3();
-    return (kt_front_motion){
-        .point = kt_sub3(none, front_origin_of(f, planar)), .velocity = none, .alpha = none, .linear = none};
-}
-
-static void move_links(const kt_front *f, const kt_front_motion *parent, bool planar, bool moving, const kt_real1 *v) {
-    for (int l = 0; l < f->group->link_count; l++) {
-        const int32_t i = f->model->group_link[f->group->link + l], up = f->model->link[i].parent;
-        const kt_front_motion *from = up == f->group->parent ? parent : kt_front_motion_of(f, up);
-        if (planar)
-            move_planar(f, from, i, moving, v, kt_front_motion_of(f, i));
-        else
-            move_spatial(f, from, i, moving, v, kt_front_motion_of(f, i));
-    }
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
@@ -197,7 +183,14 @@ void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bo
 #endif
     kt_front_find(model, data, g, KT_ROWS_ALL, &f);
     const kt_front_motion parent = motion_of_parent(&f, planar);
-    move_links(&f, &parent, planar, moving, v);
+    for (int l = 0; l < f.group->link_count; l++) {
+        const int32_t i = model->group_link[f.group->link + l], up = model->link[i].parent;
+        const kt_front_motion *from = up == f.group->parent ? &parent : kt_front_motion_of(&f, up);
+        if (planar)
+            move_planar(&f, from, i, moving, v, kt_front_motion_of(&f, i));
+        else
+            move_spatial(&f, from, i, moving, v, kt_front_motion_of(&f, i));
+    }
     for (int i = 0; i < f.group->loop_count; i++) {
         const int32_t index = model->group_loop[f.group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
