@@ -215,9 +215,10 @@ KT_INLINE void lock(const kt_model *model, kt_data *data, size_t i, const kt_rea
 #endif
 }
 
-/* `context` is not NULL if groups in the form of Delassus are not eliminated. */
-KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
-                                   kt_articulated *x, void *context) {
+/* Eliminates a link by `joint`, unless its group does. `context` is not NULL if groups in the form of Delassus are not
+ * eliminated. */
+KT_INLINE kt_elimination eliminate_with(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                        kt_articulated *x, void *context, bool has_armature, kt_eliminate *joint) {
     const int32_t group = model->link[i].group;
     const bool delassus = group >= 0 && context && is_special(model, data, group);
     if (group >= 0 && !delassus)
@@ -226,24 +227,19 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
         lock(model, data, i, tau, x);
         return KT_ELIMINATION_PASSED;
     }
-    if (delassus && keep_inverse(model, data, i, tau, x, 0.0))
+    if (delassus && keep_inverse(model, data, i, tau, x, has_armature ? model->armature[model->link[i].v] : 0.0))
         return KT_ELIMINATION_PASSED;
-    return kt_eliminate_joint(model, data, i, tau, x, NULL);
+    return joint(model, data, i, tau, x, NULL);
+}
+
+KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                   kt_articulated *x, void *context) {
+    return eliminate_with(model, data, i, tau, x, context, false, kt_eliminate_joint);
 }
 
 static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                          kt_articulated *x, void *context) {
-    const int32_t group = model->link[i].group;
-    const bool delassus = group >= 0 && context && is_special(model, data, group);
-    if (group >= 0 && !delassus)
-        return eliminate_of_group(model, data, i, tau, x);
-    if (delassus && is_locked(model, group)) {
-        lock(model, data, i, tau, x);
-        return KT_ELIMINATION_PASSED;
-    }
-    if (delassus && keep_inverse(model, data, i, tau, x, model->armature[model->link[i].v]))
-        return KT_ELIMINATION_PASSED;
-    const kt_elimination done = kt_eliminate_armature(model, data, i, tau, x, NULL);
+    const kt_elimination done = eliminate_with(model, data, i, tau, x, context, true, kt_eliminate_armature);
 #ifdef KT_LANES /* aba_armature.c has written elements on and below the diagonal alone (whole_symmetric.h) */
     kt_symmetric3_mirror(x->j);
     kt_symmetric3_mirror(x->m);
