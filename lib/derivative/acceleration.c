@@ -8,6 +8,7 @@
 
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
+#include "dynamics/derivative.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 
@@ -95,7 +96,7 @@ static kt_status solve_derivative_columns(work *w, size_t columns, double *d, co
     if (KT_HAS_LOOPS && p && !w->of.dense)
         kt_kkt_solve(&w->kkt, columns, d, e);
     const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)columns, d, error);
-    return status == KT_OK && !kt_all_finite(d, n * columns) ? kt_linearized_overflow(error) : status;
+    return status == KT_OK && !kt_all_finite(d, n * columns) ? kt_derivatives_overflow(error) : status;
 }
 
 /* da/dtau: D = -1. */

@@ -26,6 +26,7 @@
 #include "constraint/gradient.h"
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
+#include "dynamics/derivative.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 
@@ -151,11 +152,6 @@ void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives
     kt_copy(to->rate_x, w->rate_x, x * x * sizeof(double));
 }
 
-kt_status kt_linearized_overflow(kt_error *error) {
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
-                        "they overflow: look for a position, velocity, force or torque that is huge");
-}
-
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 static bool is_along_tree(const kt_model *model) {
@@ -273,7 +269,7 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, co
     add_across(&along, n, w->e_q, x, w->d_q);
     add_across(&along, n, w->e_v, x, w->d_v);
     if (!(kt_all_finite(w->d_q, n * n) && kt_all_finite(w->d_v, n * n)))
-        return kt_linearized_overflow(error);
+        return kt_derivatives_overflow(error);
     write_free_motions(&along, n, f, x, to->basis, to->mass);
     kt_kkt_restrict(&along, n, w->d_q, to->stiffness);
     kt_kkt_restrict(&along, n, w->d_v, to->damping);
@@ -312,7 +308,7 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     if (status != KT_OK)
         return status;
     if (!stiffness_is_finite(&w))
-        return kt_linearized_overflow(error);
+        return kt_derivatives_overflow(error);
     if (KT_HAS_LOOPS && by_tree)
         status = write_along(&w, (char *)memory + used, at->q, to, force, error);
     else if (KT_HAS_LOOPS && w.p)

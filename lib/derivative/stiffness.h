@@ -98,7 +98,4 @@ KT_CHECKED kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_da
                                                     size_t memory_size, const kt_dynamic_state *at, const double *a,
                                                     const kt_acceleration_matrices *to, kt_error *error);
 
-/* Returns the error that derivatives overflow. */
-kt_status kt_linearized_overflow(kt_error *error);
-
 #endif

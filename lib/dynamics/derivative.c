@@ -45,7 +45,7 @@ static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
-static kt_status overflow(kt_error *error) {
+kt_status kt_derivatives_overflow(kt_error *error) {
     return kt_error_set(error, KT_ERROR_NOT_FINITE, "derivatives",
                         "they overflow: look for a position, velocity, force or torque that is huge");
 }
@@ -89,7 +89,7 @@ kt_status kt_dynamics_inverse_derivatives(const kt_model *model, kt_data *data, 
         status = kt_inverse_derivatives_fill(
             model, data, work, &(kt_dynamic_state){.q = q, .v = v, .external = external}, a, false, &w, error);
     if (status == KT_OK && !(kt_all_finite((double *)w.dq, square) && kt_all_finite((double *)w.dv, square)))
-        status = overflow(error);
+        status = kt_derivatives_overflow(error);
     if (status != KT_OK)
         return status;
     kt_copy(dtau_dq, w.dq, square * sizeof *dtau_dq);
@@ -114,7 +114,7 @@ kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void
     kernel.terms(model, data, at->v ? at->v : model->zero, w.a, at->external,
                  kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true, &w);
     if (!kernel.forward(model, by->tau != NULL, at->external != NULL, &w))
-        return overflow(error);
+        return kt_derivatives_overflow(error);
     if (a)
         memcpy(a, w.a, model->n.v * sizeof *a);
     kernel.hand_over(model, &w, w.dq, by->q);

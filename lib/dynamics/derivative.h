@@ -160,4 +160,7 @@ KT_CHECKED kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data 
                                                  const kt_dynamic_state *at, double *a, const kt_forward_matrices *by,
                                                  kt_error *error);
 
+/* Returns the error that derivatives overflow. */
+kt_status kt_derivatives_overflow(kt_error *error);
+
 #endif
