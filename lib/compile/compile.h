@@ -125,5 +125,12 @@ bool kt_joint_is_limited(const kt_joint *joint);
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
 /* variable_mass.c: the same for a mass that is a function of time. */
 void kt_checker_variable_mass(kt_checker *checker, const kt_body *body);
+/* Whether its inertia is given; otherwise it is in proportion to the mass. */
+static inline bool kt_variable_mass_has_moments(const kt_variable_mass *variable) {
+    bool has = false;
+    for (int k = 0; k < 6; k++)
+        has |= variable->inertia[k].type != KT_FUNCTION_NONE;
+    return has;
+}
 
 #endif

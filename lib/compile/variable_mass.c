@@ -37,13 +37,6 @@ void kt_attach_count_masses(const kt_description *description, kt_counts *n) {
 }
 
 #if KT_HAS_VARIABLE_MASS
-static bool has_variable_moments(const kt_variable_mass *variable) {
-    for (int k = 0; k < 6; k++)
-        if (variable->inertia[k].type != KT_FUNCTION_NONE)
-            return true;
-    return false;
-}
-
 static kt_curve compile_curve(const kt_function *function, kt_model *m, size_t *number) {
     const kt_curve curve = kt_curve_compile(function, m->number, *number);
     *number += kt_curve_number_count(function);
@@ -57,7 +50,7 @@ void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_
         if (variable == NULL)
             continue;
         kt_mass_record *r = &m->varying[count++];
-        *r = (kt_mass_record){.body = (int32_t)b, .has_moments = has_variable_moments(variable)};
+        *r = (kt_mass_record){.body = (int32_t)b, .has_moments = kt_variable_mass_has_moments(variable)};
         r->curve[0] = compile_curve(&variable->mass, m, number);
         for (int k = 0; k < 6; k++)
             r->curve[1 + k] = compile_curve(&variable->inertia[k], m, number);

@@ -1,4 +1,5 @@
 /* Bodies: the list, and the keys of each. */
+#include "compile/compile.h"
 #include "scene/shapes.h"
 #include "scene/vary.h"
 
@@ -117,13 +118,6 @@ static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, con
     return true;
 }
 
-static bool has_moments(const kt_variable_mass *variable) {
-    for (int k = 0; k < 6; k++)
-        if (variable->inertia[k].type != KT_FUNCTION_NONE)
-            return true;
-    return false;
-}
-
 static void write_inertias(kt_emitter *e, const kt_variable_mass *variable) {
     const kt_function zero = kt_function_constant(0.0);
     kt_emit_list(e, true);
@@ -136,7 +130,7 @@ static void write_inertia(kt_emitter *e, const kt_field *field, const void *obje
     (void)standard;
     static const double zero[3] = {0.0, 0.0, 0.0};
     const kt_variable_mass *variable = ((const kt_body *)object)->variable_mass;
-    if (variable != NULL && has_moments(variable)) {
+    if (variable != NULL && kt_variable_mass_has_moments(variable)) {
         write_inertias(e, variable);
         return;
     }

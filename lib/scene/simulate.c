@@ -1,5 +1,6 @@
 /* The sections `simulate` and `output`: the settings of a run, and its records. */
 #include "effect/effect.h"
+#include "integrator/integrator.h"
 #include "scene/event.h"
 #include "scene/part.h"
 #include "scene/vary.h"
@@ -394,7 +395,6 @@ const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(
  * A run that is written must be readable again without faults. */
 
 static bool is_positive(double value) { return isfinite(value) && value > 0.0; }
-static bool is_not_negative(double value) { return isfinite(value) && value >= 0.0; }
 
 static kt_status reject_run_value(kt_error *error, const char *where, const char *message) {
     return kt_error_set(error, KT_ERROR_ARGUMENT, where, "%s", message);
@@ -405,13 +405,13 @@ static kt_status check_run_method(const kt_run *run, kt_error *error) {
     if (method == NULL && run->integrator != NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.integrator", "there is no method %s",
                             kt_name_quote(run->integrator).text);
-    if (!is_not_negative(run->step))
+    if (!kt_is_not_negative(run->step))
         return reject_run_value(error, "simulate.step", "the step must be finite and not negative");
     if (run->step > 0.0)
         return KT_OK;
     if (method != NULL && !kt_method_is_adaptive(method))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "simulate.step", "%s has a fixed step; give it", method->name);
-    if (!is_not_negative(run->relative) || !is_not_negative(run->absolute) ||
+    if (!kt_is_not_negative(run->relative) || !kt_is_not_negative(run->absolute) ||
         !is_positive(run->relative + run->absolute))
         return reject_run_value(error, "simulate.tolerance",
                                 "tolerances must be finite, not negative, and one of them above 0");
@@ -452,9 +452,9 @@ kt_status kt_check_run(const kt_run *run, const kt_description *description, kt_
 #define RECORD_OR(id, bit, name) | bit
     static const unsigned known = 0U KT_RECORD_LIST(RECORD_OR);
 #undef RECORD_OR
-    if (!is_not_negative(run->duration))
+    if (!kt_is_not_negative(run->duration))
         return reject_run_value(error, "simulate.duration", "the duration must be finite and not negative");
-    if (!is_not_negative(run->interval))
+    if (!kt_is_not_negative(run->interval))
         return reject_run_value(error, "output.interval", "the interval must be finite and not negative");
     if ((run->record & ~known) != 0)
         return reject_run_value(error, "output.record", "a record bit has no meaning; use those of KT_RECORD_LIST");
