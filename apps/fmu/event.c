@@ -8,13 +8,12 @@
  */
 #include "instance.h"
 
+#include "algebra/elementary.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int indicator_sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error) {
     const size_t room = fmu->simulation->event_count + 1;
@@ -56,7 +55,7 @@ static kt_status renew_events(kt_fmu *fmu, bool is_action, bool *any, kt_error *
         kt_fmu_event *e = &fmu->events[k];
         double value;
         status = kt_fmu_indicate(fmu, k, &value, error);
-        const int side = value != 0.0 || is_action ? indicator_sign_of(value) : -(int)e->side;
+        const int side = value != 0.0 || is_action ? kt_sign_of(value) : -(int)e->side;
         if (status != KT_OK || !is_armed(fmu, k) || (is_action && value == e->value))
             continue;
         const kt_direction direction = fmu->simulation->event[k].direction;

@@ -13,6 +13,7 @@
  * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected. The equations
  * satisfy A a = b'' off the manifold, too, which only adds zero eigenvalues to J.
  */
+#include "algebra/elementary.h"
 #include "analysis/analysis.h"
 #include "base/arena.h"
 #include "kinetree/joint.h"
@@ -55,13 +56,6 @@ struct kt_mode_watch {
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
-static double direction_norm(const double *x, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
-}
-
 /* Adds fractional parts of multiples of the golden ratio. They form a vector with a part in every mode, different at
  * each state and the same in every run. */
 static void mix_direction(kt_mode_watch *w) {
@@ -71,7 +65,7 @@ static void mix_direction(kt_mode_watch *w) {
         const double x = 0.61803398874989485 * (double)(i + 1 + (n + 1) * (w->states % 4096));
         w->direction[i] += part * 2.0 * sqrt(3.0) * (x - floor(x) - 0.5);
     }
-    const double length = direction_norm(w->direction, n);
+    const double length = kt_norm(w->direction, n);
     for (size_t i = 0; i < n; i++)
         w->direction[i] /= length;
 }
@@ -94,7 +88,7 @@ static double multiply_direction(kt_mode_watch *w, double t, const double *q, co
         rate[i] = w->scale * velocity[i];
         change[i] = (w->moved_a[i] - w->a[i]) / (size * w->unit[i] * w->scale);
     }
-    const double length = direction_norm(w->image, 2 * nv);
+    const double length = kt_norm(w->image, 2 * nv);
     if (!(length > 0.0) || !isfinite(length))
         return 0.0;
     for (size_t i = 0; i < 2 * nv; i++)
@@ -107,7 +101,7 @@ static void rescale(kt_mode_watch *w, double rate) {
     for (size_t i = w->nv; i < 2 * w->nv; i++)
         w->direction[i] *= w->scale / rate;
     w->scale = rate;
-    const double length = direction_norm(w->direction, 2 * w->nv);
+    const double length = kt_norm(w->direction, 2 * w->nv);
     for (size_t i = 0; i < 2 * w->nv; i++)
         w->direction[i] /= length;
 }

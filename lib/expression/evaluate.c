@@ -10,6 +10,7 @@
  * and the derivatives of 1 / cosh(8000). A result that is not finite is evaluated again, with numbers of any exponent
  * (wide.h).
  */
+#include "algebra/elementary.h"
 #include "expression/breakpoint.h"
 #include "expression/expression.h"
 #include "expression/wide.h"
@@ -199,7 +200,7 @@ static kt_partials partials_of(kt_operator code, double x, double y, double valu
     case KT_OPERATOR_SQRT:
         return (kt_partials){.x = 0.5 / value, .xx = -0.25 / (value * x)};
     case KT_OPERATOR_ABS:
-        return (kt_partials){.x = (x > 0.0) - (x < 0.0)};
+        return (kt_partials){.x = kt_sign_of(x)};
     case KT_OPERATOR_MIN:
     case KT_OPERATOR_MAX:
         return (kt_partials){.x = value == x ? 1.0 : 0.0, .y = value == x ? 0.0 : 1.0};

@@ -1,7 +1,7 @@
 /* Values of the operators and functions of formulas. */
 #include "expression/expression.h"
 
-#include "kinetree/algebra.h"
+#include "algebra/elementary.h"
 
 #include <math.h>
 
@@ -75,7 +75,7 @@ static double value_of_one(kt_operator code, double x) {
     case KT_OPERATOR_ABS:
         return fabs(x);
     case KT_OPERATOR_SIGN:
-        return (x > 0.0) - (x < 0.0);
+        return kt_sign_of(x);
     case KT_OPERATOR_STEP:
         return x >= 0.0;
     default:

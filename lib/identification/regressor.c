@@ -1,6 +1,7 @@
 /* The regressor of inverse dynamics: the list of its columns, the model's own parameters, and the columns of friction.
  * The columns of bodies are written by dynamics/regressor.c. */
 #include "dynamics/regressor.h"
+#include "algebra/elementary.h"
 #include "base/copy.h"
 #include "kinetree/identification.h"
 
@@ -86,7 +87,7 @@ kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const doub
         const double rate = v ? v[i] : 0.0;
         armature[i * (nv + 1)] = a ? a[i] : 0.0;
         viscous[i * (nv + 1)] = rate;
-        coulomb[i * (nv + 1)] = (rate > 0.0) - (rate < 0.0);
+        coulomb[i * (nv + 1)] = kt_sign_of(rate);
     }
     return KT_OK;
 }

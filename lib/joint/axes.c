@@ -2,11 +2,12 @@
  * rotation. */
 #include "joint/joint.h"
 
-static double sign(double x) { return (double)((x > 0.0) - (x < 0.0)); }
+#include "algebra/elementary.h"
 
 kt_vec3 kt_joint_unit(kt_vec3 axis) {
     const int zeros = (axis.x == 0.0) + (axis.y == 0.0) + (axis.z == 0.0);
-    return zeros == 2 ? kt_vec3_make(sign(axis.x), sign(axis.y), sign(axis.z)) : kt_vec3_normalize(axis);
+    return zeros == 2 ? kt_vec3_make(kt_sign_of(axis.x), kt_sign_of(axis.y), kt_sign_of(axis.z))
+                      : kt_vec3_normalize(axis);
 }
 
 kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {

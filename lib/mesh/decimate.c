@@ -4,6 +4,8 @@
  * with its vertices shared. */
 #include "mesh/mesh.h"
 
+#include "algebra/elementary.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -23,12 +25,8 @@ typedef struct clusters {
 } clusters;
 
 static void find_box(clusters *c) {
-    kt_vec3 low = c->mesh->vertices[0], high = low;
-    for (int i = 1; i < c->mesh->vertex_count; i++) {
-        const kt_vec3 x = c->mesh->vertices[i];
-        low = kt_vec3_make(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = kt_vec3_make(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
+    kt_vec3 low, high;
+    kt_box_of(c->mesh->vertices, c->mesh->vertex_count, &low, &high);
     c->low = low;
     c->size = fmax(high.x - low.x, fmax(high.y - low.y, high.z - low.z));
 }

@@ -11,6 +11,8 @@
  * hull by the part MOVE of its area times its size. */
 #include "mesh/mesh.h"
 
+#include "algebra/elementary.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -55,12 +57,8 @@ static double next_random(uint64_t *state) {
 
 /* Each coordinate as a part of its range; false where they have none. */
 static bool scale_points(hull *h, const kt_triangles *mesh) {
-    kt_vec3 low = mesh->vertices[0], high = low;
-    for (int i = 1; i < mesh->vertex_count; i++) {
-        const kt_vec3 x = mesh->vertices[i];
-        low = kt_vec3_make(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = kt_vec3_make(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
+    kt_vec3 low, high;
+    kt_box_of(mesh->vertices, mesh->vertex_count, &low, &high);
     const kt_vec3 size = kt_vec3_sub(high, low);
     if (!(size.x > 0.0 && size.y > 0.0 && size.z > 0.0 && kt_vec3_is_finite(size)))
         return false;

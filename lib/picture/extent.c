@@ -1,4 +1,5 @@
 /* How far a picture extends: the box around the mechanism, its size, and the planes that are shown below it. */
+#include "algebra/elementary.h"
 #include "base/order.h"
 #include "picture/maker.h"
 #include "picture/solid.h"
@@ -15,10 +16,7 @@ kt_bounds kt_bounds_empty(void) {
     return (kt_bounds){.low = {DBL_MAX, DBL_MAX, DBL_MAX}, .high = {-DBL_MAX, -DBL_MAX, -DBL_MAX}};
 }
 
-static void widen_bounds(kt_bounds *b, kt_vec3 point) {
-    b->low = kt_vec3_make(fmin(b->low.x, point.x), fmin(b->low.y, point.y), fmin(b->low.z, point.z));
-    b->high = kt_vec3_make(fmax(b->high.x, point.x), fmax(b->high.y, point.y), fmax(b->high.z, point.z));
-}
+static void widen_bounds(kt_bounds *b, kt_vec3 point) { kt_box_widen(&b->low, &b->high, point); }
 
 static void widen_by_solid(kt_bounds *bounds, const kt_solid *solid, const kt_pose *poses) {
     const kt_pose pose = kt_pose_compose(poses[solid->body], solid->pose);

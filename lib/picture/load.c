@@ -4,6 +4,7 @@
  * over triangles around the vertex, weighted by area. Only triangles that are inclined to this one by less than an
  * angle count: round surfaces then appear round, and edges stay sharp. */
 #include "picture/load.h"
+#include "algebra/elementary.h"
 #include "document/file.h"
 #include "mesh/mesh.h"
 #include "picture/foreign.h"
@@ -51,8 +52,7 @@ static kt_vec3 centre_mesh(kt_triangles *mesh, kt_vec3 scale, kt_vec3 *half) {
     for (int i = 0; i < mesh->vertex_count; i++) {
         const kt_vec3 v = mesh->vertices[i], x = kt_vec3_make(scale.x * v.x, scale.y * v.y, scale.z * v.z);
         mesh->vertices[i] = x;
-        low = kt_vec3_make(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = kt_vec3_make(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
+        kt_box_widen(&low, &high, x);
     }
     const kt_vec3 centre = kt_vec3_scale(0.5, kt_vec3_add(low, high));
     *half = kt_vec3_scale(0.5, kt_vec3_sub(high, low));

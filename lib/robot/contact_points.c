@@ -11,6 +11,8 @@
  * that surpasses all others by less than the tolerance is left out. */
 #include "robot/contact.h"
 
+#include "algebra/elementary.h"
+
 #include <math.h>
 
 enum { ACROSS = 16, CELLS = 3 * ACROSS * ACROSS, SIDES = 12, TURNS = 8 };
@@ -148,12 +150,8 @@ static void choose_sides(point_choice *c) {
 int kt_contact_mesh_points(const kt_triangles *mesh, kt_vec3 points[KT_CONTACT_POINTS_MOST]) {
     if (mesh->vertex_count == 0)
         return 0;
-    kt_vec3 low = mesh->vertices[0], high = low;
-    for (int i = 1; i < mesh->vertex_count; i++) {
-        const kt_vec3 x = mesh->vertices[i];
-        low = kt_vec3_make(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
-        high = kt_vec3_make(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
-    }
+    kt_vec3 low, high;
+    kt_box_of(mesh->vertices, mesh->vertex_count, &low, &high);
     const kt_vec3 extent = kt_vec3_sub(high, low);
     point_choice c = {.mesh = mesh,
                       .points = points,

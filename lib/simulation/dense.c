@@ -12,19 +12,13 @@
  * Afterwards, loops are closed and quaternions are scaled to unit norm. Only drives have dead points: a model without
  * drives is not checked.
  */
+#include "algebra/elementary.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
 
 static const double leeway = 10.0, rounding = 1e-9;
-
-static double norm(const double *x, size_t n) {
-    double sum = 0.0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
-}
 
 static double state_distance(const double *x, const double *y, size_t n) {
     double sum = 0.0;
@@ -39,8 +33,8 @@ static bool motion_can_reach(const kt_simulation *simulation, const double *y) {
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
     const double *y0 = it->previous_y, *y1 = it->y, h = fabs(it->memory.last_step);
     const double path = state_distance(y1, y0, nq), turn = state_distance(y1 + nq, y0 + nq, nv);
-    const double speed = norm(y0 + nq, nv) + norm(y1 + nq, nv);
-    return state_distance(y, y0, nq) <= leeway * (path + h * speed) + rounding * (1.0 + norm(y0, nq)) &&
+    const double speed = kt_norm(y0 + nq, nv) + kt_norm(y1 + nq, nv);
+    return state_distance(y, y0, nq) <= leeway * (path + h * speed) + rounding * (1.0 + kt_norm(y0, nq)) &&
            state_distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + path / h) + rounding;
 }
 

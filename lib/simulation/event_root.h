@@ -2,6 +2,7 @@
 #ifndef KT_SIMULATION_EVENT_ROOT_H
 #define KT_SIMULATION_EVENT_ROOT_H
 
+#include "algebra/elementary.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -15,8 +16,6 @@ enum { KT_EVENT_ROOT_STEPS = 128, KT_EVENT_AT_LEAST = KT_EVENT_SAMPLES - 1 + KT_
 
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 KT_INLINE double kt_event_together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
-
-KT_INLINE int kt_sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 /* The size that rounding of times in a step is relative to. A step from t = 0 would shrink without end towards a root
  * there. It is bounded by a rounding of the end of its first try: in a rounding of this time, no state changes. */

@@ -15,6 +15,7 @@
  */
 #include "study/accuracy.h"
 
+#include "algebra/elementary.h"
 #include "kinetree/joint.h"
 #include "simulation/simulation.h"
 
@@ -39,10 +40,7 @@ typedef struct kt_walk {
     double reached; /* s: the time at which the run ended */
 } kt_walk;
 
-static void widen_walk(kt_walk *walk, kt_vec3 at) {
-    walk->low = kt_vec3_make(fmin(walk->low.x, at.x), fmin(walk->low.y, at.y), fmin(walk->low.z, at.z));
-    walk->high = kt_vec3_make(fmax(walk->high.x, at.x), fmax(walk->high.y, at.y), fmax(walk->high.z, at.z));
-}
+static void widen_walk(kt_walk *walk, kt_vec3 at) { kt_box_widen(&walk->low, &walk->high, at); }
 
 /* Extends the box by all joint origins and markers, and by the centre of mass. */
 static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
