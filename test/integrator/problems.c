@@ -164,3 +164,16 @@ double slope_of(const double *h, const double *error, int count) {
     }
     return (count * xy - x * y) / (count * xx - x * x);
 }
+
+double forced_error(const kt_method *method, double lambda, int steps) {
+    kt_error error;
+    const kt_integrator_options options = fixed_step(1.5 / steps);
+    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
+    kt_integrator *it = integrator_make(method, 1, &options);
+    is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
+    double worst = 0.0;
+    while (kt_integrator_time(it) < 1.75 && is_ok("step", kt_integrator_step(it, 1.75, &error), &error))
+        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
+    integrator_free(it);
+    return worst;
+}

@@ -30,7 +30,7 @@ extern const problem problem_tangent;
 extern const problem problem_kepler;
 
 /* Van der Pol's oscillator, mu = 1e6; and y' = lambda (y - sin t) + cos t, whose solution through 0 is sin t, with
- * lambda in *user. Both stiff. */
+ * lambda in *user (Prothero and Robinson). Both stiff. */
 int van_der_pol(double t, const double *y, double *dydt, void *user);
 int forced(double t, const double *y, double *dydt, void *user);
 
@@ -45,6 +45,9 @@ void integrator_free(kt_integrator *integrator);
 kt_integrator *integrator_begin(const kt_method *method, const problem *p, const kt_integrator_options *options);
 
 kt_integrator_options fixed_step(double step);
+
+/* The largest error of so many fixed steps of a method for the equation `forced` from t = 0.25 to 1.75. */
+double forced_error(const kt_method *method, double lambda, int steps);
 kt_integrator_options tolerance(double relative, double absolute);
 
 /* Steps until t; whether all went well. */

@@ -101,20 +101,6 @@ KT_TEST(any_change_of_gamma_is_rejected) {
 
 /* ---- stiff equations --------------------------------------------------------------------------------------------- */
 
-/* y' = lambda (y - sin t) + cos t, y = sin t (Prothero and Robinson). */
-static double forced_error(double lambda, int steps) {
-    kt_error error;
-    const kt_integrator_options options = fixed_step(1.5 / steps);
-    const kt_integrator_callbacks callbacks = {forced, NULL, &lambda};
-    kt_integrator *it = integrator_make(rodas(), 1, &options);
-    is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
-    double worst = 0.0;
-    while (kt_integrator_time(it) < 1.75 && is_ok("step", kt_integrator_step(it, 1.75, &error), &error))
-        worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
-    integrator_free(it);
-    return worst;
-}
-
 /* Steinebach's condition of order 4 for this equation: the order falls by one only, and over lambda not at all. */
 KT_TEST(the_order_falls_by_one_where_the_equation_is_stiff) {
     static const struct {
@@ -125,7 +111,7 @@ KT_TEST(the_order_falls_by_one_where_the_equation_is_stiff) {
         double h[3], error[3];
         for (int l = 0; l < 3; l++) {
             h[l] = 1.5 / (cases[i].first << l);
-            error[l] = forced_error(cases[i].lambda, cases[i].first << l);
+            error[l] = forced_error(rodas(), cases[i].lambda, cases[i].first << l);
         }
         kt_note("lambda = %g: errors %.2g ... %.2g", cases[i].lambda, error[0], error[2]);
         kt_check_near("order", slope_of(h, error, 3), cases[i].order, cases[i].bound);

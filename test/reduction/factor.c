@@ -33,6 +33,22 @@ static void nearest(const kt_reduction_kind *kind, const kt_group_work *w, int r
     }
 }
 
+/* A random matrix of the rank, consistent right-hand sides, and a random vector. */
+static void draw_equations(kt_random *random, int m, int k, int rank, matrix_bench *b, double *right, double *y) {
+    double origin[MATRIX_MOST];
+    matrix_set_up(b, m, k);
+    matrix_draw(random, m, k, rank, b->w.a);
+    for (int i = 0; i < m; i++) {
+        origin[i] = kt_random_normal(random);
+        y[i] = kt_random_normal(random);
+    }
+    for (int r = 0; r < k; r++) {
+        right[r] = 0.0;
+        for (int i = 0; i < m; i++)
+            right[r] += b->w.a[r * m + i] * origin[i];
+    }
+}
+
 /* From 40 coordinates on, LAPACK replaces the plain loop. The test covers the sizes on either side of this limit, and
  * the common properties of all three ways. */
 KT_TEST(ways_and_sizes_agree_on_solutions) {
@@ -42,16 +58,8 @@ KT_TEST(ways_and_sizes_agree_on_solutions) {
         for (int k = 1; k <= MATRIX_MOST; k += 11)
             for (int rank = 1; rank <= (m < k ? m : k); rank += 5) {
                 matrix_bench b;
-                double origin[MATRIX_MOST], right[MATRIX_MOST] = {0.0}, y[MATRIX_MOST], x[3][MATRIX_MOST];
-                matrix_set_up(&b, m, k);
-                matrix_draw(&random, m, k, rank, b.w.a);
-                for (int i = 0; i < m; i++) {
-                    origin[i] = kt_random_normal(&random);
-                    y[i] = kt_random_normal(&random);
-                }
-                for (int r = 0; r < k; r++)
-                    for (int i = 0; i < m; i++)
-                        right[r] += b.w.a[r * m + i] * origin[i];
+                double right[MATRIX_MOST], y[MATRIX_MOST], x[3][MATRIX_MOST];
+                draw_equations(&random, m, k, rank, &b, right, y);
                 double kappa = 1.0;
                 for (int way = 0; way < 3; way++) {
                     if (kinds[way]->factor(&b.w, m < k ? m : k) == rank)
@@ -268,16 +276,8 @@ KT_TEST(zero_eigenvalues_span_the_null_space_to_the_square_of_the_condition) {
         for (int k = 1; k <= 30; k += 7)
             for (int rank = 1; rank <= (m < k ? m : k); rank += 5) {
                 matrix_bench b;
-                double origin[MATRIX_MOST], right[MATRIX_MOST] = {0.0}, y[MATRIX_MOST], x[2][MATRIX_MOST];
-                matrix_set_up(&b, m, k);
-                matrix_draw(&random, m, k, rank, b.w.a);
-                for (int i = 0; i < m; i++) {
-                    origin[i] = kt_random_normal(&random);
-                    y[i] = kt_random_normal(&random);
-                }
-                for (int r = 0; r < k; r++)
-                    for (int i = 0; i < m; i++)
-                        right[r] += b.w.a[r * m + i] * origin[i];
+                double right[MATRIX_MOST], y[MATRIX_MOST], x[2][MATRIX_MOST];
+                draw_equations(&random, m, k, rank, &b, right, y);
                 all++;
                 const int cap = m < k ? m : k;
                 bool found = qr->factor(&b.w, cap) == rank;

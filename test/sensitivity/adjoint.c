@@ -76,11 +76,7 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     int taken = 0;
     for (int n = 0; n < 24; n++) {
         static tangle g;
-        tangle_plan plan = n % 3 == 2 ? tangle_plan_planar() : tangle_plan_default();
-        plan.tree.bodies = 7;
-        plan.tree.massless = false;
-        plan.loops = 1 + n % 2;
-        plan.options.metric = n % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+        const tangle_plan plan = closed_plan(n, 3);
         if (tangle_grow(&g, &plan, &random)) {
             const kt_step step = {.method = any_method(n), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
             const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};

@@ -152,3 +152,31 @@ void compare_linkages(const kt_method *(*method)(int n), int windows) {
     kt_check_worst(&all.worst);
     kt_check_above("steps", all.taken, 36.0);
 }
+
+tangle_plan closed_plan(int n, int period) {
+    tangle_plan plan = n % period == period - 1 ? tangle_plan_planar() : tangle_plan_default();
+    plan.tree.bodies = 7;
+    plan.tree.massless = false;
+    plan.loops = 1 + n % 2;
+    plan.options.metric = n % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
+    return plan;
+}
+
+void compare_closed(const kt_method *(*method)(int n), int period, double least) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("A and B");
+    int taken = 0;
+    for (int n = 0; n < 24; n++) {
+        static tangle g;
+        tangle_plan plan = closed_plan(n, period);
+        plan.options.structure = n % 4 < 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS;
+        if (tangle_grow(&g, &plan, &random)) {
+            const kt_step step = {.method = method(n), .t = g.t, .h = 1e-3, .tau = g.tau, .external = g.external};
+            const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 1e-3};
+            taken += compare_step(&c, &worst, step.method->name);
+        }
+        tangle_free(&g);
+    }
+    kt_check_worst(&worst);
+    kt_check_above("mechanisms", taken, least);
+}

@@ -58,6 +58,12 @@ static void ball_make(kt_lone *lone) {
     lone->body.joint.position[0] = 1.0;
 }
 
+static kt_model *ball_model(void) {
+    kt_lone lone;
+    ball_make(&lone);
+    return kt_scene_compile(&lone.description);
+}
+
 static kt_simulation *simulate(const kt_model *model, const kt_run *run, int events, unsigned record) {
     kt_simulation_options options = kt_simulation_options_default();
     options.events = events;
@@ -79,9 +85,7 @@ static double time_of_impact(int n, double restitution) {
 }
 
 KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
-    kt_lone lone;
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     kt_worst when = kt_worst_make("time of an impact, s"), speed = kt_worst_make("speed at the ninth, m/s");
     for (int m = 0; model != NULL && m < kt_method_count(); m++) {
         const kt_method *method = kt_method_at(m);
@@ -118,11 +122,9 @@ KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
 /* The impacts accumulate at T (1 + e) / (1 - e). The time does not advance beyond this limit, and the error reports
  * it. */
 KT_TEST(chain_of_events_without_end_ends_in_words) {
-    kt_lone lone;
     kt_error error = {0};
     told t = {.restitution = 0.5};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
     if (simulation == NULL)
@@ -148,11 +150,9 @@ static int lift(kt_simulation *simulation, const kt_occurrence *what, kt_error *
 /* Events follow each other at equal intervals of 3e-12 s. After 64 of them in a row, the error reports the chain, long
  * before the limit of 10,000 instants. */
 KT_TEST(events_in_a_row_at_once_end_in_words) {
-    kt_lone lone;
     kt_error error = {0};
     told t = {.restitution = 0.0};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
     if (simulation == NULL)
@@ -170,11 +170,9 @@ KT_TEST(events_in_a_row_at_once_end_in_words) {
 /* With an energy balance, the energy lost in an impact counts as dissipated. The first impact dissipates 9.81 J (1 -
  * e^2). */
 KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
-    kt_lone lone;
     kt_error error = {0};
     told t = {.restitution = 0.8};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, KT_RECORD_BALANCE) : NULL;
     if (simulation == NULL)
@@ -270,13 +268,11 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
 
 /* Two levels are crossed at one time, up to rounding. The event that was added first comes first, for any signs. */
 KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
-    kt_lone lone;
     kt_error error = {0};
     char order[16] = "";
     told a = {.level = 1e-13, .letter = 'a', .order = order}, b = {.level = 0.0, .letter = 'b', .order = order};
     told c = {.level = 0.5, .letter = 'c', .order = order};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     kt_simulation *simulation = model != NULL ? simulate(model, &run, 3, 0) : NULL;
     if (simulation == NULL)
@@ -384,11 +380,9 @@ static int keep_events(const kt_record *record, void *user) {
 }
 
 KT_TEST(event_that_stops_ends_the_run_with_its_record_and_a_call_goes_on) {
-    kt_lone lone;
     kt_error error = {0};
     told t = {.level = 0.0}, kept = {.level = 0.0};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     kt_run run = kt_run_default();
     run.interval = 0.1;
     kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
@@ -424,9 +418,7 @@ static int fall_apart(const kt_instant *at, double *value, kt_error *error, void
 }
 
 KT_TEST(function_that_fails_ends_the_call_and_leaves_the_state) {
-    kt_lone lone;
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     for (int i = 0; model != NULL && i < 2; i++) {
         kt_error error = {0};
@@ -448,11 +440,9 @@ KT_TEST(function_that_fails_ends_the_call_and_leaves_the_state) {
 /* ---- checkpoints, memory ----------------------------------------------------------------------------------------- */
 
 KT_TEST(checkpoint_between_events_goes_on_with_the_same_bits_and_nothing_allocates) {
-    kt_lone lone;
     kt_error error = {0};
     told t = {.restitution = 0.8}, again = t;
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     const kt_run run = kt_run_default();
     kt_event event = {.name = "impact",
                       .function = height,
@@ -524,11 +514,9 @@ static void run_with_pauses(const kt_model *model, const kt_run *run, const kt_e
 
 /* Records before and behind each of the impacts; a pause at any of them, and a checkpoint there, changes none. */
 KT_TEST(run_that_pauses_at_every_record_gives_the_same_records) {
-    kt_lone lone;
     told t = {.restitution = 0.8};
     pausing whole = {.pause_at = -1}, paused = {.pause_at = 0};
-    ball_make(&lone);
-    kt_model *model = kt_scene_compile(&lone.description);
+    kt_model *model = ball_model();
     kt_run run = kt_run_default();
     run.interval = 0.25;
     run.duration = 3.0;
