@@ -70,7 +70,7 @@ static void print_library(FILE *file, const char *functions) {
 
 /* Sines are wrong if a compiler reorders sums, or keeps more digits than a number has. */
 static const char *const arithmetic = "#if defined(__FAST_MATH__) || __FLT_EVAL_METHOD__ == 2\n"
-                                      "#error \"sums must keep their order: no -ffast-math or x87\"\n#endif\n\n";
+                                      "#error \"sums must keep their order\"\n#endif\n\n";
 
 void kt_code_print_lanes(FILE *file, const char *name, const char *functions) {
     fputs(arithmetic, file);
