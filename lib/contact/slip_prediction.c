@@ -65,24 +65,24 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
 }
 
 double kt_slip_prediction_time_at(const kt_data *data, double speed) {
-    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow(data));
-    return kt_slip_time(data) * part * part;
+    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow_of(data));
+    return kt_slip_time_of(data) * part * part;
 }
 
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
-static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow(data); }
+static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow_of(data); }
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *of = data->slip_slow + 2 * k;
     const bool wide = is_unresolved(data, k);
-    const double time = kt_slip_time(data);
-    return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : kt_slip_slow(data), grows);
+    const double time = kt_slip_time_of(data);
+    return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : kt_slip_slow_of(data), grows);
 }
 
 /* The same for a contact of a problem: slip that does not grow has that of adaptive steps. */
 static double largest_prediction_time(const kt_data *data, const kt_slip_problem *p, size_t index) {
     double grows;
-    return p->fades[index] ? prediction_time_of(data, index, kt_slip_time(data), kt_slip_slow(data), &grows)
+    return p->fades[index] ? prediction_time_of(data, index, kt_slip_time_of(data), kt_slip_slow_of(data), &grows)
                            : kt_slip_prediction_time(data, index, &grows);
 }
 

@@ -444,6 +444,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     }
     simulation->contact_count = steps ? 0 : (size_t)c->n;
     simulation->contact_mask = c->mask;
+    simulation->slow_slip = kt_contacts_slow_slip(simulation);
     simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
     simulation->contact_calls = steps ? &kt_moreau_calls : &calls;
     if (status == KT_OK && steps)

@@ -55,6 +55,6 @@ void kt_warn_of_gaps(kt_outcome *outcome) {
     warn_of(outcome, KT_COLUMN_OWN, "own columns are not finite, and are gaps in pictures",
             "Keep formulas within their domain, as sqrt(max(x, 0)) and x/max(y, 1e-9) do");
     warn_of(outcome, KT_COLUMN_EFFECT,
-            "the direction of friction is unknown where slip begins or ends (below 4e-6 m/s), and leaves gaps",
+            "the direction of friction is unknown where slip begins or ends, and leaves gaps",
             "Use `friction`, its magnitude, or another interval of records");
 }

@@ -19,10 +19,6 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Below this speed, m/s, friction does not oppose the present slip. It opposes the slip of the next instant
- * (lib/contact/slip.c). */
-static const double slow = 4e-6;
-
 /* Returns the number of loops of an effect. These loops follow the loops of the description, in the order of the
  * effects. */
 static int effect_loops_of(const kt_effect *effect) {
@@ -119,10 +115,11 @@ static kt_vec3 velocity_of_slip(const kt_record *record, int index, kt_vec3 norm
     return kt_vec3_sub(speed, kt_vec3_scale(kt_vec3_dot(normal, speed), normal));
 }
 
-/* Returns the unit vector of a slip; NaN if the slip has just begun. */
-static kt_vec3 direction_of_slip(kt_vec3 slip) {
+/* Returns the unit vector of a slip. It is NaN if slip is so slow that friction opposes the slip of a later instant
+ * (lib/contact/slip_prediction.c). */
+static kt_vec3 direction_of_slip(const kt_record *record, kt_vec3 slip) {
     const double norm = kt_vec3_norm(slip);
-    return kt_vec3_scale(norm < slow ? (double)NAN : 1.0 / norm, slip);
+    return kt_vec3_scale(norm < record->slow_slip ? (double)NAN : 1.0 / norm, slip);
 }
 
 static contact_force contact_force_of(const kt_record *record, const kt_effect *effect, int index, int loop,
@@ -139,12 +136,12 @@ static contact_force contact_force_of(const kt_record *record, const kt_effect *
         const kt_vec3 held = force_on_sphere(record, loop + 1);
         f.friction = kt_vec3_norm(held);
         f.force = kt_vec3_add(f.force, held);
-        f.power = kt_vec3_norm(slip) < slow ? 0.0 : kt_vec3_dot(held, slip);
+        f.power = kt_vec3_norm(slip) < record->slow_slip ? 0.0 : kt_vec3_dot(held, slip);
         return f;
     }
     f.friction = coefficient_of(record, effect) * f.normal;
     f.power = 0.0 - f.friction * quantity_of(record, index, KT_QUANTITY_SLIP, values);
-    f.force = kt_vec3_sub(f.force, kt_vec3_scale(f.friction, direction_of_slip(slip)));
+    f.force = kt_vec3_sub(f.force, kt_vec3_scale(f.friction, direction_of_slip(record, slip)));
     return f;
 }
 
