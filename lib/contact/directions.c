@@ -343,6 +343,17 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
     return hovers ? resolve_between(simulation, error) : KT_OK;
 }
 
+/* Contacts of one island come to rest below the same speed. If single corners of a body came to rest, one after the
+ * other, it would stay at rest although friction cannot hold all of them. */
+static void stop_islands_together(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->sides; k++)
+        for (int i = 0; i < c->sides; i++)
+            if (c->item[i].island == c->item[k].island)
+                simulation->contact_state[k].stops_below =
+                    fmax(simulation->contact_state[k].stops_below, simulation->contact_state[i].stops_below);
+}
+
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
@@ -358,6 +369,8 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     }
     if (!turns)
         return KT_OK;
+    if (simulation->step == 0.0)
+        stop_islands_together(simulation);
     forget_ended_holds(simulation);
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);
