@@ -123,14 +123,15 @@ KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double
 }
 
 /* Fronts of four parameters do not support coordinates that count as constants. */
+KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
+    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
+}
+
 KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
-    for (size_t g = 0; g < model->n.group; g++) {
-        const kt_group *group = &model->group[g];
-        const bool front4 = KT_PLANAR && !(group->form == KT_FORM_FRONT4 &&
-                                           memchr(data->front_fixed + group->v, 1, (size_t)group->v_count));
-        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true, front4, false);
-    }
+    for (size_t g = 0; g < model->n.group; g++)
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
+                                            KT_PLANAR && !has_fixed(data, &model->group[g]), false);
     return fine;
 }
 
