@@ -107,8 +107,8 @@ typedef struct kt_record {
                                         set */
     const kt_data *data;             /* kinematics of q and v, and of a if it is given, for kt_body_pose,
                                         kt_point_position and similar queries; energy, reaction or kinematics */
-    double slow_slip; /* m/s: slower slip of hard contacts has friction in the direction of a later slip; 0:
-                                        there are no such contacts */
+    double slow_slip; /* m/s; friction of slower slip of hard contacts acts against a later slip. 0: there
+                                        are no hard contacts */
 } kt_record;
 
 /* Returns 0 to continue, and any other number to stop. */

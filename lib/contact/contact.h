@@ -374,7 +374,7 @@ KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double 
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
-/* The largest slip of which the direction is predicted, m/s (slip_prediction.c). */
+/* s0 of slip_prediction.c, without the length of fixed steps. */
 double kt_contacts_slow_slip(const kt_simulation *simulation);
 /* Returns tau of slip of this speed for reactions at an instant (slip_prediction.c). It is 0 under fixed steps that do
  * not resolve slip: their forces have other directions in each try. */

@@ -104,19 +104,16 @@ static double rate_of_friction(const kt_simulation *simulation, int k) {
     return rate;
 }
 
-/* r of slip_prediction.c. */
-static double reach_of_prediction(const kt_simulation *simulation) {
+double kt_contacts_slow_slip(const kt_simulation *simulation) {
     double least = HUGE_VAL;
     for (size_t i = 0; simulation->step == 0.0 && i < simulation->size.nv; i++)
         least = fmin(least, kt_error_scale(simulation->integrator, simulation->size.nq + i, 0.0, 0.0));
-    return simulation->step > 0.0 ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / 1e-9)));
+    return kt_slip_slow * (simulation->step > 0.0 ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / 1e-9))));
 }
-
-double kt_contacts_slow_slip(const kt_simulation *simulation) { return kt_slip_slow * reach_of_prediction(simulation); }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
     const bool wide = needs_wide_prediction(simulation);
-    simulation->data->slip_reach = reach_of_prediction(simulation);
+    simulation->data->slow_slip = simulation->slow_slip;
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
         const kt_contact_memory *memory = &simulation->contact_state[k];
         if (!kt_contact_is_slipping(simulation, k))

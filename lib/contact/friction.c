@@ -16,8 +16,8 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
-/* The factor of friction that holds a contact. Slip that is faster than that of a wedged contact by less than `about`
- * is about as fast. */
+/* The factor of friction that holds a contact. Slip of up to `about` times the speed of a wedged contact is about as
+ * fast. */
 static const double holding = 1e3, about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
 static const double small = 1e-9;
@@ -348,7 +348,7 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
 }
 
 /* Solves the problem of one attempt. If slow slip has no solution in predicted directions, present ones are taken. Slow
- * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions: those in which
+ * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions. Those in which
  * it would begin from rest may have other reactions, and press other contacts. If these have no solution either, the
  * first solve is repeated, whose problem and solution the caller uses. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {

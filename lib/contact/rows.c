@@ -374,9 +374,9 @@ static double change_units(const struct kt_contacts *c, const kt_model *model, d
         const int row = kt_contact_row(model, &c->item[k]);
         const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
         const double most = kt_contact_coefficient(model, &c->item[k]) * normal;
-        const double part = kt_hypot(c->reaction[row], c->reaction[row + 1]) / most;
         if (!(most > 0.0))
             continue;
+        const double part = kt_hypot(c->reaction[row], c->reaction[row + 1]) / most;
         unit[row] *= kt_coulomb_unit_factor(part);
         unit[row + 1] = unit[row];
         largest = fmax(largest, part);

@@ -89,14 +89,14 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* The largest slip velocity that counts as zero; s0 of adaptive steps with r = 1, m/s; tau0 likewise, s
- * (slip_prediction.c). */
-static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6, kt_slip_time = 4e-7;
+/* The largest slip velocity that counts as zero, and the least s0 of adaptive steps, m/s (slip_prediction.c). */
+static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6;
 
-/* r, tau0 and s0 of adaptive steps. */
-static inline double kt_slip_reach(const kt_data *data) { return data->slip_reach > 1.0 ? data->slip_reach : 1.0; }
-static inline double kt_slip_time_of(const kt_data *data) { return kt_slip_time * kt_slip_reach(data); }
-static inline double kt_slip_slow_of(const kt_data *data) { return kt_slip_slow * kt_slip_reach(data); }
+/* s0, m/s, and tau0, s, of adaptive steps. */
+static inline double kt_slip_slow_of(const kt_data *data) {
+    return data->slow_slip > kt_slip_slow ? data->slow_slip : kt_slip_slow;
+}
+static inline double kt_slip_time_of(const kt_data *data) { return 0.1 * kt_slip_slow_of(data); }
 
 /* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
 static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {

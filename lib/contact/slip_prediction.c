@@ -53,20 +53,24 @@ enum { PREDICTIONS = 2 };
 /* One over the largest x. */
 static const double shrinking = 10.0;
 
+static double time_at_speed(double speed, double tau0, double s0) {
+    const double part = 1.0 - speed / s0;
+    return part > 0.0 ? tau0 * part * part : 0.0;
+}
+
 /* tau with these tau0 and s0. */
 static double prediction_time_of(const kt_data *data, size_t k, double tau0, double s0, double *grows) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     *grows = 0.0;
     if (fabs(s[0]) >= s0 || fabs(s[1]) >= s0)
         return 0.0;
-    const double part = 1.0 - kt_hypot(s[0], s[1]) / s0;
+    const double speed = kt_hypot(s[0], s[1]), part = 1.0 - speed / s0;
     *grows = (2.0 - part) / part;
-    return (d[0] != 0.0 || d[1] != 0.0) && part > 0.0 ? tau0 * part * part : 0.0;
+    return d[0] != 0.0 || d[1] != 0.0 ? time_at_speed(speed, tau0, s0) : 0.0;
 }
 
 double kt_slip_prediction_time_at(const kt_data *data, double speed) {
-    const double part = fmax(0.0, 1.0 - speed / kt_slip_slow_of(data));
-    return kt_slip_time_of(data) * part * part;
+    return time_at_speed(speed, kt_slip_time_of(data), kt_slip_slow_of(data));
 }
 
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */

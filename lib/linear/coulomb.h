@@ -21,9 +21,9 @@
  * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others
  * have some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least
  * one. T minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no
- * contact exceeds its friction (E. Weiszfeld, Tohoku Math. J. 43, 1937, for the dual problem: the motion v with the
- * least sum of mu N_i |v_i| for a given power of the other forces). If they all slip, this motion is the one that
- * begins.
+ * contact exceeds its friction. The dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given
+ * power of the other forces; this is its iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip,
+ * this motion begins.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -201,10 +201,10 @@ bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);
 /* One step of this iteration, without a check. */
 void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 
-/* The largest number of times that shares change, and the factor by which the unit sqrt(D) of a tangential force does,
- * if it takes the part |T| / (mu N) of its friction. */
+/* Shares change at most so often. A tangential force that takes the part |T| / (mu N) of its friction then has its unit
+ * sqrt(D) multiplied by the following factor. */
 enum { KT_COULOMB_SHARINGS = 64 };
-static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmax(part, 1e-6)); }
+static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
 
 /* ---- a solution (coulomb.c) -------------------------------------------------------------------------------------- */
 

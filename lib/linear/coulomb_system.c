@@ -292,9 +292,10 @@ static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {
         normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
-        if (!s->is_tangential[k] || !(normal > 0.0))
+        const double most = c->item[s->item[k]].friction * normal;
+        if (!s->is_tangential[k] || !(most > 0.0))
             continue;
-        const double part = kt_hypot(s->x[k], s->x[k + 1]) / (c->item[s->item[k]].friction * normal);
+        const double part = kt_hypot(s->x[k], s->x[k + 1]) / most;
         s->unit[k] *= kt_coulomb_unit_factor(part);
         s->unit[k + 1] = s->unit[k];
         exceeds = exceeds || part > 1.0;

@@ -501,7 +501,7 @@ struct kt_data {
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
     bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
-    double slip_reach; /* an input: the factor of times and speeds at which slip is predicted (contact/slip.h); 0: 1 */
+    double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (contact/slip.h) */
     bool posed;        /* poses and velocities of the spatial links are those of the next accelerations, once */
     bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not

@@ -397,7 +397,6 @@ struct kt_simulation {
     uint64_t contact_mask;     /* the switches of hard contacts */
     uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
     uint64_t contact_released; /* the contacts that are released at first */
-    double slow_slip;          /* the largest slip of which the direction is predicted, m/s */
     double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
     double event_end;          /* the end of the first try of this step */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
@@ -408,6 +407,7 @@ struct kt_simulation {
     bool event_searched;                   /* this step has been searched */
     double contact_time;                   /* s, of the values of contacts; NaN: not available */
 #endif
+    double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
     uint64_t event_cut; /* searches of features of events in this try that reached their limit */
     double event_time;  /* of event_value; NaN: not available */
     double event_lead;  /* the earliest time to which the slope of an event leads that the step did not reach */
@@ -426,16 +426,6 @@ struct kt_simulation {
     bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
-
-/* The largest slip of hard contacts of which the direction is predicted, m/s. */
-static inline double kt_simulation_slow_slip(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->slow_slip;
-#else
-    (void)simulation;
-    return 0.0;
-#endif
-}
 
 /* The depth to which an open hard contact may penetrate, m or rad. */
 static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {

@@ -180,7 +180,7 @@ static kt_record empty_record(const kt_simulation *simulation, int64_t index, do
     record.index = index;
     record.time = time;
     record.model = simulation->user_model;
-    record.slow_slip = kt_simulation_slow_slip(simulation);
+    record.slow_slip = simulation->slow_slip;
     record.kinetic = record.potential = (double)NAN;
     record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
     record.constraint.position = record.constraint.velocity = (double)NAN;

@@ -168,7 +168,8 @@ static void find_normals_of_legs(rest_on_legs *r) {
     r->normal[0] = r->normal[1] = 0.5 * (weight - r->normal[2]);
 }
 
-/* What friction takes in a motion in which F has the power F 1: rate w of a turn, and y the velocity along y. */
+/* The power of friction in a motion in which the velocity of F along x is 1 m/s. w: the rate of the turn; y: the
+ * velocity of the middle along y. */
 static double power_of_friction(const rest_on_legs *r, double w, double y) {
     double sum = 0.0;
     for (int i = 0; i < LEGS; i++)
@@ -305,6 +306,37 @@ KT_TEST(slip_begins_at_every_tolerance) {
     }
     kt_check_worst(&speed);
     kt_check_worst(&steps);
+}
+
+static int take_slow_slip(const kt_record *record, void *user) {
+    *(double *)user = record->slow_slip;
+    return 0;
+}
+
+/* It grows with the root of the tolerance above 1e-9, at most by 300, and is the same for all fixed steps. */
+KT_TEST(records_have_the_speed_of_predicted_slip) {
+    static const double tolerances[] = {0.0, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3};
+    static const double expected[] = {4e-6, 4e-6, 4e-6, 4e-5, 4e-4, 1.2e-3};
+    const push p = {10.0, 0.5, 0.05, -0.1, 0.14, LEGS};
+    kt_worst slow = kt_worst_make("m/s, relative");
+    for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances; k++) {
+        kt_error error = {0};
+        kt_parsed m;
+        kt_run run = kt_run_default();
+        kt_simulation *simulation = NULL;
+        double observed = (double)NAN;
+        run.duration = run.interval = 0.01;
+        run.step = tolerances[k] > 0.0 ? 0.0 : 1e-3;
+        if (tolerances[k] > 0.0)
+            run.relative = run.absolute = tolerances[k];
+        if (make_box(&p, &m) &&
+            kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error))
+            (void)kt_fine("runs", kt_simulation_run(simulation, take_slow_slip, &observed, &error), &error);
+        kt_worst_near(&slow, observed / expected[k], 1.0, 1e-14, "tolerance %.0e", tolerances[k]);
+        kt_simulation_free(simulation);
+        kt_parsed_free(&m);
+    }
+    kt_check_worst(&slow);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */

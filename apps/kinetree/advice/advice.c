@@ -107,7 +107,7 @@ typedef struct length {
 
 enum { LENGTHS_MAX = 12, DEPTH_MAX = 64 };
 
-static int find_advised_body(const kt_description *d, const char *name) {
+int kt_advised_body(const kt_description *d, const char *name) {
     for (int i = 0; name != NULL && i < d->body_count; i++)
         if (strcmp(d->bodies[i].name, name) == 0)
             return i;
@@ -123,7 +123,7 @@ static int find_body_marker(const kt_body *body, const char *name) {
 
 /* Returns the point of an end in its body's frame, m. */
 static kt_vec3 point_of_end(const kt_description *d, const kt_end *end) {
-    const int body = find_advised_body(d, end->body),
+    const int body = kt_advised_body(d, end->body),
               marker = body >= 0 ? find_body_marker(&d->bodies[body], end->marker) : -1;
     return marker >= 0 ? d->bodies[body].markers[marker].at : end->at;
 }
@@ -131,8 +131,8 @@ static kt_vec3 point_of_end(const kt_description *d, const kt_end *end) {
 /* Lists the bodies on the path from an end of a loop to the world. Returns their number. */
 static int follow_path(const kt_description *d, const kt_end *end, int *path) {
     int count = 0;
-    for (int i = find_advised_body(d, end->body); i >= 0 && count < DEPTH_MAX;
-         i = find_advised_body(d, d->bodies[i].parent))
+    for (int i = kt_advised_body(d, end->body); i >= 0 && count < DEPTH_MAX;
+         i = kt_advised_body(d, d->bodies[i].parent))
         path[count++] = i;
     return count;
 }
@@ -436,8 +436,8 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
     const kt_end *ends = d->loops[loop].between;
     int found = 0;
     for (int k = 0; k < 2 && gap > 0.0; k++) {
-        const int body = find_advised_body(d, ends[k].body) >= 0 ? kt_body_find(r->model, ends[k].body) : 0;
-        const int other = find_advised_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
+        const int body = kt_advised_body(d, ends[k].body) >= 0 ? kt_body_find(r->model, ends[k].body) : 0;
+        const int other = kt_advised_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
         const kt_vec3 there = kt_point_position(r->model, r->data, other, point_of_end(d, &ends[1 - k]));
         const kt_vec3 to = kt_pose_apply(kt_pose_invert(kt_body_pose(r->model, r->data, body)), there);
         if (!closes_with_end_at(scene, loop, k, to))

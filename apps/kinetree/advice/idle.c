@@ -1,23 +1,16 @@
 /* Effects that exert no force, whatever the motion: a key was forgotten, or the force acts on the ground. */
 #include "advice/idle.h"
 
+#include "advice/advice.h"
+
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-
-/* Returns the index of a body; -1: the world, or a body that does not exist. */
-static int index_of_body(const kt_description *d, const char *name) {
-    for (int i = 0; name != NULL && i < d->body_count; i++)
-        if (strcmp(d->bodies[i].name, name) == 0)
-            return i;
-    return -1;
-}
 
 /* Whether only fixed joints are between a body and the world. Counts to the number of bodies, and so ends in a ring. */
 static bool stands_still(const kt_description *d, const char *name) {
-    int left = d->body_count, i = index_of_body(d, name);
+    int left = d->body_count, i = kt_advised_body(d, name);
     for (; i >= 0 && left > 0 && d->bodies[i].joint.type == KT_JOINT_FIXED; left--)
-        i = index_of_body(d, d->bodies[i].parent);
+        i = kt_advised_body(d, d->bodies[i].parent);
     return i < 0;
 }
 

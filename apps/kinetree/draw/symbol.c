@@ -125,8 +125,8 @@ static void paint_markers(const kt_sheet *sheet, labels *l) {
         }
 }
 
-/* The names that have room: of each body next to the middle of its first solid; of each loop at its second end, which
- * for a wheel that rolls would be the origin of the plane. */
+/* The names that have room. Those of bodies are next to the middle of the first solid, and those of loops at the second
+ * end. That of a wheel that rolls would be the origin of the plane: its name is at the wheel. */
 static void paint_names(const kt_sheet *sheet, labels *l) {
     const kt_picture *p = sheet->drawing->picture;
     for (int body = 1; body < p->body_count; body++)
