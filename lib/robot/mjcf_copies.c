@@ -1,8 +1,8 @@
 /* Tendons, equalities and actuators that refer to copies by a <replicate>.
  *
  * An item may refer to bodies, joints and sites in the <replicate> alone. Then each copy has an item of its own, whose
- * name and references have the suffix of the copy. The copies stand behind all other items, as in MuJoCo. An item that also refers to
- * something else stays, and is incomplete (mjcf_attach.c): MuJoCo rejects it, or leaves it out. */
+ * name and references have the suffix of the copy. The copies stand behind all other items, as in MuJoCo. An item that
+ * also refers to something else stays, and is incomplete (mjcf_attach.c): MuJoCo rejects it, or leaves it out. */
 #include "robot/mjcf_copies.h"
 #include "robot/mjcf_make.h"
 

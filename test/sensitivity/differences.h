@@ -32,8 +32,8 @@ bool compare_step(const step_case *c, kt_worst *worst, const char *name);
  * `windows` by fronts, and Bricard's mechanism, in both metrics of the projection. */
 void compare_linkages(const kt_method *(*method)(int n), int windows);
 
-/* The n-th random closed mechanism of a test. It has seven bodies, one or two loops, and either metric of the projection.
- * The last one of each `period` is planar. */
+/* The n-th random closed mechanism of a test. It has seven bodies, one or two loops, and either metric of the
+ * projection. The last one of each `period` is planar. */
 tangle_plan closed_plan(int n, int period);
 
 /* Compares steps of 24 such mechanisms, half of them by fronts; at least `least` must have derivatives. */
