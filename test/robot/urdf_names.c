@@ -6,7 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
+
+#include "growth.h"
 
 KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
     static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
@@ -35,48 +36,40 @@ KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
     kt_scene_free(&scene);
 }
 
-/* Processor time of this program, without that of the system for pages of memory, which grows faster than the work. */
-static double user_time(void) {
-    struct rusage use;
-    return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_utime.tv_sec + 1e-6 * (double)use.ru_utime.tv_usec
-                                             : (double)NAN;
-}
-
-/* The least time of five for a robot of `count` links: with one name, or with names that become one. */
-static double time_to_read(bool is_one_name, int count) {
-    char *text = malloc((size_t)count * 200 + 100);
-    double least = HUGE_VAL;
-    for (int n = 0; n < 5 && text != NULL; n++) {
-        kt_scene scene;
-        char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
-        for (int i = 0; i < count; i++) {
-            char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
-            for (int k = 0; k < 17 && !is_one_name; k++)
-                name[k] = i >> k & 1 ? '.' : '/';
-            at += sprintf(
-                at, "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
-                name, i, name);
-        }
-        (void)sprintf(at, "</robot>");
-        const double start = user_time();
-        const kt_status status = parse(text, NULL, &scene);
-        least = fmin(least, user_time() - start);
-        kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
-        if (status == KT_OK) {
-            char number[20];
-            (void)snprintf(number, sizeof number, "_%d", count);
-            kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
-            kt_scene_free(&scene);
-        }
+/* Reads a robot of `count` links: with one name (self is not NULL), or with names that become one. */
+static double read_equal_names(const void *self, int count) {
+    const bool is_one_name = self != NULL;
+    char *text = malloc((size_t)count * 200 + 100), number[20];
+    if (text == NULL)
+        return (double)NAN;
+    kt_scene scene;
+    char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
+    for (int i = 0; i < count; i++) {
+        char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
+        for (int k = 0; k < 17 && !is_one_name; k++)
+            name[k] = i >> k & 1 ? '.' : '/';
+        at += sprintf(at,
+                      "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
+                      name, i, name);
+    }
+    (void)sprintf(at, "</robot>");
+    const double start = kt_growth_now();
+    const kt_status status = parse(text, NULL, &scene);
+    const double seconds = kt_growth_now() - start;
+    kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
+    if (status == KT_OK) {
+        (void)snprintf(number, sizeof number, "_%d", count);
+        kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
+        kt_scene_free(&scene);
     }
     free(text);
-    return least;
+    return seconds;
 }
 
 /* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
 KT_TEST(names_that_collide_take_linear_time) {
-    kt_check_below("equal names", time_to_read(true, 12000) / time_to_read(true, 3000), 9.0);
-    kt_check_below("names that become equal", time_to_read(false, 12000) / time_to_read(false, 3000), 9.0);
+    kt_check_growth("equal names", read_equal_names, "one name", 3000, 12000, 9.0);
+    kt_check_growth("names that become equal", read_equal_names, NULL, 3000, 12000, 9.0);
 }
 
 /* In the order of the file; numbers of a name go on where its last one ended. */
