@@ -128,6 +128,12 @@ static inline bool kt_group_is_planar(const kt_model *model, const kt_group *gro
 
 #ifndef KT_LANES
 
+/* Whether one equation locks the one joint of a group. */
+static inline bool kt_group_is_locked(const kt_model *model, const kt_group *group) {
+    return group->ranges && group->v_count == 1 && group->count[KT_ROWS_ALL] == 1 && group->rank[KT_ROWS_ALL] == 1 &&
+           group->loop_count == 1 && model->loop[model->group_loop[group->loop]].term_count == 1;
+}
+
 /* Returns a bound of the entries of an equation, over its scale, for a group that is reduced by fronts: its wrenches'
  * components. The coordinates change by a radian or by the mechanism's length. */
 static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {

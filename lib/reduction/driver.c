@@ -1,7 +1,6 @@
 /* The driver that treats all links as spatial ones. It also computes the reactions of loops for all models. */
 #define KT_PLANAR false
 #include "reduction/driver.h"
-#include "reduction/half_columns.h"
 
 /* A' lambda = M x + F' A - (tau - h) */
 static void driver_multipliers(const kt_model *model, kt_data *data, const double *v, const double *a) {

@@ -22,12 +22,6 @@
 
 #ifndef KT_LANES
 
-/* Whether one equation locks the one joint of a group. */
-static inline bool kt_group_is_locked(const kt_model *model, const kt_group *group) {
-    return group->ranges && group->v_count == 1 && group->count[KT_ROWS_ALL] == 1 && group->rank[KT_ROWS_ALL] == 1 &&
-           group->loop_count == 1 && model->loop[model->group_loop[group->loop]].term_count == 1;
-}
-
 /* Equations in a vector. */
 enum { KT_HALF_LANES = 4 };
 
