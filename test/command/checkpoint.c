@@ -328,10 +328,14 @@ KT_TEST(run_that_is_killed_at_random_times_ends_with_the_same_bytes) {
     kt_random random = kt_random_of_test();
     int breaks = 0;
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
-    const double begin = seconds_now();
-    kt_expect(0, NULL, "$K run chain.yaml %s --out whole.csv", options);
-    const double whole = 0.3 * (seconds_now() - begin); /* some three breaks a run, on any machine */
-    for (int round = 0; round < 3; round++) {
+    double whole = HUGE_VAL; /* seconds of an undisturbed run: the least of three */
+    for (int i = 0; i < 3; i++) {
+        const double begin = seconds_now();
+        kt_expect(0, NULL, "$K run chain.yaml %s --out whole.csv", options);
+        whole = fmin(whole, seconds_now() - begin);
+    }
+    /* Some three breaks a run. A busy machine that becomes idle has fewer of them, and more rounds. */
+    for (int round = 0; round < 3 || (breaks < 6 && round < 20); round++) {
         kt_expect(0, NULL, "rm -f part.*");
         bool killed = true;
         for (int i = 0; killed && i < 200; i++) {
@@ -340,7 +344,7 @@ KT_TEST(run_that_is_killed_at_random_times_ends_with_the_same_bytes) {
                      "exec %s run chain.yaml %s --out part.csv --checkpoint part.state --checkpoint-interval 1e-2 %s",
                      KT_COMMAND, options, resumes ? "--resume part.state" : "");
             /* Each try is given a tenth more, so that the run comes to its end however busy the machine is. */
-            killed = run_for(pow(1.1, i) * kt_random_uniform(&random, 1e-4, whole), line);
+            killed = run_for(pow(1.1, i) * kt_random_uniform(&random, 1e-4, 0.3 * whole), line);
             breaks += killed;
         }
         kt_check_true("it came to its end", !killed);
