@@ -11,8 +11,8 @@ kt_status kt_wrenches_check(const kt_model *model, const double *q, const double
     return kt_input_check(model, &input, error);
 }
 
-kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                                  kt_error *error) {
+KT_INLINE kt_status accelerate_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                       kt_error *error) {
     const kt_status given = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;
     if (given != KT_OK)
         return given;
@@ -23,13 +23,18 @@ kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt
     return status == KT_OK ? model->forward(model, data, &loaded, a, error) : status;
 }
 
+kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                  kt_error *error) {
+    return accelerate_trusted(model, data, at, a, error);
+}
+
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     const kt_status status = kt_open_contacts_reject(model, data, &at, error);
-    return status == KT_OK ? kt_acceleration_trusted(model, data, &at, a, error) : status;
+    return status == KT_OK ? accelerate_trusted(model, data, &at, a, error) : status;
 }
 
 #if KT_HAS_VARIABLE_MASS
