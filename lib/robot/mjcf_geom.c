@@ -84,15 +84,6 @@ static double geom_volume_of(const geom *g) {
     return g->is_shell ? kt_shell_area(weighed_solid_of(g), g->size) : kt_solid_volume(weighed_solid_of(g), g->size);
 }
 
-/* Whether `shellinertia` makes a shell of a geom. An ellipsoid keeps the mass of a solid, and is counted. */
-static bool is_shell(kt_mjcf *m, const kt_element *e, const geom *g) {
-    if (g->type == MESH || !kt_mjcf_flag(m, e, "geom", "shellinertia", false))
-        return false;
-    if (g->type == ELLIPSOID)
-        kt_unknown_count(&m->changes, "shellinertia of an ellipsoid, which has the mass of a solid", e);
-    return g->type != ELLIPSOID;
-}
-
 /* ---- geoms ------------------------------------------------------------------------------------------------------- */
 
 /* Whether a geom is one of those that have mass. */
@@ -124,7 +115,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
         return;
     if (g->type == MESH)
         g->mesh = kt_mjcf_find_mesh(m, e);
-    g->is_shell = is_shell(m, e, g);
+    g->is_shell = g->type != MESH && kt_mjcf_flag(m, e, "geom", "shellinertia", false);
     const double volume = geom_volume_of(g);
     g->is_lost = (g->type == MESH || g->type == HFIELD) && !(volume > 0.0);
     if (!(volume > 0.0))

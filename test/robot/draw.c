@@ -89,7 +89,7 @@ static void write_geom(drawing *d, bool can_be_any) {
     put(d, "euler", 3, -90.0, 90.0);
     if (chance(d, 2))
         put(d, "mass", 1, 0.3, 2.0);
-    if (can_be_any && chance(d, 3) && type != 2 && !is_mesh)
+    if (can_be_any && chance(d, 3) && !is_mesh)
         fprintf(d->to, " shellinertia=\"true\"");
     fprintf(d->to, "/>");
 }
