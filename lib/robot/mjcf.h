@@ -514,8 +514,10 @@ typedef struct kt_mjcf_actuator {
 
 kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
 
-/* The tag under which an attribute that all kinds have is found: the element's, or that of defaults of any kind; NULL:
- * there is none. */
+/* The kinds of actuators. They are one element to defaults: each kind changes the attributes of all. */
+#define KT_MJCF_ACTUATORS " general motor position velocity damper intvelocity cylinder muscle adhesion "
+
+/* The tag under which an attribute that all kinds have is found: all kinds, or NULL if there is none. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
 
 /* The first number of `gear`. */

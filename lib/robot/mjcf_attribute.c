@@ -127,8 +127,9 @@ const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag,
         const kt_element *defaults = kt_mjcf_class_element(m, &class);
         if (defaults == NULL)
             break;
-        for (const kt_element *d = kt_xml_child(defaults, tag); d != NULL; d = kt_xml_next(d, tag)) {
-            const char *here = kt_xml_attribute(d, name);
+        for (const kt_element *d = defaults->first; d != NULL; d = d->next) {
+            const bool is_meant = *tag == ' ' ? kt_words_have(tag, d->name) : strcmp(d->name, tag) == 0;
+            const char *here = is_meant ? kt_xml_attribute(d, name) : NULL;
             value = here != NULL ? here : value;
         }
     }

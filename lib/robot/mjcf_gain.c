@@ -19,6 +19,12 @@ static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int lea
         values[i] = read[i];
 }
 
+static void set_kind(kt_mjcf_actuator *a, gain_type gain, bias_type bias, kt_mjcf_dynamics_type dynamics) {
+    a->gain_type = gain;
+    a->bias_type = bias;
+    a->dynamics.type = dynamics;
+}
+
 static void read_general(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     static const char *const gains[] = {"fixed", "affine", "muscle", "user", NULL};
     static const char *const biases[] = {"none", "affine", "muscle", "user", NULL};
@@ -31,16 +37,29 @@ static void read_general(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
 
 /* A cylinder has the gain of its area and a filter. */
 static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
-    double diameter = 0.0, area = a->gain[0], bias[3] = {a->bias[0], a->bias[1], a->bias[2]};
-    kt_mjcf_dynamics dynamics = {.type = KT_MJCF_FILTER, .numbers = {a->dynamics.numbers[0]}};
-    read_here(m, e, "timeconst", 1, 1, dynamics.numbers);
-    read_here(m, e, "bias", 1, 3, bias);
-    read_here(m, e, "area", 1, 1, &area);
+    double diameter = 0.0;
+    read_here(m, e, "timeconst", 1, 1, a->dynamics.numbers);
+    read_here(m, e, "bias", 1, 3, a->bias);
+    read_here(m, e, "area", 1, 1, a->gain);
     read_here(m, e, "diameter", 1, 1, &diameter);
     if (kt_xml_attribute(e, "diameter") != NULL)
-        area = 0.25 * 3.14159265358979323846 * diameter * diameter;
-    *a = (kt_mjcf_actuator){
-        .gain = {area}, .bias_type = AFFINE_BIAS, .bias = {bias[0], bias[1], bias[2]}, .dynamics = dynamics};
+        a->gain[0] = 0.25 * 3.14159265358979323846 * diameter * diameter;
+    set_kind(a, FIXED, AFFINE_BIAS, KT_MJCF_FILTER);
+}
+
+/* A servo of positions. A damping above zero is a ratio (kt_mjcf_resolve_damping). */
+static void read_position(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+    double damping = -a->bias[2];
+    read_here(m, e, "kp", 1, 1, a->gain);
+    read_here(m, e, "kv", 1, 1, &damping);
+    read_here(m, e, "inheritrange", 1, 1, &a->inherit);
+    a->bias[1] = -a->gain[0];
+    a->bias[2] = -damping;
+    read_here(m, e, "dampratio", 1, 1, a->bias + 2);
+    read_here(m, e, "timeconst", 1, 1, a->dynamics.numbers);
+    if (kt_xml_attribute(e, "timeconst") != NULL)
+        a->dynamics.type = a->dynamics.numbers[0] == 0.0 ? KT_MJCF_STATIC : KT_MJCF_FILTER;
+    set_kind(a, FIXED, AFFINE_BIAS, strcmp(e->name, "intvelocity") == 0 ? KT_MJCF_INTEGRATOR : a->dynamics.type);
 }
 
 /* Numbers of a muscle below zero stand for those that it has already. */
@@ -68,46 +87,30 @@ static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     for (int i = 2; i < KT_MJCF_MUSCLE_NUMBERS; i++)
         read_muscle_numbers(m, e, names[i - 2], 1, 1, gain + i);
     memcpy(a->bias, gain, sizeof a->bias);
-    a->gain_type = MUSCLE;
-    a->bias_type = MUSCLE_BIAS;
-    a->dynamics.type = KT_MJCF_MUSCLE;
+    set_kind(a, MUSCLE, MUSCLE_BIAS, KT_MJCF_MUSCLE);
 }
 
-/* The shortcuts set gain and bias. The numbers that they read begin with the values that the defaults have set. */
+/* Each kind sets some numbers and keeps the others, which are those that the defaults of any kind have set. */
 static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
-    double k[3] = {a->gain[0], 0.0, 0.0}, v = -a->bias[2];
-    const kt_mjcf_dynamics before = {
-        .numbers = {a->dynamics.numbers[0], a->dynamics.numbers[1], a->dynamics.numbers[2]}};
-    const bool integrates = strcmp(e->name, "intvelocity") == 0;
     a->is_strange = false;
     if (strcmp(e->name, "general") == 0) {
         read_general(m, e, a);
     } else if (strcmp(e->name, "motor") == 0) {
-        *a = (kt_mjcf_actuator){.gain = {1.0}, .dynamics = before};
-    } else if (strcmp(e->name, "position") == 0 || integrates) {
-        double ratio = -v, inherit = a->inherit;
-        kt_mjcf_dynamics dynamics = a->dynamics;
-        read_here(m, e, "kp", 1, 1, k);
-        read_here(m, e, "kv", 1, 1, &v);
-        read_here(m, e, "inheritrange", 1, 1, &inherit);
-        if (kt_xml_attribute(e, "dampratio") != NULL) {
-            read_here(m, e, "dampratio", 1, 1, &ratio);
-            v = -ratio;
-        }
-        *a = (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, -k[0], -v}, .inherit = inherit};
-        read_here(m, e, "timeconst", 1, 1, dynamics.numbers);
-        if (kt_xml_attribute(e, "timeconst") != NULL)
-            dynamics.type = KT_MJCF_FILTER;
-        a->dynamics = dynamics;
-        a->dynamics.type = integrates ? KT_MJCF_INTEGRATOR : dynamics.type;
+        a->gain[0] = 1.0;
+        set_kind(a, FIXED, NO_BIAS, KT_MJCF_STATIC);
+    } else if (strcmp(e->name, "position") == 0 || strcmp(e->name, "intvelocity") == 0) {
+        read_position(m, e, a);
     } else if (strcmp(e->name, "velocity") == 0) {
-        read_here(m, e, "kv", 1, 1, k);
-        *a =
-            (kt_mjcf_actuator){.gain = {k[0]}, .bias_type = AFFINE_BIAS, .bias = {0.0, 0.0, -k[0]}, .dynamics = before};
+        read_here(m, e, "kv", 1, 1, a->gain);
+        memset(a->bias, 0, sizeof a->bias);
+        a->bias[2] = -a->gain[0];
+        set_kind(a, FIXED, AFFINE_BIAS, KT_MJCF_STATIC);
     } else if (strcmp(e->name, "damper") == 0) {
-        k[0] = 0.0;
-        read_here(m, e, "kv", 1, 1, k);
-        *a = (kt_mjcf_actuator){.gain_type = AFFINE, .gain = {0.0, 0.0, -k[0]}, .dynamics = before};
+        double damping = a->gain_type == AFFINE ? -a->gain[2] : 0.0;
+        read_here(m, e, "kv", 1, 1, &damping);
+        memset(a->gain, 0, sizeof a->gain);
+        a->gain[2] = -damping;
+        set_kind(a, AFFINE, NO_BIAS, KT_MJCF_STATIC);
     } else if (strcmp(e->name, "cylinder") == 0) {
         read_cylinder(m, e, a);
     } else if (strcmp(e->name, "muscle") == 0) {
@@ -118,15 +121,6 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a)
     }
 }
 
-static bool is_actuator(const kt_element *e) {
-    static const char *const names[] = {"general",     "motor",    "position", "velocity", "damper",
-                                        "intvelocity", "cylinder", "muscle",   "adhesion"};
-    bool found = false;
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        found = found || strcmp(e->name, names[i]) == 0;
-    return found;
-}
-
 /* Defaults from the outermost class inwards, each in the order of the file. */
 static void apply_classes(kt_mjcf *m, int class, kt_mjcf_actuator *a) {
     const kt_element *e = kt_mjcf_class_element(m, &class);
@@ -134,20 +128,12 @@ static void apply_classes(kt_mjcf *m, int class, kt_mjcf_actuator *a) {
         return;
     apply_classes(m, class, a);
     for (const kt_element *d = e->first; d != NULL; d = d->next)
-        if (is_actuator(d))
+        if (kt_words_have(KT_MJCF_ACTUATORS, d->name))
             apply_actuator(m, d, a);
 }
 
-/* An attribute that all kinds have, of the element or of the defaults of any kind. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
-    static const char *const tags[] = {"general", "motor",       "position", "velocity",
-                                       "damper",  "intvelocity", "cylinder", "muscle"};
-    if (kt_mjcf_text(m, e, e->name, name) != NULL)
-        return e->name;
-    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++)
-        if (kt_mjcf_text(m, e, tags[i], name) != NULL)
-            return tags[i];
-    return NULL;
+    return kt_mjcf_text(m, e, KT_MJCF_ACTUATORS, name) != NULL ? KT_MJCF_ACTUATORS : NULL;
 }
 
 double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e) {
@@ -160,10 +146,8 @@ double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e) {
 
 bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
     const char *tag = kt_mjcf_actuator_tag(m, e, name);
-    return tag != NULL &&
-           kt_mjcf_is_limited(m, e,
-                              kt_mjcf_actuator_tag(m, e, limited) != NULL ? kt_mjcf_actuator_tag(m, e, limited) : tag,
-                              limited, name) &&
+    const bool is_damper = strcmp(e->name, "damper") == 0 && strcmp(limited, "ctrllimited") == 0; /* always limited */
+    return tag != NULL && (is_damper || kt_mjcf_is_limited(m, e, tag, limited, name)) &&
            kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
 }
 
