@@ -54,6 +54,18 @@ void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, do
         rub->coulomb = friction;
 }
 
+bool kt_draft_lift(kt_draft *d, const kt_element *e, const kt_body *body, kt_vec3 gravity, double share) {
+    const double g[3] = {gravity.x, gravity.y, gravity.z};
+    kt_effect *effect = share != 0.0 && body->mass > 0.0 ? kt_draft_effect(d, e, KT_EFFECT_FORCE) : NULL;
+    if (effect == NULL)
+        return false;
+    effect->between[0].body = body->name;
+    effect->between[0].at = body->com;
+    for (int i = 0; i < 3; i++)
+        effect->value[i] = kt_function_constant(-share * body->mass * g[i]);
+    return true;
+}
+
 void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
                    double upper) {
     kt_effect *stop = o->stop_stiffness != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_LIMIT, joint) : NULL;

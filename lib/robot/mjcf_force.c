@@ -176,26 +176,16 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         add_line_stop(m, &l, j->lower, j->upper);
 }
 
-/* Compensates a part of the weight with a force at the centre of mass. */
-static void float_body(kt_mjcf *m, const kt_mjcf_body *b, kt_vec3 gravity) {
-    const double g[3] = {gravity.x, gravity.y, gravity.z};
-    kt_effect *effect =
-        b->gravcomp != 0.0 && b->mass > 0.0 ? kt_draft_effect(&m->draft, b->element, KT_EFFECT_FORCE) : NULL;
-    if (effect == NULL)
-        return;
-    effect->between[0].body = b->name;
-    effect->between[0].at = b->com;
-    for (int i = 0; i < 3; i++)
-        effect->value[i] = kt_function_constant(-b->gravcomp * b->mass * g[i]);
-}
-
 void kt_mjcf_passive(kt_mjcf *m) {
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
         act_in_joint(m, kt_mjcf_joint_at(m, i));
     if (m->off.springs && m->off.dampers) /* then MuJoCo has no passive force at all */
         return;
-    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
-        float_body(m, kt_mjcf_body_at(m, i), m->gravity);
+    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        const kt_body body = {.name = b->name, .mass = b->mass, .com = b->com};
+        (void)kt_draft_lift(&m->draft, b->element, &body, m->gravity, b->gravcomp);
+    }
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
         kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
         kt_mjcf_add_elasticity(m, kt_mjcf_body_at(m, i));

@@ -176,6 +176,9 @@ kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_typ
 /* Adds damping and dry friction of a joint, if they are not zero. */
 void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction);
 
+/* Adds a force against a share of the weight of a body. Returns whether there is such a force. */
+bool kt_draft_lift(kt_draft *d, const kt_element *e, const kt_body *body, kt_vec3 gravity, double share);
+
 /* Adds a stop at the limits of a joint, if the options ask for stops. */
 void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
                    double upper);

@@ -84,19 +84,11 @@ void kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
 
 static void float_link(kt_sdf *m, const kt_sdf_link *link) {
     const kt_body *body = (const kt_body *)m->draft.bodies.items + link->index;
-    const double g[3] = {m->gravity.x, m->gravity.y, m->gravity.z};
     if (kt_sdf_flag(m, link->element, "kinematic", false))
         kt_left_count(&m->kinematic, link->element);
-    if (link->is_static || kt_sdf_flag(m, link->element, "gravity", true) || !(body->mass > 0.0))
-        return;
-    kt_effect *effect = kt_draft_effect(&m->draft, link->element, KT_EFFECT_FORCE);
-    if (effect == NULL)
-        return;
-    effect->between[0].body = link->body;
-    effect->between[0].at = body->com;
-    for (int i = 0; i < 3; i++)
-        effect->value[i] = kt_function_constant(-body->mass * g[i]);
-    kt_left_count(&m->no_gravity, link->element);
+    if (!link->is_static && !kt_sdf_flag(m, link->element, "gravity", true) &&
+        kt_draft_lift(&m->draft, link->element, body, m->gravity, 1.0))
+        kt_left_count(&m->no_gravity, link->element);
 }
 
 void kt_sdf_make_effects(kt_sdf *m) {

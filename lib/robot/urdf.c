@@ -41,6 +41,7 @@ static const kt_note mass_notes[] = {
     KT_NOTE(kt_urdf, ungeared, DETAIL, "transmissions that are left out, since they have no rotor inertia:"),
     KT_NOTE(kt_urdf, rates, START,
             "limits of effort or speed that are left out, since they are no numbers, or below zero:"),
+    KT_NOTE(kt_urdf, no_gravity, DETAIL, "links without gravity, each held by a force against its weight:"),
     KT_NOTE(kt_urdf, scales, DETAIL, "scales of meshes that are not three numbers, taken as 1:"),
 };
 
@@ -50,9 +51,10 @@ static const kt_note last_notes[] = {
 
 static void note_root(kt_notes *n, const kt_urdf *u, int root) {
     const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
-    kt_note_put(n, KT_NOTE_RANK_START, &base, "link %s %s, gravity is 9.81 m/s^2 along -z",
+    kt_note_put(n, KT_NOTE_RANK_START, &base, "link %s %s, gravity is %s",
                 kt_name_quote(kt_xml_attribute(base.first, "name")).text,
-                u->source->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)");
+                u->source->options->floating ? "moves freely" : "is fixed to the world (--floating lets it move)",
+                u->has_gravity ? "that of <mujoco>" : "9.81 m/s^2 along -z");
     if (u->source->late.line > 0) {
         const kt_element declaration = {.line = u->source->late.line, .column = u->source->late.column};
         kt_note_put(n, KT_NOTE_RANK_DETAIL, &(kt_left){.first = &declaration, .count = 1},
@@ -65,7 +67,7 @@ static void note_root(kt_notes *n, const kt_urdf *u, int root) {
 }
 
 /* Makes a note of each kind of change or omission. */
-static void make_urdf_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scene *scene) {
+static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_notes n;
     if (!kt_notes_begin(&n, u->r, u->source->path))
         return;
@@ -75,7 +77,7 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_vec3 gravity, kt_scen
     KT_NOTES_PUT(&n, u, mass_notes);
     kt_appearance_notes(&n, &u->appearance);
     KT_NOTES_PUT(&n, u, last_notes);
-    kt_collisions_notes(&n, &u->collisions, u->source->options, u->robot, gravity);
+    kt_collisions_notes(&n, &u->collisions, u->source->options, u->robot, u->gravity);
     kt_note_strange(&n, &u->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;
@@ -111,9 +113,9 @@ static bool find_links(kt_urdf *u) {
 }
 
 static void make_scene(kt_urdf *u, kt_scene *scene) {
-    const kt_vec3 gravity = kt_vec3_make(0.0, 0.0, -9.81);
     if (!kt_urdf_collect(u))
         return;
+    kt_urdf_read_gravity(u);
     const int root = kt_urdf_root(u);
     kt_urdf_names(u, root);
     kt_urdf_bodies(u);
@@ -121,12 +123,13 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
         return;
     judge_urdf_inertias(u);
     kt_urdf_given_masses(u);
-    kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, gravity);
-    scene->description.gravity = gravity;
+    kt_urdf_extend(u);
+    kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, u->gravity);
+    scene->description.gravity = u->gravity;
     scene->description.inertia_check = u->judge.limit;
     kt_appearance_finish(&u->appearance, u->draft.bodies.items, u->draft.bodies.count, scene);
     if (kt_draft_finish(&u->draft, u->source->path, kt_xml_attribute(u->robot, "name"), scene))
-        make_urdf_notes(u, root, gravity, scene);
+        make_urdf_notes(u, root, scene);
 }
 
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {

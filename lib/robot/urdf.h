@@ -55,6 +55,9 @@ typedef struct kt_urdf {
     kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
     kt_left by_density;                 /* links with a mass by density */
     kt_left undeclared, freed;          /* the link `world`; links on it that move freely */
+    kt_left no_gravity;                 /* links without weight */
+    kt_vec3 gravity;
+    bool has_gravity; /* the file gives it */
 } kt_urdf;
 
 /* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
@@ -90,6 +93,16 @@ int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const c
 
 /* Gives each link the name of its body, or NULL if it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);
+
+/* ---- urdf_extension.c: what simulators add ----------------------------------------------------------------------- */
+
+/* A number that <gazebo> gives to a link or joint. */
+double kt_urdf_extension_number(kt_urdf *u, const kt_element *of, const char *child, double standard);
+
+/* Adds springs of joints, and forces against the weight of links, after the masses are known. */
+void kt_urdf_extend(kt_urdf *u);
+
+void kt_urdf_read_gravity(kt_urdf *u);
 
 /* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
 

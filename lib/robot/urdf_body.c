@@ -105,23 +105,6 @@ static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
 
 /* ---- collisions -------------------------------------------------------------------------------------------------- */
 
-/* The friction of a link, by Gazebo's extension; else 1. */
-static double link_friction_of(const kt_urdf *u, const kt_element *link) {
-    static const char *const names[] = {"mu1", "mu"};
-    const char *name = kt_xml_attribute(link, "name");
-    double mu = 1.0;
-    for (const kt_element *e = kt_xml_child(u->robot, "gazebo"); e != NULL; e = kt_xml_next(e, "gazebo")) {
-        const char *reference = kt_xml_attribute(e, "reference");
-        for (size_t i = 0; i < 2 && reference != NULL && name != NULL && strcmp(reference, name) == 0; i++) {
-            const kt_element *child = kt_xml_child(e, names[i]);
-            double read;
-            if (child != NULL && child->text != NULL && kt_parse_numbers(child->text, 1, &read) == 1 && read >= 0.0)
-                mu = read;
-        }
-    }
-    return mu;
-}
-
 /* The solid of a shape: half sizes, or radius and half length. */
 static kt_solid solid_of(const kt_shape *shape, double size[3]) {
     static const kt_solid solids[] = {
@@ -141,7 +124,8 @@ static void add_urdf_collision(kt_urdf *u, const kt_element *link, const kt_elem
     kt_vec3 rpy;
     kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
     if (u->source->options->contacts) {
-        item.friction = link_friction_of(u, link);
+        item.friction = fmax(0.0, kt_urdf_extension_number(u, link, "mu", 1.0));
+        item.friction = fmax(0.0, kt_urdf_extension_number(u, link, "mu1", item.friction));
         kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
         item.pose.rotation = kt_matrix_from_rpy(rpy);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);

@@ -32,17 +32,35 @@ static const kt_known known[] = {
     {"mesh", " filename scale "},
     {"collision", " name "},
     {"material", " name "},
+    {"gazebo", " reference "},
+    {"mu", " "},
+    {"mu1", " "},
+    {"static", " "},
+    {"gravity", " "},
+    {"turnGravityOff", " "},
+    {"springStiffness", " "},
+    {"springReference", " "},
+    {"mujoco", " "},
+    {"compiler", " "},
+    {"option", " gravity "},
 };
 
 /* All elements of a transmission that concern the motion are read. */
-static const kt_known_list all_known = {known,
-                                        sizeof known / sizeof *known,
-                                        .apart = " ",
-                                        .closed = " material ",
-                                        .read = " transmission ",
-                                        .harmless = " safety_controller calibration color texture sensor type version "
-                                                    "verbose contact link_state joint_state ",
-                                        .moving = " "};
+static const kt_known_list all_known = {
+    known,
+    sizeof known / sizeof *known,
+    .apart = " ",
+    .closed = " material ",
+    .read = " transmission ",
+    .harmless = " safety_controller calibration color texture sensor type version verbose "
+                "contact link_state joint_state mu2 fdir1 kp kd minDepth maxVel maxContacts "
+                "selfCollide laserRetro provideFeedback implicitSpringDamper stopCfm stopErp "
+                "fudgeFactor cfmDamping disableFixedJointLumping preserveFixedJoint angle "
+                "eulerseq meshdir texturedir assetdir strippath discardvisual fusestatic "
+                "balanceinertia autolimits convexhull usethread timestep integrator solver "
+                "iterations tolerance cone impratio jacobian size ",
+    .moving = " plugin dampingFactor velocity_decay boundmass boundinertia "
+              "settotalmass inertiafromgeom density viscosity wind flag "};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 

@@ -235,6 +235,57 @@ KT_TEST(rotors_of_transmissions_are_armature) {
     kt_scene_free(&scene);
 }
 
+/* ---- what simulators add ----------------------------------------------------------------------------------------- */
+
+static const kt_effect *find_urdf_effect(const kt_scene *scene, kt_effect_type type) {
+    for (int i = 0; i < scene->description.effect_count; i++)
+        if (scene->description.effects[i].type == type)
+            return &scene->description.effects[i];
+    return NULL;
+}
+
+/* A link without weight has the force -m g at its centre of mass, for gravity that <mujoco> gives. */
+KT_TEST(springs_and_weights_of_simulators_act) {
+    kt_scene scene;
+    if (!parse_right(PAIR("", "<gazebo reference='j'><springStiffness>5</springStiffness><springReference>0.1"
+                              "</springReference><stopErp>0.2</stopErp></gazebo><gazebo reference='b'><kp>1e6</kp>"
+                              "<turnGravityOff> true </turnGravityOff></gazebo><gazebo reference='a'>"
+                              "<turnGravityOff>false</turnGravityOff></gazebo><gazebo><static>false</static></gazebo>"
+                              "<mujoco><compiler balanceinertia='true'/><option gravity='1 2 -3'/></mujoco>"),
+                     NULL, &scene))
+        return;
+    const kt_effect *spring = find_urdf_effect(&scene, KT_EFFECT_JOINT_SPRING);
+    const kt_effect *force = find_urdf_effect(&scene, KT_EFFECT_FORCE);
+    kt_check_equal_int("effects", scene.description.effect_count, 2);
+    kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){1.0, 2.0, -3.0}, 3);
+    if (kt_check_true("both act", spring != NULL && force != NULL)) {
+        kt_check_text("joint", spring->joint, "j");
+        kt_check_equal_bits("stiffness", &spring->stiffness, &(double){5.0}, 1);
+        kt_check_equal_bits("rest", &spring->rest.value, &(double){0.1}, 1);
+        kt_check_text("link", force->between[0].body, "b");
+        for (int i = 0; i < 3; i++)
+            kt_check_equal_bits("against a weight", &force->value[i].value, &(double[]){-1.0, -2.0, 3.0}[i], 1);
+    }
+    kt_check_true("all are read", !has_note(&scene, "not known") && !has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "'"));
+    kt_scene_free(&scene);
+}
+
+KT_TEST(additions_of_simulators_that_move_a_robot_are_warnings) {
+    static const char *const words[] = {"'static' is left out: 1", "'plugin' is left out: 1",
+                                        "'dampingFactor' is left out: 1", "'density' is left out: 1"};
+    kt_scene scene;
+    if (!parse_right(PAIR("",
+                          "<gazebo><static>true</static><plugin name='p' filename='p.so'/></gazebo>"
+                          "<gazebo reference='b'><dampingFactor>0.1</dampingFactor><material>Red</material></gazebo>"
+                          "<mujoco><option density='1.2'/></mujoco>"),
+                     NULL, &scene))
+        return;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        kt_check_true(words[i], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, words[i]));
+    kt_check_equal_int("warnings", count_notes(&scene, "is left out: "), 4);
+    kt_scene_free(&scene);
+}
+
 /* ---- what is left out -------------------------------------------------------------------------------------------- */
 
 KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
@@ -249,7 +300,7 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
          "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
          "where packages and models are): 1; the first: m.dae"},
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
-        {"r.urdf:6:1", "names that are not known here, and left out: ryp (1), gazebo (2)"},
+        {"r.urdf:6:1", "names that are not known here, and left out: ryp (1)"},
     };
     kt_scene scene;
     if (!parse_right("<robot name='r'><link name='a'>\n"
