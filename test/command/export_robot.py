@@ -58,6 +58,9 @@ def main():
             notes = export(folder, option, "bounce.yaml", "--out", "b.xml").stderr
             claim(f"{name}_notes_parameters_and_states_apart",
                   [] if all(f"left out or changed: {what} (1)\n" in notes for what in ("events", "auxiliary states", "parameters as set by events")) else [notes])
+            claim(f"{name}_notes_the_scene_once", [] if notes.count("bounce.yaml") == 1 else [notes])
+            quiet = export(folder, option, "bounce.yaml", "--out", "b.xml", "--quiet").stderr
+            claim(f"{name}_notes_nothing_with_quiet", [] if quiet == "" else [quiet])
     rejected("urdf_has_no_spherical_joint", 2, "URDF has no spherical joint", "--urdf", top, "--out", "out.urdf")
     rejected("a_format_is_needed", 1, "give --urdf, --mjcf, --c or --fmu", arm, "--out", "out.xml")
     rejected("one_format_is_taken", 1, "one of them", "--urdf", "--mjcf", arm, "--out", "out.xml")

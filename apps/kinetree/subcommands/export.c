@@ -75,27 +75,45 @@ const kt_usage kt_usage_export = {
     .option_count = sizeof options / sizeof options[0],
 };
 
+/* Notes on what a format lacks. The first one has the name of the scene, unless notes of the reader precede it. */
+typedef struct losses {
+    const char *path;
+    bool is_quiet, is_named;
+} losses;
+
 static void say_lost_by_format(void *user, const char *what, int count) {
-    fprintf(stderr, "%s: note: left out or changed: %s (%d)\n", (const char *)user, what, count);
+    losses *l = user;
+    if (l->is_quiet)
+        return;
+    fprintf(stderr, "%s%snote: left out or changed: %s (%d)\n", l->is_named ? "  " : l->path, l->is_named ? "" : ": ",
+            what, count);
+    l->is_named = true;
 }
 
-static kt_status write_robot_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, char *path,
+static losses begin_losses(const char *path, const kt_scene *scene, const kt_settings *settings) {
+    losses l = {path, settings->is_quiet, false};
+    for (int i = 0; i < scene->note_count; i++)
+        l.is_named = l.is_named || settings->is_verbose || scene->notes[i].rank != KT_NOTE_RANK_DETAIL;
+    return l;
+}
+
+static kt_status write_robot_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, losses *lost,
                                     const char *out, kt_error *error) {
     char *folder = strcmp(out, "-") != 0 ? kt_folder_of(out) : NULL;
-    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost_by_format, path, error);
+    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost_by_format, lost, error);
     free(folder);
     return status;
 }
 
-static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format, const char *out, char *path,
+static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format, const char *out, losses *lost,
                                   kt_error *error) {
     kt_output output;
     if (strcmp(out, "-") == 0)
-        return write_robot_stream(scene, format, stdout, path, out, error);
+        return write_robot_stream(scene, format, stdout, lost, out, error);
     if (kt_output_start(&output, out) >= 0)
         return kt_reject_memory(error);
     FILE *file = fopen(kt_output_path(&output), "w");
-    kt_status status = file != NULL ? write_robot_stream(scene, format, file, path, out, error)
+    kt_status status = file != NULL ? write_robot_stream(scene, format, file, lost, out, error)
                                     : kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
     if (file != NULL && fclose(file) != 0 && status == KT_OK)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
@@ -145,7 +163,8 @@ int kt_command_export(int argc, char **argv) {
         return code;
     }
     code = KT_EXIT_DONE;
-    const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, argv[1], &error);
+    losses lost = begin_losses(argv[1], &scene, &a.settings);
+    const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost, &error);
     if (status != KT_OK) {
         kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
                error.message);
