@@ -195,13 +195,13 @@ INSIDE = """(() => {
     page.paint();
     const rings = page.data.effects.filter(({type}) => type === "motor").map(({joint}) => page.data.joints[joint])
         .map(({ring, body}) => [ring, page.figure.reach(body)]);
-    return {worst, follows: page.follows, rings, size: page.data.size};
+    return {worst, follows: page.follows, rings, size: page.data.size, first: page.notes[0]};
 })()"""
 NOTES = """(() => {
     const box = document.getElementById("note"), line = parseFloat(getComputedStyle(box).lineHeight), all = window.kinetree.notes;
     const closed = document.getElementById("notes").getBoundingClientRect().height;
     document.getElementById("notes").open = true;
-    return {lines: closed / line, notes: all.length, listed: document.querySelectorAll("#others li").length};
+    return {lines: closed / line, below: getComputedStyle(box).paddingBottom, notes: all.length, listed: document.querySelectorAll("#others li").length};
 })()"""
 
 
@@ -213,11 +213,12 @@ def check_robots(page, folder):
     note(f"notes of a robot with a tendon: {found}")
     claim("a_drive_of_a_tendon_leaves_the_page_whole", faults)
     claim("notes_take_two_lines_and_are_all_listed",
-          [] if found["lines"] <= 2.9 and found["notes"] > 2 and found["listed"] == found["notes"] else [f"{found}"])
+          [] if found["lines"] <= 2.9 and found["below"] == "0px" and found["notes"] > 2 and found["listed"] == found["notes"] else [f"{found}"])
     faults = trouble(page, folder, "robot.xml", ROBOT, "--duration", "5")
     found = page.evaluate("kinetree.fit(), " + INSIDE)
     note(f"a robot that falls 120 m: {found}")
     claim("a_robot_that_moves_stays_in_the_picture", faults + ([] if found["follows"] and found["worst"] <= 0 else [f"{found}"]))
+    claim("the_first_note_is_a_change_of_the_motion", [] if "has no ground and falls" in found["first"] else [found["first"]])
     claim("drives_scale_with_their_links", [f"{found}" for ring, reach in found["rings"] if not 0.1 * reach <= ring <= 0.6 * reach] +
           ([] if len(found["rings"]) == 2 else [f"{found['rings']}"]))
     faults = []

@@ -60,13 +60,16 @@ static void warn_of_gravity(kt_outcome *outcome) {
         kt_warn(&outcome->warnings, &warning, "gravity is %.6g m/s^2, a thousand times that of the earth", size);
 }
 
-/* Lists the items that an import has left out, but no details. They were printed when the scene was read. */
+/* Lists the items that an import has left out, but no details. They were printed when the scene was read. Those that
+ * change the motion come first, since a page shows the first one. */
 static void list_notes(kt_outcome *outcome) {
+    static const kt_note_rank ranks[] = {KT_NOTE_RANK_MOTION, KT_NOTE_RANK_NAME, KT_NOTE_RANK_START};
     const kt_warning warning = {.code = "left_out", .time = (double)NAN, .value = (double)NAN, .is_said = true};
-    for (int i = 0; i < outcome->scene->note_count; i++)
-        if (outcome->scene->notes[i].rank != KT_NOTE_RANK_DETAIL)
-            kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where,
-                    outcome->scene->notes[i].what);
+    for (size_t k = 0; k < sizeof ranks / sizeof *ranks; k++)
+        for (int i = 0; i < outcome->scene->note_count; i++)
+            if (outcome->scene->notes[i].rank == ranks[k])
+                kt_warn(&outcome->warnings, &warning, "%s: %s", outcome->scene->notes[i].where,
+                        outcome->scene->notes[i].what);
 }
 
 void kt_report_start(kt_outcome *outcome, bool quiet) {
