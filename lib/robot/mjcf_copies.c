@@ -71,9 +71,11 @@ static const char *const section_names[] = {"tendon", "equality", "actuator"};
 
 /* Moves the items of one kind that all copies have to the list. Their tendons are copied, too. */
 static void take_items(kt_mjcf *m, kt_element *root, const char *kind, kt_names *names, kt_list *items) {
+    const bool is_actuator = root->document == 0 && strcmp(kind, "actuator") == 0;
+    int place = 0;
     for (kt_element *s = root->first; s != NULL; s = s->next) {
         kt_element *before = NULL;
-        for (kt_element *e = strcmp(s->name, kind) == 0 ? s->first : NULL, *next; e != NULL; e = next) {
+        for (kt_element *e = strcmp(s->name, kind) == 0 ? s->first : NULL, *next; e != NULL; e = next, place++) {
             const char *name = kt_xml_attribute(e, "name");
             int copied = 0, others = 0;
             next = e->next;
@@ -83,9 +85,11 @@ static void take_items(kt_mjcf *m, kt_element *root, const char *kind, kt_names 
                 continue;
             }
             kt_element **item = kt_list_add(m->r, &m->r->scratch, items, sizeof(kt_element *));
-            if (item == NULL)
+            int *moved = is_actuator ? kt_list_add(m->r, &m->r->scratch, &m->moved_actuators, sizeof *moved) : &place;
+            if (item == NULL || moved == NULL)
                 return;
             *item = e;
+            *moved = place;
             if (name != NULL && strcmp(kind, "tendon") == 0)
                 (void)kt_names_add(names, KT_MJCF_TENDONS, name, 0);
             (void)kt_mjcf_splice(s, before, e, NULL);
@@ -247,6 +251,27 @@ static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose
     return frame;
 }
 
+int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e) {
+    const kt_mjcf_copy *copies = m->copies.items;
+    for (; e != NULL; e = e->parent)
+        for (int i = 0; i < m->copies.count; i++)
+            if (copies[i].frame == e)
+                return i;
+    return -1;
+}
+
+/* Keeps the copy of a <replicate> of the model itself that is in no other one. */
+static void keep_copy(kt_mjcf *m, int document, const kt_element *e, const kt_element *frame, const char *suffix) {
+    for (const kt_element *up = e->parent; up != NULL; up = up->parent)
+        if (strcmp(up->name, "replicate") == 0)
+            return;
+    kt_mjcf_copy *copy = document == 0 ? kt_list_add(m->r, &m->r->scratch, &m->copies, sizeof *copy) : NULL;
+    if (copy == NULL)
+        return;
+    copy->frame = frame;
+    (void)snprintf(copy->suffix, sizeof copy->suffix, "%s", suffix);
+}
+
 /* The copies, each displaced from the one before by `offset` and turned by `euler`. Copy k has the pose T^k. */
 static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
     static const char *const none[] = {NULL};
@@ -281,6 +306,7 @@ static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element 
             return;
         }
         kt_mjcf_hang_below(copies, frame);
+        keep_copy(m, document, e, frame, suffix);
         at = kt_pose_compose(at, step);
     }
 }
@@ -292,6 +318,7 @@ static void expand_replicates(kt_mjcf *m, int document, kt_element *parent) {
         expand_replicates(m, document, e);
         if (strcmp(e->name, "replicate") == 0) {
             kt_element copies, *next = e->next;
+            m->replicate_count += document == 0;
             replicate(m, document, e, &copies);
             (void)kt_mjcf_splice(parent, before, e, &copies);
             before = copies.last != NULL ? copies.last : before;

@@ -7,6 +7,15 @@
 /* Replaces each <replicate> with its copies, after the compiler's settings have been read. */
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
+/* A copy: the <frame> around it, and what its names end in. */
+typedef struct kt_mjcf_copy {
+    const kt_element *frame;
+    char suffix[80];
+} kt_mjcf_copy;
+
+/* The copy that an element is in; -1: none. */
+int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e);
+
 /* The scope of the names to which an attribute refers; -1: none. */
 int kt_mjcf_reference(const char *attribute);
 

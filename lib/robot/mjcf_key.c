@@ -1,9 +1,14 @@
 /* The start of a model in MJCF: one of its keyframes.
  *
  * The keyframe of an attached model has numbers for all joints and actuators of that model, in its order. The attached
- * ones take their numbers. The others of the whole begin at their reference positions, at rest and without control. */
-#include "robot/mjcf.h"
+ * ones take their numbers. The others of the whole begin at their reference positions, at rest and without control.
+ *
+ * In a model with a <replicate>, a keyframe K has numbers for the joints before it and for those in it, once. As in
+ * MuJoCo, K then is the start in which all copies are at their reference positions. In the start K with the suffix of a
+ * copy, this copy takes the numbers, and no actuator has a control. */
+#include "robot/mjcf_copies.h"
 
+#include <math.h>
 #include <string.h>
 
 static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, int count) {
@@ -114,6 +119,81 @@ static void start_attached(kt_mjcf *m, const kt_element *key) {
         (void)take_controls(m, key->document, ctrl);
 }
 
+/* ---- models with copies ------------------------------------------------------------------------------------------ */
+
+/* The joints that a keyframe of a model with copies has numbers for are the first ones. Returns how many, and their
+ * numbers; -1: all. */
+static int count_keyed_joints(const kt_mjcf *m, int *nq, int *nv) {
+    int count = 0, last = -1;
+    for (int i = 0; i < m->joints.count; i++)
+        if (kt_mjcf_copy_of(m, kt_mjcf_joint_at(m, i)->element) == 0)
+            last = i;
+    *nq = *nv = 0;
+    if (m->replicate_count != 1 || last < 0)
+        return -1;
+    for (; count <= last; count++) {
+        *nq += kt_mjcf_nq(kt_mjcf_joint_at(m, count)->type);
+        *nv += kt_mjcf_nv(kt_mjcf_joint_at(m, count)->type);
+    }
+    return count;
+}
+
+static int count_words(const char *text) {
+    static const char space[] = " \t\r\n";
+    int count = 0;
+    for (text += strspn(text, space); *text != '\0'; text += strspn(text, space), count++)
+        text += strcspn(text, space);
+    return count;
+}
+
+/* Whether a keyframe has numbers for one copy alone. */
+static bool is_keyed_once(const kt_mjcf *m, const kt_element *key) {
+    const char *qpos = kt_xml_attribute(key, "qpos"), *qvel = kt_xml_attribute(key, "qvel");
+    int nq, nv;
+    return count_keyed_joints(m, &nq, &nv) >= 0 && ((qpos != NULL && nq < m->nq && count_words(qpos) == nq) ||
+                                                    (qvel != NULL && nv < m->nv && count_words(qvel) == nv));
+}
+
+/* Takes the controls of the actuators outside of the copies, which come first. In the file, those of copies are between
+ * them. */
+static void take_outer_controls(kt_mjcf *m, const kt_element *key) {
+    const kt_list *moved = &m->moved_actuators;
+    const int outer = m->ctrl_count - m->copies.count * moved->count;
+    const double *ctrl = key_numbers(m, key, "ctrl", outer + moved->count);
+    for (int i = 0, place = 0, k = 0; i < outer && ctrl != NULL; i++, place++) {
+        for (; k < moved->count && ((const int *)moved->items)[k] == place; k++)
+            place++;
+        m->ctrl[i] = ctrl[place];
+    }
+}
+
+/* Sets the start from a keyframe that has numbers for one copy, -1: for none of them. */
+static void start_copy(kt_mjcf *m, const kt_element *key, int copy) {
+    int nq, nv;
+    const int count = count_keyed_joints(m, &nq, &nv);
+    const double *qpos = key_numbers(m, key, "qpos", nq), *qvel = key_numbers(m, key, "qvel", nv);
+    int from = -1; /* the first joint of the first copy */
+    m->qpos = reference_positions(m);
+    m->qvel = zeros(m, m->nv);
+    m->ctrl = zeros(m, m->ctrl_count);
+    for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        const int of = kt_mjcf_copy_of(m, j->element);
+        from = of == 0 && from < 0 ? i : from;
+        const int per_copy = from >= 0 ? count - from : 0;
+        const int source = of < 0 && i < count ? i : of >= 0 && of == copy ? i - copy * per_copy : -1;
+        if (source < 0)
+            continue;
+        const kt_mjcf_joint *s = kt_mjcf_joint_at(m, source);
+        if (qpos != NULL)
+            memcpy(m->qpos + j->position, qpos + s->position, (size_t)kt_mjcf_nq(j->type) * sizeof *qpos);
+        if (qvel != NULL)
+            memcpy(m->qvel + j->velocity, qvel + s->velocity, (size_t)kt_mjcf_nv(j->type) * sizeof *qvel);
+    }
+    if (copy < 0 && !m->r->out_of_memory)
+        take_outer_controls(m, key);
+}
+
 /* ---- any model --------------------------------------------------------------------------------------------------- */
 
 /* Reports an unknown keyframe with the nearest name, or else with the first names that there are. */
@@ -139,27 +219,61 @@ static void reject_key(kt_mjcf *m, const char *wanted) {
         (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s; the robot has no keyframe with a name", quoted.text);
 }
 
-static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
-    const kt_element *found = NULL;
+/* Whether a name is that of a keyframe with the suffix of a copy; sets the copy. */
+static bool is_key_of_copy(const kt_mjcf *m, const char *name, const char *wanted, int *copy) {
+    const size_t length = strlen(name);
+    if (m->replicate_count != 1 || strncmp(wanted, name, length) != 0)
+        return false;
+    for (*copy = m->copies.count - 1; *copy >= 0; --*copy)
+        if (strcmp(((const kt_mjcf_copy *)m->copies.items)[*copy].suffix, wanted + length) == 0)
+            return true;
+    return false;
+}
+
+/* Finds the keyframe, and the copy that it is of; -1: none. */
+static const kt_element *find_key(kt_mjcf *m, const char *wanted, int *copy) {
+    const kt_element *found = NULL, *of_copy = NULL;
     for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
         const char *name = kt_xml_attribute(e, "name");
+        int of;
         if (wanted == NULL)
             kt_left_count(&m->keys, e);
-        found = found == NULL && wanted != NULL && name != NULL && strcmp(name, wanted) == 0 ? e : found;
+        if (wanted == NULL || name == NULL)
+            continue;
+        found = found == NULL && strcmp(name, wanted) == 0 ? e : found;
+        if (of_copy == NULL && e->document == 0 && is_key_of_copy(m, name, wanted, &of)) {
+            of_copy = e;
+            *copy = of;
+        }
     }
+    if (found != NULL)
+        *copy = -1;
+    found = found != NULL ? found : of_copy;
     if (wanted != NULL && found == NULL)
         reject_key(m, wanted);
     return found;
 }
 
+/* A quaternion of any length is a rotation, and one of zeros is none. */
+static void normalize_turn(double *turn) {
+    const double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+    if (!(size > 0.0))
+        memcpy(turn, (const double[]){1.0, 0.0, 0.0, 0.0}, 4 * sizeof *turn);
+    for (int i = 0; i < 4 && size > 0.0; i++)
+        turn[i] /= size;
+}
+
 void kt_mjcf_start(kt_mjcf *m) {
-    const kt_element *key = find_key(m, m->source->options->keyframe);
+    int copy = -1;
+    const kt_element *key = find_key(m, m->source->options->keyframe, &copy);
     if (key == NULL)
         return;
     for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL; e = kt_mjcf_section(m, "actuator", e))
         m->ctrl_count++;
     if (key->document > 0) {
         start_attached(m, key);
+    } else if (copy >= 0 || is_keyed_once(m, key)) {
+        start_copy(m, key, copy);
     } else {
         m->key = key;
         m->qpos = key_numbers(m, key, "qpos", m->nq);
@@ -170,6 +284,8 @@ void kt_mjcf_start(kt_mjcf *m) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
         if (kt_mjcf_is_scalar(j))
             j->start = m->qpos[j->position];
+        else
+            normalize_turn(m->qpos + j->position + (j->type == KT_MJCF_FREE ? 3 : 0));
     }
 }
 

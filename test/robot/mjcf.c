@@ -162,6 +162,73 @@ KT_TEST(keyframe_is_the_start_and_gives_controls) {
     kt_scene_free(&scene);
 }
 
+#define SWING(name, ref)                                                                                               \
+    "<body><joint name='" name "' axis='0 1 0' ref='" ref "'/><geom size='0.1' pos='0.3 0 0'/></body>"
+#define COPIED                                                                                                         \
+    "<mujoco><compiler angle='radian'/><worldbody>" SWING(                                                             \
+        "z", "0.1") "<replicate count='2' offset='0 1 0' "                                                             \
+                    "sep='-'>" SWING("j", "0.2") "</replicate>" SWING("y",                                             \
+                                                                      "0.3") "</worldbody><actuator><motor "           \
+                                                                             "joint='j'/><motor "                      \
+                                                                             "joint='z'/></actuator>"                  \
+                                                                             "<keyframe><key name='k' qpos='1 2' "     \
+                                                                             "qvel='3 4' ctrl='5 6'/></keyframe>"      \
+                                                                             "</mujoco>"
+
+/* The numbers are those of MuJoCo 3.14 for its keyframes k-0, k-1 and k, where it has them in the right unit. */
+KT_TEST(keyframe_of_a_model_with_copies_has_numbers_for_one_of_them) {
+    static const struct {
+        const char *key;
+        double position[4], velocity[4], control[3]; /* of z, both copies and y; of z and both copies */
+    } table[] = {{"k-0", {1.0, 2.0, 0.2, 0.3}, {3.0, 4.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
+                 {"k-1", {1.0, 0.2, 2.0, 0.3}, {3.0, 0.0, 4.0, 0.0}, {0.0, 0.0, 0.0}},
+                 {"k", {1.0, 0.2, 0.2, 0.3}, {3.0, 0.0, 0.0, 0.0}, {6.0, 0.0, 0.0}}};
+    for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
+        const kt_robot_options options = {.keyframe = table[n].key};
+        kt_scene scene;
+        if (!parse_right(COPIED, &options, &scene))
+            continue;
+        kt_check_equal_int("bodies", scene.description.body_count, 4);
+        for (int i = 0; i < 4 && i < scene.description.body_count; i++) {
+            const kt_joint *joint = &scene.description.bodies[i].joint;
+            kt_check_equal_bits(table[n].key, joint->position, &table[n].position[i], 1);
+            kt_check_equal_bits("velocity", joint->velocity, &table[n].velocity[i], 1);
+        }
+        kt_check_equal_int("motors", scene.description.effect_count, 3);
+        for (int i = 0; i < 3 && i < scene.description.effect_count; i++)
+            kt_check_equal_bits("control", &scene.description.effects[i].torque.value, &table[n].control[i], 1);
+        kt_scene_free(&scene);
+    }
+    const kt_robot_options options = {.keyframe = "k-2"};
+    kt_scene scene;
+    kt_check_equal_int("no such copy", parse(COPIED, &options, &scene), KT_ERROR_SCENE);
+    kt_check_contains("fault", faults.text, "there is no keyframe 'k-2'; the names are k");
+}
+
+KT_TEST(quaternions_of_a_keyframe_have_any_length) {
+    static const char *const qpos[] = {"1 2 3 2 0 0 2 2 2 2 2", "1 2 3 0 0 0 0 0 0 0 -7"};
+    static const double expected[][2][4] = {{{0.5, 0.0, 0.0, 0.5}, {0.5, 0.5, 0.5, 0.5}},
+                                            {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, -1.0}}};
+    for (int n = 0; n < 2; n++) {
+        const kt_robot_options options = {.keyframe = "k"};
+        char text[600];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody><body name='a'><freejoint/>" BALL "<body name='b'><joint type='ball'/>" BALL
+                       "</body></body></worldbody><keyframe><key name='k' qpos='%s'/></keyframe></mujoco>",
+                       qpos[n]);
+        if (!parse_right(text, &options, &scene))
+            continue;
+        const double root = n == 0 ? sqrt(2.0) : 1.0;
+        for (int i = 0; i < 4; i++) {
+            kt_check_near("of a free joint", find_body(&scene, "a")->joint.position[3 + i], root * expected[n][0][i],
+                          4e-16);
+            kt_check_near("of a ball", find_body(&scene, "b")->joint.position[i], expected[n][1][i], 4e-16);
+        }
+        kt_scene_free(&scene);
+    }
+}
+
 /* A ball of 3 kg and radius `0.1 m`, 0.5 m below its hinge: `I = 0.1 + 2/5 3 0.1^2 + 3 0.5^2`. Along g q the inertia is
  * `I / g^2`, and the damping in the joint `g^2 2 zeta sqrt(kp I / g^2)`. The control 0 is moved into half of `0.2 to
  * 1`. */
