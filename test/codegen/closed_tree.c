@@ -352,3 +352,12 @@ double kt_closed_least_direction(const kt_tree *tree, const kt_tree_state *s, co
     }
     return least;
 }
+
+double kt_closed_largest_part(const kt_tree *tree, const kt_tree_state *s, const double *a) {
+    double cut[KT_TREE_NV], largest = 0.0;
+    kt_error error = {0};
+    const bool is_cut = kt_dynamics_forward(tree->model, tree->data, s->q, s->v, s->tau, NULL, cut, &error) == KT_OK;
+    for (int i = 0; i < tree->nv; i++)
+        largest = fmax(largest, is_cut ? fmax(fabs(cut[i]), fabs(a[i] - cut[i])) : fabs(a[i]));
+    return largest;
+}

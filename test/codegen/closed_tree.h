@@ -41,4 +41,8 @@ bool kt_closed_is_generated(const kt_model *model);
  * mass matrix is not definite, so that there is no metric. */
 double kt_closed_least_direction(const kt_tree *tree, const kt_tree_state *s, const double *matrix, int m);
 
+/* The largest of the accelerations a0 = M^-1 (tau - h) with the loops cut, and of a - a0 = M^-1 A' lambda. Both may be
+ * larger than a. It is that of a if the mass matrix is not definite. */
+double kt_closed_largest_part(const kt_tree *tree, const kt_tree_state *s, const double *a);
+
 #endif

@@ -135,12 +135,13 @@ static int step_now(const kt_generated *g, int k, double *q, double *v, const do
 /* ---- comparisons of functions ---- */
 
 /* The file solves (A M^-1 A') lambda = b for m equations with Cholesky's factors, whose backward error is (m + 1) EPS
- * (Higham, Accuracy and Stability, 10.1). The condition is the inverse of the smallest direction. Next to a singular
- * position, the library interpolates accelerations of open states. Returns false if the state is so near to a singular
- * one that a comparison has no meaning. */
+ * (Higham, Accuracy and Stability, 10.1). The condition is the inverse of the smallest direction. Errors of lambda are
+ * relative to lambda, and to the terms of b: these make the parts of accelerations. Next to a singular position, the
+ * library interpolates accelerations of open states. Returns false if the state is so near to a singular one that a
+ * comparison has no meaning. */
 static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, kt_worst *worst,
                                   loop_comparison *c, int n) {
-    double a[NV], own[NV], phi[EQUATIONS], matrix[EQUATIONS * NV], right[EQUATIONS], largest = 0.0;
+    double a[NV], own[NV], phi[EQUATIONS], matrix[EQUATIONS * NV], right[EQUATIONS];
     kt_error error = {0};
     const kt_status status =
         kt_acceleration_evaluate(tree->model, tree->data, KT_CLOSED_NOW, s->q, s->v, s->tau, NULL, a, &error);
@@ -156,9 +157,7 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
     const double least = kt_closed_least_direction(tree, s, matrix, rows);
     if (worst == &c->open && least < 1e-3)
         return false;
-    for (int i = 0; i < tree->nv; i++)
-        largest = fmax(largest, fabs(a[i]));
-    const double bound = 40.0 * EPS * most + (rows + 1) * EPS * largest / least;
+    const double bound = 40.0 * EPS * most + (rows + 1) * EPS * kt_closed_largest_part(tree, s, a) / least;
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(worst, own[i], a[i], bound, "mechanism %d coordinate %d", n, i);
     if (g->acceleration(g->model, KT_CLOSED_NOW, s->q, s->v, NULL, s->tau, own) == 0)
