@@ -531,8 +531,10 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     if (KT_IS_MISSING(error, model, name, source, header))
         return KT_ERROR_ARGUMENT;
     if (!kt_code_is_identifier(name))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "name",
-                            "'%s' is not a name for C; begin with a letter, go on with letters, digits and _", name);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "name",
+            "'%s' is not a name for C; begin with a letter, go on with letters, digits and _, %d in all at most", name,
+            (int)KT_CODE_BODY_NAME);
     code_made *made;
     kt_status status = make_graphs(model, functions, constant, &made, error);
     if (status != KT_OK)

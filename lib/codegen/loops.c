@@ -30,23 +30,28 @@
 
 /* ---- which loops ------------------------------------------------------------------------------------------------- */
 
-static bool is_one_sided(const kt_loop_record *r) {
+/* Why a loop of an effect has no code; NULL: it is no loop of an effect. */
+static const char *fault_of_switch(const kt_loop_record *r) {
 #if KT_HAS_SWITCHES
-    return r->side != KT_SIDE_NONE || r->friction > 0 || r->rubs > 0;
+    if (r->friction > 0)
+        return "friction switches it on and off; friction without 'stick' can be generated";
+    if (r->side != KT_SIDE_NONE || r->rubs > 0)
+        return "it acts on one side only; contacts and stops with a stiffness can be generated";
 #else
     (void)r;
-    return false;
 #endif
+    return NULL;
 }
 
 const char *kt_code_loop_fault(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
-    if (is_one_sided(r))
-        return "it acts on one side only, as a contact or a stop";
+    if (fault_of_switch(r) != NULL)
+        return fault_of_switch(r);
     if (r->group < 0 || model->variants != NULL)
         return "parts of the mechanism are switched on and off";
     if (r->type == KT_LOOP_CURVE && (r->form == KT_TRACK_HELIX || r->form == KT_TRACK_SPLINE))
-        return "the nearest point of a helix or a spline follows from an iteration";
+        return "the nearest point of a helix or a spline follows from an iteration; a line or a circle can be "
+               "generated";
     if (!kt_code_has_loop_type(model, loop))
         return r->type == KT_LOOP_CUSTOM ? "functions in C are not among the types"
                                          : "its function has more than 100 rows, or follows a parameter that was set";

@@ -103,6 +103,8 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
         return;
     check_rejected("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
     check_rejected("a name with a digit", t.model, "7arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
+    check_rejected("a long name", t.model, "a23456789b123456789c123456789d123456789e123456789f123456789g12345",
+                   KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "64 in all at most");
     check_rejected("no function", t.model, "arm", 0, KT_ERROR_ARGUMENT, "functions");
     check_rejected("an unknown function", t.model, "arm", 1u << 30, KT_ERROR_ARGUMENT, "functions");
     kt_model_free(t.model);

@@ -107,7 +107,7 @@ KT_TEST(wrong_values_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "--interval takes a number above zero, not '-1'", "$K run p.yaml --interval=-1");
     kt_expect(1, "--tolerance takes", "$K run p.yaml --tolerance 1e-9,");
     kt_expect(1, "--tolerance takes", "$K run p.yaml --tolerance 0");
-    kt_expect(1, "--quiet takes nothing", "$K run p.yaml --quiet=yes");
+    kt_expect(1, "--quiet takes nothing; leave out '=yes'", "$K run p.yaml --quiet=yes");
     kt_expect(1, "there is no option '-q'", "$K run p.yaml -q");
     kt_expect(1, "the list is empty", "$K run p.yaml --record=");
     kt_expect(1, "BODY.MARKER", "$K run p.yaml --markers bob");

@@ -40,10 +40,10 @@ static unsigned read_function_names(const char *list) {
     return functions;
 }
 
-/* Writes the name of the files without folder and ending. All names in C begin with it. */
-static void name_of_file(const char *out, char name[KT_EXPORT_NAME]) {
+/* Writes the name of the files without folder and ending, with which all names in C begin. Returns whether it fits. */
+static bool name_of_file(const char *out, char name[KT_EXPORT_NAME]) {
     const char *slash = strrchr(out, '/'), *base = slash != NULL ? slash + 1 : out;
-    (void)snprintf(name, KT_EXPORT_NAME, "%.*s", (int)strlen(base) - 2, base);
+    return snprintf(name, KT_EXPORT_NAME, "%.*s", (int)strlen(base) - 2, base) < KT_EXPORT_NAME;
 }
 
 static bool is_name_in_c(const char *name) {
@@ -62,7 +62,11 @@ int kt_export_c_check(const kt_export_c *c) {
         kt_say("export: --c writes two files; give --out FILE.c, and FILE.h is written next to it");
         return KT_EXIT_USAGE;
     }
-    name_of_file(c->out, name);
+    if (!name_of_file(c->out, name)) {
+        kt_say("export: names in C begin with that of the file; '%s...' must have at most %d letters, digits and _",
+               name, KT_EXPORT_NAME - 1);
+        return KT_EXIT_USAGE;
+    }
     if (!is_name_in_c(name)) {
         kt_say("export: names in C begin with that of the file; '%s' must begin with a letter and go on with letters, "
                "digits and _",
@@ -97,7 +101,7 @@ static int write_source_and_header(const kt_export_c *c, const kt_model *model, 
     kt_output output[2] = {{.lock = -1}, {.lock = -1}};
     kt_error error = {0};
     char name[KT_EXPORT_NAME];
-    name_of_file(c->out, name);
+    (void)name_of_file(c->out, name);
     FILE *source = open_output(&output[0], c->out);
     FILE *header = source != NULL ? open_output(&output[1], header_path) : NULL;
     kt_status status = KT_ERROR_FILE;

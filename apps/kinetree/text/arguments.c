@@ -252,7 +252,7 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
     if (option->type == KT_OPTION_FLAG) {
         if (equals == NULL)
             return read_option_value(usage, option, NULL, members);
-        kt_say("%s: --%s takes nothing", usage->command, option->name);
+        kt_say("%s: --%s takes nothing; leave out '%s'", usage->command, option->name, equals);
         return KT_EXIT_USAGE;
     }
     if (equals != NULL)
