@@ -454,18 +454,41 @@ def version_of(root):
     return re.search(r'KT_VERSION "([^"]+)"', (root / 'include/kinetree/status.h').read_text()).group(1)
 
 
+def reject(message):
+    sys.exit(f'amalgamate.py: {message}')
+
+
+def folder_of_sources(words):
+    """The first word, if the words may be a call."""
+    if words in (['-h'], ['--help']):
+        print(__doc__)
+        sys.exit(0)
+    is_fmu = words[1:2] == ['--fmu']
+    options = [word for word in words if word.startswith('--') and word != '--fmu']
+    if options:
+        reject(f"there is no option '{options[0]}'; macros for the compiler choose the parts, such as -DKINETREE_SMALL")
+    if len(words) not in ((3, 4) if is_fmu else (2,)):
+        reject('give the folder of the sources and a folder for the output, such as . build/one; --help has examples')
+    if not Path(words[0], 'lib/meson.build').is_file():
+        reject(f"'{words[0]}' has no lib/meson.build; give the folder of the sources of Kinetree first")
+    return Path(words[0])
+
+
 def main():
-    root = Path(sys.argv[1])
+    root = folder_of_sources(sys.argv[1:])
     if sys.argv[2] == '--fmu':
         write_fmu(root, sys.argv[3], sys.argv[4] if len(sys.argv) > 4 else None)
         return
     output = Path(sys.argv[2])
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reject(f"the folder '{output}' cannot be made: {error.strerror}; give another folder for the output")
     amalgam = Amalgam(root)
     parts = Parts(amalgam, *sources.core(root / 'lib'))
     for path, condition in parts.plain:
         amalgam.source(path, condition, parts.names[path])
     write_dual(amalgam, parts)
-    output.mkdir(parents=True, exist_ok=True)
     top = TOP.replace('{version}', version_of(root))
     (output / 'kinetree.h').write_text(top + amalgam.public())
     above, body = system_headers(''.join(amalgam.out))

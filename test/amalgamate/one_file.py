@@ -6,17 +6,32 @@ Writes kinetree.c and kinetree.h, compiles them once, and runs sampled test prog
 archives of the library, states of all bundled scenes are compared to the last bit.
 """
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from claims import claim, finish, note
+from claims import claim, finish, note, skip
 
 STEPS = 100
 FLAGS = ["-std=c17", "-O1", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
 TEST_FLAGS = ["-std=c17", "-O1", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", "-Ilib", "-Itest"]
 LAPACK = ["-llapacke", "-lopenblas"]
-MODES = {"small": ["-DKINETREE_SMALL"], "trees": ["-DKINETREE_TREES"], "plain": []}
+MODES = {"small": ["-DKINETREE_SMALL"], "trees": ["-DKINETREE_TREES"], "small_trees": ["-DKINETREE_SMALL", "-DKINETREE_TREES"], "plain": []}
+CPP_FLAGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+CPP_PROGRAM = """#include "kinetree.h"
+int main() {
+    kt_model *model = nullptr;
+    kt_error error = {};
+    const kt_description empty = kt_description_default();
+    const kt_status status = kt_model_compile(&empty, nullptr, &model, &error);
+    kt_model_free(model);
+    return status == KT_OK ? 0 : 1;
+}
+"""
+WRONG_CALLS = {"": "give the folder of the sources and a folder", ". --small": "there is no option '--small'",
+               "apps out": "'apps' has no lib/meson.build", ". README.md": "the folder 'README.md' cannot be made"}
 
 # Programs of the suite with the sources of each, in test/.
 TREE = ["dynamics/oracle.c", "dynamics/oracle_motion.c", "dynamics/rewrite.c", "dynamics/tree.c"]
@@ -94,6 +109,43 @@ def run_sample(bench, engine):
     claim("sampled_tests_of_the_suite_pass_with_one_file", problems)
 
 
+def check_wrong_calls(root):
+    problems = []
+    for words, message in WRONG_CALLS.items():
+        ended = subprocess.run([sys.executable, "apps/amalgamate/amalgamate.py", *words.split()], capture_output=True, text=True, cwd=root)
+        if ended.returncode != 1 or message not in ended.stderr or "Traceback" in ended.stderr:
+            problems.append(f"'{words}': {ended.stderr[-300:] or 'it is accepted'}")
+    claim("wrong_calls_are_rejected_with_a_remedy", problems)
+
+
+def check_page(bench, engine):
+    """The program of the page, with the engine in place of the library."""
+    page = (bench.root / "include/pages/one-file.md").read_text()
+    shown = re.search(r"^```c\n(.*?)^```\n\n```text\n(.*?)^```$", page, flags=re.S | re.M)
+    (bench.folder / "pendulum.c").write_text(shown[1])
+    program = str(bench.folder / "pendulum")
+    made = bench.run(bench.compiler, "-std=c17", "-O2", "pendulum.c", engine, *LAPACK, "-lm", "-o", program, cwd=bench.folder)
+    printed = None if made is None else bench.run(program)
+    claim("the_program_of_the_page_runs_with_the_engine", [] if printed == shown[2] else [f"it prints {printed}"])
+
+
+def check_cpp(bench, engine):
+    """C++ programs include the header, and call the object that a C compiler made."""
+    own = pathlib.Path(bench.compiler)
+    compiler = shutil.which(str(own.with_name({"gcc": "g++", "clang": "clang++"}[own.name])))
+    if compiler is None:
+        skip("cpp_programs_call_the_engine", f"{own.name} has no compiler of C++ beside it")
+        return
+    (bench.folder / "program.cpp").write_text(CPP_PROGRAM)
+    problems = []
+    for standard in ("c++11", "c++20"):
+        program = str(bench.folder / f"program-{standard}")
+        made = bench.run(compiler, f"-std={standard}", *CPP_FLAGS, "program.cpp", engine, *LAPACK, "-lm", "-o", program, cwd=bench.folder)
+        if made is None or bench.run(program) is None:
+            problems.append(f"{standard} fails")
+    claim("cpp_programs_call_the_engine", problems)
+
+
 def main():
     compiler, root, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,9 +158,12 @@ def main():
     fast = subprocess.run([compiler, *FLAGS, *MODES["small"], "-ffast-math", "-fsyntax-only", "kinetree.c"], cwd=folder, capture_output=True, text=True)
     expected = fast.returncode != 0 and "sums must keep their order" in fast.stderr
     claim("a_compiler_that_reorders_sums_is_rejected", [] if expected else [fast.stderr[:400] or "it compiles"])
+    check_wrong_calls(root)
     engine = bench.engine("full", ["-DKINETREE_FULL"])
     claim("full_compiles_without_warnings", [] if engine else ["it does not compile"])
     if engine:
+        check_page(bench, engine)
+        check_cpp(bench, engine)
         run_sample(bench, engine)
         if len(sys.argv) > 5:
             compare_bits(bench, engine, sys.argv[4], [str(pathlib.Path(name).resolve()) for name in sys.argv[5:8]])

@@ -32,6 +32,17 @@ def reached(target):
     return q
 
 
+def check_page(root, folder):
+    """The program and the commands of the page; the emulator prints what the page shows."""
+    page = (root / "include/pages/generated-c.md").read_text()
+    program, shown = re.search(r"^```c\n(.*?)^```\n\n```text\n(.*?)^```$", page, flags=re.S | re.M).groups()
+    commands = re.search(r"^ +arm-none-eabi-gcc .*?(?=\n\n)", page, flags=re.S | re.M)[0]
+    (folder / "main.c").write_text(program)
+    (folder / "apps").symlink_to(root.resolve() / "apps")
+    ran = run("bash", "-ec", commands, cwd=folder, timeout=300)
+    claim("commands_of_the_page_print_what_it_shows", [] if ran.stdout == shown and ran.returncode == 0 else [ran.stdout, ran.stderr])
+
+
 def main():
     command, root, program, *compiler = sys.argv[1:]
     root = pathlib.Path(root)
@@ -69,6 +80,7 @@ def main():
         claim("text_is_at_most_30_kB", [] if 0 < text <= TEXT_MOST else [f"{text} bytes"])
         there = run(*EMULATOR, folder / "there", timeout=300)
         claim("cortex_m7_gives_the_bits_of_this_machine", [] if there.stdout == here.stdout and ends else [here.stdout, there.stdout, there.stderr])
+        check_page(root, folder)
     finish()
 
 

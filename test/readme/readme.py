@@ -137,7 +137,8 @@ class Page:
         source.write_text(body)
         libraries = [f"-l{name}" for name in ("kinetree-scene", "kinetree")
                      if (self.libraries / f"lib{name}.so").exists()]
-        problems = self.fail(*self.compiler, *WARNINGS, f"-I{self.include}", source, "-o", program,
+        one_file = [f"-I{self.include}/kinetree"] if '#include "kinetree.h"' in body else []  # as apps/amalgamate names it
+        problems = self.fail(*self.compiler, *WARNINGS, f"-I{self.include}", *one_file, source, "-o", program,
                              f"-L{self.libraries}", *libraries, "-lm")
         claim(f"{self.name}:{line}: C program compiles", problems)
         if not problems:
