@@ -176,9 +176,9 @@ typedef struct kt_mjcf {
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
     int elements;                        /* of the whole, with copies of replicates */
     kt_list elastic_flexes;              /* kt_flex */
-    kt_list copies;          /* kt_mjcf_copy: of the outermost <replicate> of the model itself */
-    kt_list moved_actuators; /* int: the places in the file of the model's actuators that are those of copies */
-    int replicate_count;     /* in the model itself */
+    kt_list copies;                      /* kt_mjcf_copy: of the outermost <replicate> of the model itself */
+    kt_list moved_actuators;     /* int: the places in the file of the model's actuators that are those of copies */
+    int replicate_count;         /* in the model itself */
     kt_list copied, lost_flexes; /* const char *: names that a <replicate> has copied; flexcomps that are left out */
 
     kt_list classes; /* kt_mjcf_class */
@@ -247,6 +247,9 @@ bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *
 
 /* Whether a range is a limit, by `limited` (true, false, auto). */
 bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const char *limited, const char *range);
+
+/* The rotation by three angles of `euler`. */
+kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double angles[3]);
 
 /* `pos`, and the orientation by any of its ways. */
 kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag);

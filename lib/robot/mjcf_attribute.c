@@ -231,7 +231,7 @@ static kt_mat3 from_zaxis(kt_vec3 axis) {
 }
 
 /* Small letters: about carried axes, on the right; capital ones: about fixed axes, on the left. */
-static kt_mat3 from_euler(const kt_mjcf_settings *settings, const double angles[3]) {
+kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double angles[3]) {
     kt_mat3 r = kt_mat3_identity();
     for (int i = 0; i < 3; i++) {
         const char c = settings->sequence[i];
@@ -269,7 +269,7 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
             r = from_zaxis(kt_vec3_make(v[0], v[1], v[2]));
     }
     if (kt_mjcf_numbers(m, e, tag, "euler", 3, 3, v) == 3)
-        r = from_euler(kt_mjcf_settings_of(m, e), v);
+        r = kt_mjcf_rotation_of_euler(kt_mjcf_settings_of(m, e), v);
     return r;
 }
 

@@ -272,14 +272,16 @@ static void keep_copy(kt_mjcf *m, int document, const kt_element *e, const kt_el
     (void)snprintf(copy->suffix, sizeof copy->suffix, "%s", suffix);
 }
 
-/* The copies, each displaced from the one before by `offset` and turned by `euler`. Copy k has the pose T^k. */
+/* The copies. The angles of copy k are those of `euler` times k. Each is displaced by `offset` from the one before, along
+ * the axes of that one. */
 static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
     static const char *const none[] = {NULL};
     const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);
     const char *separator = kt_xml_attribute(e, "sep");
-    kt_pose step = {.rotation = kt_mjcf_pose(m, e, NULL).rotation,
-                    .position = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
+    const kt_vec3 offset = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0));
     kt_pose at = kt_pose_identity();
+    double euler[3] = {0.0, 0.0, 0.0};
+    (void)kt_mjcf_numbers(m, e, NULL, "euler", 3, 3, euler);
     *copies = (kt_element){.name = "frame", .attributes = none};
     if (kt_draft_is_wrong(&m->draft))
         return;
@@ -307,7 +309,9 @@ static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element 
         }
         kt_mjcf_hang_below(copies, frame);
         keep_copy(m, document, e, frame, suffix);
-        at = kt_pose_compose(at, step);
+        at.position = kt_pose_apply(at, offset);
+        at.rotation = kt_mjcf_rotation_of_euler(
+            kt_mjcf_settings_of(m, e), (const double[]){(k + 1) * euler[0], (k + 1) * euler[1], (k + 1) * euler[2]});
     }
 }
 
