@@ -249,7 +249,7 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
     keep_picture(m, b);
     if (m->geoms_have_mass)
         centre_geoms(m, b);
-    else if (inertial != NULL)
+    if (inertial != NULL && b->heavy_geoms == 0 && b->lost_meshes == 0)
         read_mjcf_inertial(m, inertial, b);
 }
 
@@ -274,15 +274,22 @@ static void balance(kt_mjcf *m, kt_mjcf_body *b) {
     kt_left_count(&m->balanced, b->element);
 }
 
+/* Raises a mass to the least. The centre of a body without geoms and <inertial> is at `pos`, in the axes of the body:
+ * MuJoCo takes the numbers of its place there. */
+static void bound_mass(kt_mjcf *m, double least, kt_mjcf_body *b) {
+    if (b->heavy_geoms == 0 && kt_xml_child(b->element, "inertial") == NULL)
+        b->com = kt_mjcf_vector(m, b->element, NULL, "pos", b->com);
+    b->mass = least;
+    kt_left_count(&m->bounded, b->element);
+}
+
 void kt_mjcf_settle_masses(kt_mjcf *m) {
     double total = 0.0;
     for (int i = 1; i < m->bodies.count; i++) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         const kt_mjcf_settings *s = kt_mjcf_settings_of(m, b->element);
-        if (b->mass < s->mass_least) {
-            b->mass = s->mass_least;
-            kt_left_count(&m->bounded, b->element);
-        }
+        if (b->mass < s->mass_least)
+            bound_mass(m, s->mass_least, b);
         if (s->least > 0.0)
             bound_inertia(m, s->least, b);
         if (s->balance)

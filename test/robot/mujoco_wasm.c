@@ -302,6 +302,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
         {MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false},       /* MuJoCo subtracts two ellipsoids */
         {MODELS "/extended.urdf", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
