@@ -14,7 +14,7 @@
 enum {
     KT_EXIT_DONE = 0,
     KT_EXIT_USAGE = 1,       /* the command line is wrong */
-    KT_EXIT_SCENE = 2,       /* the scene is wrong, or cannot be read */
+    KT_EXIT_SCENE = 2,       /* the scene, or another file to be read, is wrong or cannot be read */
     KT_EXIT_ASSEMBLY = 3,    /* the assembly failed, or constraints contradict each other */
     KT_EXIT_INTEGRATION = 4, /* the integration failed, or its results could not be written */
 };
@@ -64,6 +64,8 @@ const kt_subcommand *kt_subcommand_find(const char *name);
 /* Prints "kinetree: ..." and a newline on standard error. Characters that a terminal would obey are escaped. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 void kt_say_error(const kt_error *error);
+/* Does the same, with the position in the file if the scene has it (kt_scene_locate). */
+void kt_say_located(const kt_scene *scene, kt_error *error);
 
 /* Prints that there is not enough memory, with the name of the result that is not made unless that is NULL. Returns the
  * exit status. */

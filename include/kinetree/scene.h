@@ -274,9 +274,10 @@ KT_API bool kt_scene_is_tunable(const kt_scene *scene);
  * Cost: O(numbers that follow). */
 KT_API bool kt_scene_follows(const kt_scene *scene, int k);
 
-/* Adds the position in the file to a fault that only kt_model_compile finds. The text error->where, "body 'crank'" or
- * "loop 'close'", becomes "FILE:LINE:COLUMN", and the former text begins the message. Returns false if the text names
- * no body or loop of the scene, or if the scene was not read. The error is then untouched. The call allocates nothing.
+/* Adds the position in the file to a fault that is found after reading. The text error->where, "body 'crank'",
+ * "loop 'close'" or "initial.from", becomes "FILE:LINE:COLUMN", and the former text begins the message. Returns false
+ * if the text names no body, loop or key of the file, or if the scene was not read. The error is then untouched. The
+ * call allocates nothing.
  * Cost: O(bodies + loops). */
 KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 
@@ -285,6 +286,13 @@ KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
  * Ownership: the scene owns the text.
  * Cost: O(1). */
 KT_API const char *kt_scene_path(const kt_scene *scene);
+
+/* Returns the path of the k-th file that the scene's file names, k from 0, in any order: tables, meshes and FMUs, but
+ * not the result of `initial.from`. Files that are there have absolute paths. A program must not write its results to
+ * these files. Returns NULL if there are fewer files, and for scenes of robots.
+ * Ownership: the scene owns the text.
+ * Cost: O(k). */
+KT_API const char *kt_scene_file(const kt_scene *scene, size_t k);
 
 /* Releases the memory of a scene that was read, and sets *scene to kt_scene_default. NULL is allowed. */
 KT_API void kt_scene_free(kt_scene *scene);

@@ -30,9 +30,14 @@ const char *kt_path_near(kt_reader *r, const char *name) {
     char *whole = realpath(joined, NULL);
     const char *kept = kt_pool_text(&r->keep, whole != NULL ? whole : joined, strlen(whole != NULL ? whole : joined));
     free(whole);
-    if (kept == NULL)
+    kt_named_file *file = kt_pool_take(&r->keep, 1, sizeof *file);
+    if (kept == NULL || file == NULL) {
         (void)kt_reader_out_of_memory(r);
-    return kept != NULL ? kept : name;
+        return name;
+    }
+    *file = (kt_named_file){.path = kept, .next = r->scene->files};
+    r->scene->files = file;
+    return kept;
 }
 
 /* ---- units ------------------------------------------------------------------------------------------------------- */

@@ -10,7 +10,7 @@ typedef struct kt_csv_choice {
 } kt_csv_choice;
 
 /* The path of a file that a scene names, kept with the scene. Relative names count from the folder of the scene's file.
- * A file that is there has its whole path. */
+ * A file that is there has its whole path. The scene lists the file (kt_scene_file). */
 const char *kt_path_near(kt_reader *r, const char *name);
 
 /* Reads the rows t, y of two columns, kept with the scene, in SI units; y is of `quantity`. Reports faults of the file,

@@ -95,7 +95,7 @@ kt_status kt_format_parse(kt_format_choice format, const char *path, const char 
 kt_status kt_format_read(kt_format_choice format, const char *path, kt_scene *scene, kt_scene_report *report,
                          void *user, kt_error *error);
 
-/* The place of an item of a scene in its file, for faults of its compilation. */
+/* The place of an item of a scene in its file, for faults that are found after reading. */
 typedef struct kt_mark {
     uint32_t line, column;
 } kt_mark;
@@ -103,6 +103,8 @@ typedef struct kt_mark {
 struct kt_scene_marks {
     const char *path;
     const kt_mark *bodies, *loops; /* as the arrays of the description */
+    kt_mark from;                  /* of `initial.from`; line 0: the file does not have this key */
+    const struct kt_named_file *files;
 };
 
 /* Checks whether a run can be written and read again; *error gives the reason if it cannot. */

@@ -8,6 +8,12 @@
 typedef struct kt_named_number kt_named_number;
 typedef struct kt_named_formula kt_named_formula;
 
+/* A file that a scene names, besides the result that it starts from. */
+typedef struct kt_named_file {
+    const char *path;
+    const struct kt_named_file *next; /* NULL: none */
+} kt_named_file;
+
 typedef struct kt_scene_reading {
     const kt_description *description; /* as far as it is read */
     struct kt_scene_part *parts;       /* shapes of the body that is being read; NULL: none */
@@ -30,6 +36,8 @@ typedef struct kt_scene_reading {
     bool gives_step, is_alone;   /* as in kt_scene_options */
     const char *const *settings; /* texts that have replaced values of the file */
     kt_scene_variables *varying; /* NULL: none */
+
+    const kt_named_file *files; /* the last one first */
 
     kt_node **fmu_nodes; /* items of the type `fmu`, which are taken out of `effects` */
     int fmu_count;

@@ -145,6 +145,13 @@ static const kt_mark *mark_items(kt_reader *r, kt_node *const *items, int count,
     return marks;
 }
 
+/* The position of `initial.from` in the file; line 0: the file does not have this key. */
+static kt_mark mark_initial_from(const kt_reader *r) {
+    const kt_node *initial = kt_node_find(r->root, "initial"),
+                  *from = initial != NULL ? kt_node_find(initial, "from") : NULL;
+    return from != NULL && from->line < KT_SETTING_LINE ? (kt_mark){from->line, from->column} : (kt_mark){0, 0};
+}
+
 static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
     kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
     if (marks == NULL)
@@ -152,6 +159,8 @@ static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
     marks->path = kt_pool_text(&r->keep, path, strlen(path));
     marks->bodies = mark_items(r, r->scene->body_nodes, scene->description.body_count, "joint");
     marks->loops = mark_items(r, r->scene->loop_nodes, scene->description.loop_count, "between");
+    marks->from = mark_initial_from(r);
+    marks->files = r->scene->files;
     scene->marks = marks;
     return (marks->path != NULL && marks->bodies != NULL && marks->loops != NULL) || kt_reader_out_of_memory(r);
 }
@@ -160,6 +169,8 @@ static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
 static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
     const kt_description *description = &scene->description;
     char text[KT_WHERE_SIZE];
+    if (scene->marks->from.line > 0 && strcmp(where, "initial.from") == 0)
+        return &scene->marks->from;
     for (int i = 0; i < description->body_count; i++) {
         (void)snprintf(text, sizeof text, "body '%s'", description->bodies[i].name);
         if (strcmp(text, where) == 0)
@@ -174,6 +185,13 @@ static const kt_mark *find_mark(const kt_scene *scene, const char *where) {
 }
 
 const char *kt_scene_path(const kt_scene *scene) { return scene && scene->marks != NULL ? scene->marks->path : NULL; }
+
+const char *kt_scene_file(const kt_scene *scene, size_t k) {
+    const kt_named_file *file = scene && scene->marks != NULL ? scene->marks->files : NULL;
+    while (file != NULL && k-- > 0)
+        file = file->next;
+    return file != NULL ? file->path : NULL;
+}
 
 bool kt_scene_locate(const kt_scene *scene, kt_error *error) {
     if (!scene || !error)

@@ -34,6 +34,15 @@ KT_TEST(what_is_no_file_is_rejected_by_every_command) {
     kt_expect(1, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
 }
 
+KT_TEST(missing_file_of_initial_from_is_located) {
+    kt_write_file("on.yaml", "kinetree: 1\nbodies:\n"
+                             "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                             "initial: {from: none.json}\nsimulate: {duration: 0.1}\n");
+    kt_expect(2, "on.yaml:4:17: initial.from: ", "$K run on.yaml");
+    kt_expect(2, "none.json cannot be read: No such file", "$K check on.yaml");
+    kt_expect(2, "kinetree: initial.from: ", "$K run on.yaml --set initial.from=other.json");
+}
+
 KT_TEST(file_of_100_megabytes_is_rejected) {
     kt_shell("truncate -s 100M large.yaml");
     kt_expect(2, "large.yaml: the file has 100 MB; a scene has at most 64", BOUNDED "$K check large.yaml");

@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -241,6 +242,49 @@ KT_TEST(result_is_never_what_it_is_made_from) {
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
         kt_expect(1, "is the scene itself", "$K %s", commands[i]);
     kt_expect(0, NULL, "cmp p.yaml before.yaml");
+}
+
+/* The records of traj.yaml have the name of its table by default. */
+KT_TEST(result_is_no_file_that_the_scene_reads) {
+    static const char table[] = "time,arm\n0,0\n1,1\n2,0.5\n",
+                      surface[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                                  "endloop\nendfacet\nendsolid s\n";
+    static const char *const commands[] = {"run traj.yaml",
+                                           "run traj.yaml --out sub/../traj.csv",
+                                           "run traj.yaml --out o.csv --summary traj.csv",
+                                           "evaluate traj.yaml --out traj.csv",
+                                           "sweep traj.yaml --vary simulate.duration=1,2 --out traj.csv",
+                                           "accuracy traj.yaml --out traj.csv",
+                                           "run traj.yaml --out o.csv --scene surface.stl",
+                                           "export --mjcf traj.yaml --out traj.csv"};
+    kt_write_file("traj.csv", table);
+    kt_write_file("surface.stl", surface);
+    kt_write_file("traj.yaml", "kinetree: 1\nbodies:\n"
+                               "  - {name: arm, joint: {type: revolute}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}\n"
+                               "loops:\n  - {name: drive, type: motion, joint: arm, position: {table: traj.csv}}\n"
+                               "meshes:\n  - {body: arm, file: surface.stl}\n"
+                               "simulate: {duration: 1}\n");
+    kt_shell("mkdir -p sub");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        kt_ran ran = kt_shell("$K %s", commands[i]);
+        kt_check_equal_int(commands[i], ran.code, 1);
+        kt_check_contains(commands[i], ran.err, "is a file that the scene reads; give the results another file");
+        kt_check_text("the table", kt_read_file("traj.csv"), table);
+        kt_check_text("the surface", kt_read_file("surface.stl"), surface);
+    }
+}
+
+/* A second run from the records of the first one would otherwise start from records of its own. */
+KT_TEST(records_do_not_replace_those_that_they_start_from) {
+    kt_shell("$K make pendulum >p.yaml");
+    kt_expect(0, NULL, "$K run p.yaml --quiet --duration 0.1 --summary p.json");
+    char *records = strdup(kt_read_file("p.csv"));
+    kt_expect(1, "run: p.csv is the result to start from; give the results another file",
+              "$K run p.yaml --quiet --from p.csv:0.05");
+    kt_expect(1, "run: p.json is the result to start from", "$K run p.yaml --quiet --from p.json --summary p.json");
+    kt_check_text("records", kt_read_file("p.csv"), records);
+    kt_expect(0, NULL, "$K run p.yaml --quiet --from p.csv:0.05 --duration 0.1 --out rest.csv");
+    free(records);
 }
 
 KT_TEST(result_keeps_its_links_and_permissions) {

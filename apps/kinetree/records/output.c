@@ -279,6 +279,37 @@ static bool collides(const kt_file_use *a, const kt_file_use *b) {
     return same;
 }
 
+/* The results of a command, and the inputs that only its scene names, until the program ends. Either may become known
+ * first. */
+typedef struct noted_file {
+    const char *what; /* of a result: the command */
+    bool is_written;
+    struct noted_file *next;
+    char path[];
+} noted_file;
+static noted_file *noted_files;
+
+/* Prints an error if a result would overwrite an input, and notes the file. Returns -1, or an exit code. */
+static int note_file(const char *what, const char *path, bool is_written) {
+    for (const noted_file *n = noted_files; n != NULL; n = n->next) {
+        const kt_file_use use = {what, path, is_written}, other = {n->what, n->path, n->is_written};
+        const kt_file_use *result = is_written ? &use : &other, *input = is_written ? &other : &use;
+        if (n->is_written == is_written || !collides(result, input))
+            continue;
+        kt_say("%s: %s is %s; give the results another file", result->what, kt_show(result->path).text, input->what);
+        return KT_EXIT_USAGE;
+    }
+    noted_file *noted = malloc(sizeof *noted + strlen(path) + 1);
+    if (noted == NULL)
+        return kt_say_no_memory(NULL);
+    *noted = (noted_file){.what = what, .is_written = is_written, .next = noted_files};
+    memcpy(noted->path, path, strlen(path) + 1);
+    noted_files = noted;
+    return -1;
+}
+
+int kt_check_input(const char *what, const char *path) { return path != NULL ? note_file(what, path, false) : -1; }
+
 int kt_check_files(const char *command, const kt_file_use *uses, int count) {
     for (int i = 0; i < count; i++)
         for (int j = 0; j < count; j++) {
@@ -294,7 +325,9 @@ int kt_check_files(const char *command, const kt_file_use *uses, int count) {
             return KT_EXIT_USAGE;
         }
     for (int i = 0; i < count; i++) {
-        const int code = uses[i].is_written ? kt_check_writable(uses[i].path) : -1;
+        int code = uses[i].is_written ? kt_check_writable(uses[i].path) : -1;
+        if (code < 0 && uses[i].is_written && uses[i].path != NULL)
+            code = note_file(command, uses[i].path, true);
         if (code >= 0)
             return code;
     }

@@ -82,4 +82,9 @@ typedef struct kt_file_use {
  * error if a result could not be written at the end. Returns -1 if there is no error, else an exit code. */
 int kt_check_files(const char *command, const kt_file_use *uses, int count);
 
+/* Prints an error if a result of any call of kt_check_files would overwrite this input, which only the scene names.
+ * Later calls of kt_check_files reject such results, too. path: NULL if there is none. Returns -1 if there is no error,
+ * else an exit code. */
+int kt_check_input(const char *what, const char *path);
+
 #endif

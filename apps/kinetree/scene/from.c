@@ -7,6 +7,7 @@
 #include "text/json.h"
 #include "text/list.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -121,7 +122,19 @@ static bool reject_time(const char *path) {
     return true;
 }
 
-static int open_source(source *s, const char *result, const char *folder) {
+/* Returns whether the file of `initial.from` cannot be read, after reporting it with the position of the key. */
+static bool reject_unreadable(const kt_scene *scene, const char *path) {
+    kt_error error = {0};
+    if (access(path, R_OK) == 0)
+        return false;
+    (void)kt_error_set(&error, KT_ERROR_FILE, "initial.from", "%s cannot be read: %s", kt_show(path).text,
+                       strerror(errno));
+    kt_say_located(scene, &error);
+    return true;
+}
+
+/* folder: of the scene whose `initial.from` names the result; NULL: --from does. */
+static int open_source(source *s, const kt_scene *scene, const char *result, const char *folder) {
     double time;
     char *path = split_path(result, folder, &time);
     *s = (source){.path = path, .time = time};
@@ -129,6 +142,11 @@ static int open_source(source *s, const char *result, const char *folder) {
         return kt_say_no_memory(NULL);
     if (isnan(time) && reject_time(path))
         return KT_EXIT_USAGE;
+    if (folder != NULL && reject_unreadable(scene, path))
+        return KT_EXIT_SCENE;
+    const int code = kt_check_input("the result to start from", path);
+    if (code >= 0)
+        return code;
     if (is_scene_file(path)) {
         kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
                "records (CSV) of a run",
@@ -363,7 +381,7 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
 int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
     source s;
     kt_model *model = NULL;
-    int code = open_source(&s, result, folder);
+    int code = open_source(&s, scene, result, folder);
     if (code == KT_EXIT_DONE)
         code = kt_compile_scene(scene, &model);
     if (code == KT_EXIT_DONE) {

@@ -9,8 +9,22 @@
 #include <stdlib.h>
 #include <string.h>
 
+int kt_check_scene_files(const kt_scene *scene) {
+    const char *path;
+    int code = -1;
+    for (size_t k = 0; code < 0 && (path = kt_scene_file(scene, k)) != NULL; k++)
+        code = kt_check_input("a file that the scene reads", path);
+    for (int i = 0; code < 0 && i < scene->mesh_count; i++) /* also those of robots */
+        code = kt_check_input("a file that the scene reads", scene->meshes[i].file);
+    return code;
+}
+
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
     int code = kt_read_scene_as_written(path, settings, scene);
+    if (code == KT_EXIT_DONE && kt_check_scene_files(scene) >= 0) {
+        kt_scene_free(scene);
+        return KT_EXIT_USAGE;
+    }
     if (code == KT_EXIT_DONE && kt_fmus_check(scene, settings != NULL && settings->is_quiet) != KT_EXIT_DONE) {
         kt_scene_free(scene);
         return KT_EXIT_SCENE;

@@ -317,16 +317,20 @@ static void report_located(void *user, const kt_place *place, const kt_error *fa
     print_scene_fault(&of->reported, &error);
 }
 
+void kt_say_located(const kt_scene *scene, kt_error *error) {
+    kt_reported reported = {.path = kt_scene_path(scene)};
+    if (kt_scene_locate(scene, error))
+        print_scene_fault(&reported, error);
+    else
+        kt_say_error(error);
+}
+
 /* Prints every error that concerns the mechanism as a whole; if there is none, the error from its compilation. */
 static void report_all(const kt_scene *scene, kt_error *found) {
     kt_reported_at of = {.scene = scene, .reported.path = kt_scene_path(scene)};
     kt_error error = {0};
-    if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0) {
-        if (kt_scene_locate(scene, found))
-            print_scene_fault(&of.reported, found);
-        else
-            kt_say_error(found);
-    }
+    if (kt_model_check(&scene->description, report_located, &of, &error) == KT_OK || of.reported.faults == 0)
+        kt_say_located(scene, found);
 }
 
 int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute) {

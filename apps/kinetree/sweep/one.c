@@ -6,6 +6,7 @@
 #include "advice/excess.h"
 #include "advice/growth.h"
 #include "records/columns.h"
+#include "scene/load.h"
 #include "scene/play.h"
 #include "text/bytes.h"
 
@@ -534,6 +535,8 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     const bool read = status == KT_OK;
     unsigned record;
     if (status == KT_OK)
+        code = kt_check_scene_files(m.scene);
+    if (code < 0 && status == KT_OK)
         code = kt_sweep_plan_check(&sweep->plan, m.scene);
     if (code < 0 && status == KT_OK)
         say_angles_of_runs(sweep, m.scene);
