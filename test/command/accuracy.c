@@ -231,6 +231,34 @@ static bool is_png(const char *name) {
     return bytes != NULL && memcmp(bytes, "\x89PNG", 4) == 0;
 }
 
+/* A name that does not exist, a parameter without use, and a value that is fixed, too, leave the earlier file as it
+ * is. */
+KT_TEST(varied_values_that_the_scene_lacks_leave_the_file) {
+    static const char *const wrong[][2] = {
+        {"the scene has no parameter 'Lenght'; did you mean 'Length'?", "--vary Lenght=1,2"},
+        {"'idle' varies, but nothing in the scene uses the parameter 'idle'", "--vary idle=1,2"},
+        {"'Length' varies, and '--set Length=3' sets the same value", "--set Length=3 --vary Length=1,2"},
+        {"'Length' varies, and '--set parameters.Length=3' sets", "--set parameters.Length=3 --vary Length=1,2"},
+        {"'Length' is varied twice", "--vary Length=1,2 --vary parameters.Length=1,2"}};
+    kt_write_file("v.yaml", "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {Length: 1, idle: 2}\nbodies:\n"
+                            "  - {name: a, joint: {type: revolute, position: 1}, mass: 1, shape: {type: rod, to: "
+                            "[=Length, 0, 0]}}\nsimulate: {duration: 0.1}\n");
+    kt_write_file("v.csv", "earlier\n");
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        for (int sweeps = 0; sweeps < 2; sweeps++) {
+            kt_ran ran = kt_shell("$K %s v.yaml %s --out v.csv", sweeps ? "sweep" : "accuracy", wrong[i][1]);
+            kt_check_true(wrong[i][1], ran.code == 1 || ran.code == 2);
+            kt_check_contains(wrong[i][1], ran.err, wrong[i][0]);
+            kt_check_text("the file", kt_read_file("v.csv"), "earlier\n");
+        }
+    kt_expect(1, "standard input can be read once", "$K accuracy - --vary Length=1,2 --out v.csv <v.yaml");
+    kt_check_text("the file", kt_read_file("v.csv"), "earlier\n");
+    kt_ran ran = kt_shell("$K accuracy v.yaml --vary Length=-0.0,1 --budget 0.1 --quiet --out v.csv");
+    kt_check_contains("a value that is wrong alone is a line", kt_read_file("v.csv"), "\n0,-0,failed,");
+    kt_check_contains("and the other is studied", kt_read_file("v.csv"), "\n1,1,done,");
+    kt_check_equal_int("exit status of the failure", ran.code, 2);
+}
+
 KT_TEST(pictures_are_drawn_light_and_dark) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran = kt_shell("$K accuracy p.yaml %s --plot a.svg && $K accuracy p.yaml %s --dark --plot b.svg && "

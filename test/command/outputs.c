@@ -255,6 +255,7 @@ KT_TEST(result_is_no_file_that_the_scene_reads) {
                                            "evaluate traj.yaml --out traj.csv",
                                            "sweep traj.yaml --vary simulate.duration=1,2 --out traj.csv",
                                            "accuracy traj.yaml --out traj.csv",
+                                           "accuracy traj.yaml --vary simulate.duration=1,2 --out traj.csv",
                                            "run traj.yaml --out o.csv --scene surface.stl",
                                            "export --mjcf traj.yaml --out traj.csv"};
     kt_write_file("traj.csv", table);

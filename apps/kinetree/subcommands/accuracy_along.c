@@ -2,6 +2,7 @@
  * the cheapest setting for each goal, and its cost. */
 #include "subcommands/accuracy.h"
 
+#include "scene/load.h"
 #include "sweep/sweep.h"
 
 #include <errno.h>
@@ -66,6 +67,16 @@ void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *finding
     along->written = true;
 }
 
+/* The settings of the command line, and the values of a run. */
+static kt_settings settings_of_run(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, int64_t run,
+                                   kt_sweep_texts *texts) {
+    double values[KT_SWEEP_AXES_MAX];
+    kt_settings settings = arguments->settings;
+    kt_sweep_plan_values(plan, run, values);
+    kt_sweep_plan_set(plan, values, texts, &settings);
+    return settings;
+}
+
 /* Runs all studies, one after the other, because parallel studies would disturb each other's measured times. */
 static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
                              kt_accuracy_study *study, const char *path, const char *base) {
@@ -76,7 +87,7 @@ static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sw
         kt_sweep_texts texts;
         kt_accuracy_arguments one = *arguments;
         kt_sweep_plan_values(plan, run, values);
-        kt_sweep_plan_set(plan, values, &texts, &one.settings);
+        one.settings = settings_of_run(arguments, plan, run, &texts);
         kt_accuracy_along along = {
             .arguments = arguments, .plan = plan, .file = file, .number = run, .values = values, .written = false};
         one.along = &along;
@@ -91,12 +102,46 @@ static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sw
     return code;
 }
 
+/* Rejects values that vary and that the scene does not have or use, before the file of lines is emptied. If the scene
+ * is wrong with each of the first thousand values, the errors of the first one are printed. Returns -1, or an exit code
+ * after printing the error. */
+static int check_varied_values(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, const char *path) {
+    const int64_t runs = kt_sweep_plan_runs(plan), most = runs < 1000 ? runs : 1000;
+    kt_sweep_texts texts;
+    kt_scene scene;
+    if (strcmp(path, "-") == 0) {
+        kt_say(
+            "accuracy: --vary reads the scene anew for each value, and standard input can be read once; name a file");
+        return KT_EXIT_USAGE;
+    }
+    for (int64_t run = 0; run < most; run++) {
+        const kt_settings settings = settings_of_run(arguments, plan, run, &texts);
+        kt_scene_options options = kt_scene_options_default();
+        kt_error error = {0};
+        options.settings = settings.text;
+        options.setting_count = settings.count;
+        if (kt_scene_read_with(path, &options, &scene, NULL, NULL, &error) != KT_OK)
+            continue;
+        int code = kt_check_scene_files(&scene);
+        code = code < 0 ? kt_sweep_plan_check(plan, &scene) : code;
+        kt_scene_free(&scene);
+        return code;
+    }
+    const kt_settings settings = settings_of_run(arguments, plan, 0, &texts);
+    const int code = kt_read_scene(path, &settings, &scene);
+    if (code != KT_EXIT_DONE)
+        return code;
+    kt_scene_free(&scene);
+    return -1;
+}
+
 int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
                           const char *base) {
-    const kt_sweep_arguments sweep = {.vary = arguments->vary, .repeats = 1};
+    const kt_sweep_arguments sweep = {.settings = arguments->settings, .vary = arguments->vary, .repeats = 1};
     kt_sweep_plan plan;
     const bool to_stream = strcmp(arguments->out, "-") == 0;
     int code = kt_sweep_plan_make(&sweep, &plan);
+    code = code < 0 ? check_varied_values(arguments, &plan, path) : code;
     FILE *file = code >= 0 ? NULL : to_stream ? stdout : fopen(arguments->out, "w");
     if (code < 0 && file == NULL) {
         kt_say("%s cannot be written: %s", arguments->out, strerror(errno));

@@ -148,13 +148,40 @@ static bool take_axis_value(kt_axis *axis, const char **text, char after, double
     return is_angle;
 }
 
+/* The name of a path "parameters.NAME", which "NAME" names, too; else the path. */
+static const char *short_path(const char *path) {
+    static const char section[] = "parameters.";
+    const size_t length = sizeof section - 1;
+    return strncmp(path, section, length) == 0 && strpbrk(path + length, ".[") == NULL ? path + length : path;
+}
+
+/* Whether two texts "PATH=..." or "PATH" have the same path. */
+static bool is_same_path(const char *a, const char *b) {
+    a = short_path(a);
+    b = short_path(b);
+    const size_t length = strcspn(a, "=");
+    return strcspn(b, "=") == length && strncmp(a, b, length) == 0;
+}
+
+/* Rejects a value that varies and that `--set` fixes, since one of them would have no effect. */
+static int check_fixed_values(const kt_sweep_plan *plan, const kt_settings *settings) {
+    for (int i = 0; i < plan->count; i++)
+        for (int k = 0; k < settings->count; k++)
+            if (is_same_path(plan->axes[i].path, settings->text[k])) {
+                kt_say("'%s' varies, and '--set %s' sets the same value; remove one", plan->axes[i].path,
+                       kt_show(settings->text[k]).text);
+                return KT_EXIT_USAGE;
+            }
+    return -1;
+}
+
 /* The axis of "PATH=..."; *rest: the text after it. */
 static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **rest, int *code) {
     const char *equals = strchr(text, '=');
     const size_t length = (size_t)(equals - text);
     *code = -1;
     for (int i = 0; i < plan->count; i++)
-        if (strlen(plan->axes[i].path) == length && strncmp(plan->axes[i].path, text, length) == 0) {
+        if (is_same_path(plan->axes[i].path, text)) {
             kt_say("'%s' is varied twice; remove one", plan->axes[i].path);
             *code = KT_EXIT_USAGE;
             return NULL;
@@ -419,6 +446,8 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
         code = read_vary(plan, arguments->vary.text[i]);
     for (int i = 0; code < 0 && i < arguments->random.count; i++)
         code = read_random(plan, arguments->random.text[i]);
+    if (code < 0)
+        code = check_fixed_values(plan, &arguments->settings);
     if (code >= 0)
         return code;
     if (plan->count == 0) {
@@ -436,18 +465,15 @@ static int say_without_use(const kt_scene *scene, const char *path, const char *
     for (int k = 0; k < scene->parameter_count; k++)
         if (scene->parameters[k].is_used)
             (void)kt_nearest_try(&nearest, scene->parameters[k].name);
-    kt_say("sweep: '%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name,
-           kt_ask(&nearest, "").text,
+    kt_say("'%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name, kt_ask(&nearest, "").text,
            nearest.best != NULL ? ""
                                 : "; write =NAME where it is meant, or vary a number by its path (bodies.arm.mass)");
     return KT_EXIT_USAGE;
 }
 
 int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene) {
-    static const char section[] = "parameters.";
     for (int i = 0; i < plan->count; i++) {
-        const char *path = plan->axes[i].path;
-        const char *name = strncmp(path, section, sizeof section - 1) == 0 ? path + sizeof section - 1 : path;
+        const char *path = plan->axes[i].path, *name = short_path(path);
         for (int k = 0; k < scene->parameter_count; k++)
             if (!scene->parameters[k].is_used && strcmp(scene->parameters[k].name, name) == 0)
                 return say_without_use(scene, path, name);
