@@ -31,7 +31,26 @@ KT_TEST(what_is_no_file_is_rejected_by_every_command) {
     }
     kt_expect(2, "(standard input):1:1: ", BOUNDED "$K check - </dev/null");
     kt_shell("$K make pendulum >p.yaml");
-    kt_expect(1, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
+    kt_expect(2, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
+}
+
+/* A file that cannot be read has one exit status, whichever option names the file. */
+KT_TEST(missing_file_has_the_exit_status_of_a_missing_scene) {
+    static const char *const commands[] = {"run p.yaml --resume none",
+                                           "run p.yaml --from none",
+                                           "sweep p.yaml --from none",
+                                           "sweep --merge none --out all.csv",
+                                           "accuracy p.yaml --reference none",
+                                           "plot none",
+                                           "import none",
+                                           "run none",
+                                           "sweep none --vary gravity[1]=-9,-10",
+                                           "export --mjcf none"};
+    kt_shell("$K make pendulum >p.yaml");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        kt_expect(2, "No such file or directory", "$K %s", commands[i]);
+    kt_expect(2, "rows.csv:2: a row has a number for each name",
+              "printf 'gravity[1]\nx\n' >rows.csv; $K sweep p.yaml --from rows.csv");
 }
 
 KT_TEST(missing_file_of_initial_from_is_located) {

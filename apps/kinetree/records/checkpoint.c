@@ -405,7 +405,7 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
     FILE *file = is_other ? NULL : fopen(path, "rb");
     if (file == NULL) {
         kt_say("checkpoint %s cannot be read: %s", path, is_other ? "it is not a file" : strerror(errno));
-        return KT_EXIT_USAGE;
+        return KT_EXIT_SCENE;
     }
     read_checkpoint_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);

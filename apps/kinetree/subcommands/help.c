@@ -54,7 +54,7 @@ static const kt_overview overview = {
                 "  kinetree make chain --links 100 | kinetree run - --duration 1\n",
     .exit_status = "  0  done\n"
                    "  1  the command line is wrong\n"
-                   "  2  the scene is wrong\n"
+                   "  2  the scene is wrong, or it or another input file cannot be read\n"
                    "  3  the scene could not be assembled, or its constraints contradict each other\n"
                    "  4  the integration failed, or its results could not be written; earlier records are kept\n",
     .subcommands = subcommands,

@@ -13,7 +13,7 @@
 int kt_run_check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
     if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
         kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
-        return KT_EXIT_USAGE;
+        return KT_EXIT_SCENE;
     }
     if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume)) {
         kt_say("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts from the "

@@ -91,7 +91,7 @@ static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_the
         *shard = (kt_sweep_shard){.sweep = strtoull(sum, &rest, 16), .runs = runs, .first = first, .end = end};
     if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end)) {
         kt_say("sweep: %s does not name the runs of a part; remove it, or compute the part anew", name);
-        code = KT_EXIT_USAGE;
+        code = KT_EXIT_SCENE;
     }
     json_decref(root);
     free(name);
@@ -122,7 +122,7 @@ typedef struct part {
 
 static int say_sweep_part(const part *p, const char *what) {
     kt_say("sweep: %s: %s", p->name, what);
-    return KT_EXIT_USAGE;
+    return KT_EXIT_SCENE;
 }
 
 /* Reads the number of the next run, which is one of those that the part's FILE.shard lists. */

@@ -292,7 +292,7 @@ static int read_random(kt_sweep_plan *plan, const char *text) {
 
 static int say_table(const char *path, int64_t line, const char *what) {
     kt_say("%s:%lld: %s", path, (long long)line, what);
-    return KT_EXIT_USAGE;
+    return KT_EXIT_SCENE;
 }
 
 /* The names of the first line. */
@@ -310,7 +310,7 @@ static int read_axis_names(kt_sweep_plan *plan, const char *path, char *line) {
             kt_say("%s:1: '%s': names of values that vary have no unit; write '%.*s', and values in SI units or angles "
                    "such as 10 deg",
                    path, kt_show(name).text, (int)length, kt_show(name).text);
-            return KT_EXIT_USAGE;
+            return KT_EXIT_SCENE;
         }
         if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text ||
             add_axis(plan, text, &ignored, &code) == NULL)
@@ -343,7 +343,7 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     FILE *file = fopen(path, "r");
     if (file == NULL) {
         kt_say("%s cannot be read: %s", path, strerror(errno));
-        return KT_EXIT_USAGE;
+        return KT_EXIT_SCENE;
     }
     while (code < 0 && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\r\n")] = '\0';
