@@ -38,6 +38,21 @@ typedef struct parts {
     char item[128], key[64];
 } parts;
 
+/* Rejects a path of a scene file, "bodies.rod.mass", with the name of the parameter, "rod.mass". Names of items have no
+ * points. Returns KT_OK for other names. */
+static kt_status reject_scene_path(const char *name, kt_error *error) {
+    static const char *const sections[][2] = {{"bodies.", ""}, {"effects.", "effect "}, {"loops.", "loop "}};
+    for (int i = 0; i < 3; i++) {
+        const size_t length = strlen(sections[i][0]);
+        if (strncmp(name, sections[i][0], length) != 0 || strchr(name + length, '.') == NULL)
+            continue;
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "%s is a path in a scene file; did you mean '%s%.60s'?", kt_name_quote(name).text,
+                            sections[i][1], name + length);
+    }
+    return KT_OK;
+}
+
 static kt_status split_parameter_name(const char *name, parts *p, kt_error *error) {
     const char *rest = name;
     *p = (parts){.effect = strncmp(name, "effect ", 7) == 0, .loop = strncmp(name, "loop ", 5) == 0};
@@ -156,7 +171,9 @@ kt_status kt_parameter_find(const kt_model *model, const char *name, kt_paramete
         *parameter = (kt_parameter){.kind = KT_PARAMETER_GRAVITY, .count = 3};
         return KT_OK;
     }
-    const kt_status status = split_parameter_name(name, &p, error);
+    kt_status status = reject_scene_path(name, error);
+    if (status == KT_OK)
+        status = split_parameter_name(name, &p, error);
     if (status != KT_OK)
         return status;
     return p.effect || p.loop ? find_of_type(model, &p, parameter, error) : find_of_body(model, &p, parameter, error);

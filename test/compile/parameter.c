@@ -210,11 +210,20 @@ KT_TEST(names_that_do_not_exist_are_answered_with_the_nearest) {
     static const struct {
         const char *name, *words;
     } wrong[] = {
-        {"laod.mass", "did you mean 'load'?"},     {"load.mas", "did you mean 'mass'?"},
-        {"effect coil.stifness", "'stiffness'?"},  {"effect cool.stiffness", "did you mean 'coil'?"},
-        {"loop drive.psition", "'position'?"},     {"loop eye.position", "has no parameter 'position'"},
-        {"mass", "write gravity, BODY.mass"},      {"load.armature", "has no parameter 'armature'"},
-        {"effect hold.joint", "has no parameter"}, {"world.mass", "there is no body 'world'"},
+        {"laod.mass", "did you mean 'load'?"},
+        {"load.mas", "did you mean 'mass'?"},
+        {"effect coil.stifness", "'stiffness'?"},
+        {"effect cool.stiffness", "did you mean 'coil'?"},
+        {"loop drive.psition", "'position'?"},
+        {"loop eye.position", "has no parameter 'position'"},
+        {"mass", "write gravity, BODY.mass"},
+        {"load.armature", "has no parameter 'armature'"},
+        {"effect hold.joint", "has no parameter"},
+        {"world.mass", "there is no body 'world'"},
+        {"bodies.load.mass", "mean 'load.mass'?"},
+        {"effects.coil.stiffness", "mean 'effect coil.stiffness'?"},
+        {"loops.drive.position", "mean 'loop drive.position'?"},
+        {"bodies.mass", "there is no body 'bodies'"},
     };
     kt_model *model = compile(NULL, KT_PLAN_AUTO);
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {

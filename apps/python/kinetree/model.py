@@ -290,6 +290,8 @@ class ModelCopy(Model):
     def set(self, name: str, value: Numbers) -> None:
         """Set a parameter, such as ``set("arm.mass", 2.0)``.
 
+        A new mass leaves ``"arm.com"`` and ``"arm.inertia"`` as they are, also if they came from a shape.
+
         Parameters
         ----------
         name : str
