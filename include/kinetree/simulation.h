@@ -374,6 +374,10 @@ KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
  * Returns 0 if there is no such event. */
 KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
 
+/* Returns the name of the k-th event, k from 0: those of hard contacts first, then those that were added. Returns NULL
+ * if there are fewer events. */
+KT_API const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k);
+
 /* Searches for the time of an event that reached the limit kt_simulation_options.event_evaluations. Events may have
  * been missed in these steps. */
 typedef struct kt_event_cuts {

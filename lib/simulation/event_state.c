@@ -84,6 +84,10 @@ uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *
     return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
 }
 
+const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k) {
+    return simulation && k < simulation->event_count ? simulation->event[k].name : NULL;
+}
+
 kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
     kt_event_cuts cuts = {.time = (double)NAN};
 #if KT_HAS_EVENTS

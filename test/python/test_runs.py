@@ -77,6 +77,8 @@ def test_an_event_of_python_is_located(held):
     simulation.run()
     held(abs(seen[0] - np.sqrt(2 / 9.81)), 1e-12, "time of the event, s")
     assert simulation.stopped == "low" and simulation.event_count("low") == 1
+    with pytest.raises(kt.ArgumentError, match="no event 'lwo'; did you mean 'low'"):
+        simulation.event_count("lwo")
 
 
 def test_time_stepping_of_a_scene_holds_in_python(held):

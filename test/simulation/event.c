@@ -316,6 +316,11 @@ KT_TEST(directions_limits_and_starts_at_zero) {
     kt_check_equal_int("falling", falling.count, 3);
     kt_check_equal_int("limited", twice.count, 2);
     kt_check_equal_int("by name", (long long)kt_simulation_event_count(simulation, "falling"), 3);
+    static const char *const names[] = {"rising", "falling", "twice"};
+    size_t listed = 0;
+    for (const char *name; (name = kt_simulation_event_name(simulation, listed)) != NULL; listed++)
+        kt_check_text("a name", name, names[listed]);
+    kt_check_equal_int("all events are listed", (long long)listed, (long long)(sizeof names / sizeof *names));
     kt_simulation_free(simulation);
     kt_model_free(model);
 }

@@ -109,6 +109,12 @@ def count(number: int, one: str, more: str) -> str:
     return f"{number} {one if number == 1 else more}"
 
 
+def hint(word: Any, names: Sequence[str]) -> str:
+    """The end of a message about a name that does not exist: the nearest name, or the first ones."""
+    near = difflib.get_close_matches(str(word), names, 1)
+    return f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(names[:8]) or 'none'}"
+
+
 def name_of(word: Any, what: str) -> bytes:
     """The bytes of a name; a name has no zero byte."""
     if not isinstance(word, str) or "\0" in word:
@@ -123,8 +129,8 @@ def method_of(word: Any, what: str) -> Any:
         return found
     names = [text(lib.kt_method_at(k).name) for k in range(lib.kt_method_count())]
     near = difflib.get_close_matches(word, names, 1)
-    hint = f"did you mean '{near[0]}'? There" if near else "there"
-    raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"there is no method '{word}'; {hint} are {', '.join(names)}")
+    guess = f"did you mean '{near[0]}'? There" if near else "there"
+    raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"there is no method '{word}'; {guess} are {', '.join(names)}")
 
 
 def finite(value: Any, what: str, least: Optional[float] = None) -> float:

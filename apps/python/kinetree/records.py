@@ -7,7 +7,7 @@ from typing import Any, Dict, Iterator, List, Optional
 
 import numpy as np
 
-from ._core import Array, Json
+from ._core import Array, Json, hint
 
 # The colours of the light page of apps/kinetree/plot/palette.c, and points of matplotlib in a unit of its pictures, a pixel.
 _INK, _QUIET, _FAINT = "#212121", "#6b6b6b", "#e0e0e0"
@@ -53,10 +53,7 @@ class Table:
         try:
             return self._columns[name]
         except KeyError:
-            import difflib
-            near = difflib.get_close_matches(str(name), self._columns, 1)
-            hint = f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(list(self._columns)[:8])}"
-            raise KeyError(f"there is no column '{name}'{hint}") from None
+            raise KeyError(f"there is no column '{name}'{hint(name, self.names)}") from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._columns

@@ -10,7 +10,7 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, lib, method_of, name_of,
+from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, name_of,
                     output, pointer, text)
 from ._kinetree import turns
 from .data import Data
@@ -208,6 +208,8 @@ class Simulation(Fixed):
 
     def set(self, name: str, value: Numbers) -> None:
         """Set a parameter while the simulation runs. The simulation's model must be a copy (`Model.copy`).
+
+        A new mass leaves ``"arm.com"`` and ``"arm.inertia"`` as they are, also if they came from a shape.
 
         Parameters
         ----------
@@ -492,7 +494,12 @@ class Simulation(Fixed):
         name : str
             The name in `on`, or in the scene.
         """
-        return int(lib.kt_simulation_event_count(self._simulation, name_of(name, "name")))
+        wanted, names = name_of(name, "name"), []
+        while (found := lib.kt_simulation_event_name(self._simulation, len(names))) != ffi.NULL:
+            names.append(text(found))
+        if name not in names:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"there is no event {name!r}{hint(name, names)}")
+        return int(lib.kt_simulation_event_count(self._simulation, wanted))
 
     # ---- checkpoints ------------------------------------------------------------------------------------------------
 
