@@ -369,10 +369,11 @@ def check_names(folder):
     for key in ("force", "torque"):
         slide.write_text("kinetree: 1\nbodies: [{name: b, mass: 2, joint: {name: s, type: prismatic, axis: x}}]\n"
                          f"effects: [{{name: m, type: motor, joint: s, {key}: \"t\"}}]\nsimulate: {{duration: 1}}\n")
-        fmu = Fmu(slide, folder, "--input", "m,s,m.torque")
-        found += [sorted(n for n, v in fmu.variables.items() if v.get("causality") == "input")] if fmu.status == 0 else [fmu.errors]
+        for name in ("m", "m.torque", "m.force"):
+            fmu = Fmu(slide, folder, "--input", f"{name},s")
+            found += [sorted(n for n, v in fmu.variables.items() if v.get("causality") == "input")] if fmu.status == 0 else [fmu.errors]
     note(f"a motor in a sliding joint: {found}")
-    claim("a_force_has_either_name_of_its_key", [] if found == [["input.m.force", "input.s"]] * 2 else [str(found)])
+    claim("a_force_has_either_name_of_its_key", [] if found == [["input.m.force", "input.s"]] * 6 else [str(found)])
 
 
 def check_signals(folder):

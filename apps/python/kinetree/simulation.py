@@ -494,7 +494,8 @@ class Simulation(Fixed):
         name : str
             The name in `on`, or in the scene.
         """
-        wanted, names = name_of(name, "name"), []
+        wanted = name_of(name, "name")
+        names: List[str] = []
         while (found := lib.kt_simulation_event_name(self._simulation, len(names))) != ffi.NULL:
             names.append(text(found))
         if name not in names:
