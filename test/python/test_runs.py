@@ -69,6 +69,26 @@ def test_a_sweep_has_a_line_for_each_combination(tmp_path):
     assert (again["position.ball.end"] == table["position.ball.end"]).all()
 
 
+def test_a_run_that_fails_has_its_own_records(tmp_path):
+    """The file of an earlier run stays, and its records are not those of the failed run."""
+    scene = kt.Scene("kinetree: 1\nparameters: {pole: 3}\nbodies: [{name: a, joint: {type: prismatic, axis: x}, mass: 1}]\n"
+                     "effects: [{type: expression, joint: a, force: 1/(pole - t)}]\nsimulate: {duration: 2}\noutput: {interval: 0.1}\n")
+    keep = {"out": tmp_path / "run.csv", "summary": tmp_path / "run.json"}
+    for fresh in (True, False):
+        with pytest.raises(kt.StepError) as failed:
+            scene.run(set={"pole": 1}, **keep)
+        run = failed.value.run
+        assert run.time[-1] < 1.0 and run.summary["time"] < 1.0 and len(run) == 10
+        if fresh:
+            assert scene.run(**keep).time[-1] == 2.0
+    with pytest.raises(kt.ArgumentError) as failed:
+        scene.run(integrator="rk5", **keep)
+    assert failed.value.run is None
+    with pytest.raises(kt.ArgumentError, match="name a file"):
+        scene.run(out="-")
+    assert len(scene.run(out="/dev/null")) == 0
+
+
 def test_an_event_of_python_is_located(held):
     scene = kt.Scene(BALL)
     simulation = scene.simulation(duration=1.0, tolerance=1e-10)

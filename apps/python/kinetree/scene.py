@@ -263,16 +263,18 @@ class Scene:
         StepError
             The integration failed. ``error.run`` has the records until then.
         """
+        if "-" in (out, summary):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", "standard output is not read back; name a file, or leave out and summary away")
         with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
             silent = not command.has_bar() if quiet is None else quiet
-            failure = None
+            failure, written = None, (_Result(records), _Result(end))
             try:
                 self.command("run", show=not silent, out=records, summary=end, quiet=bool(quiet), **options)
             except Error as raised:
                 failure = raised
-            found = _run_of(records, end)
+            found = _run_of(*written, failed=failure is not None)
             if failure is not None:
                 failure.run = found  # type: ignore[attr-defined]
                 raise failure
@@ -515,9 +517,30 @@ def _json(done: command.Completed) -> Json:
     return found
 
 
-def _run_of(records: pathlib.Path, summary: pathlib.Path) -> Optional[Run]:
-    place = records if records.exists() else records.with_name(records.name + ".partial")
-    if not place.exists():
+class _Result:
+    """A file that a run writes. A run that fails leaves the file of an earlier run, and writes NAME.partial."""
+
+    def __init__(self, path: pathlib.Path) -> None:
+        self._places = [path, path.with_name(path.name + ".partial")]
+        self._before = [self._sign(place) for place in self._places]
+
+    @staticmethod
+    def _sign(place: pathlib.Path) -> Optional[Tuple[int, ...]]:
+        """None if there is no file. Otherwise, it differs after each change of the file."""
+        try:
+            found = place.stat()
+        except OSError:
+            return None
+        return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+    def read(self, failed: bool) -> Optional[str]:
+        """The text that the run has written; None if it has written nothing."""
+        for place, before in zip(self._places, self._before):
+            if not failed or self._sign(place) not in (None, before):
+                return place.read_text(encoding="utf8")
         return None
-    text = place.read_text(encoding="utf8")
-    return Run(read_csv(text), json.loads(summary.read_text()) if summary.exists() else {}, text)
+
+
+def _run_of(records: _Result, summary: _Result, failed: bool) -> Optional[Run]:
+    text, end = records.read(failed), summary.read(failed)
+    return None if text is None else Run(read_csv(text), json.loads(end) if end else {}, text)
