@@ -115,6 +115,24 @@ KT_TEST(factor_of_the_x_axis_stands_with_its_title) {
     kt_check_contains("the page's title", kt_read_file("x.svg"), ">\u22123<");
 }
 
+/* Curves of effects without a name have different labels. */
+KT_TEST(effects_without_a_name_have_their_number_in_legends) {
+    kt_write_file("two.yaml", "kinetree: 1\nbodies:\n"
+                              "  - {name: a, joint: {type: prismatic, axis: x, position: 0.1}, mass: 2}\n"
+                              "effects:\n  - {type: joint_spring, joint: a, stiffness: 30}\n"
+                              "  - {type: joint_damper, joint: a, damping: 2}\n"
+                              "  - {name: pull, type: motor, joint: a, force: 1}\n"
+                              "simulate: {duration: 0.5}\noutput: {record: [effect]}\n");
+    kt_expect(0, NULL, "$K run two.yaml --quiet --out two.csv --plot run.svg");
+    kt_expect(0, "picture: plot.svg", "$K plot two.csv --out plot.svg");
+    for (int i = 0; i < 2; i++) {
+        const char *svg = kt_read_file(i == 0 ? "run.svg" : "plot.svg");
+        kt_check_contains("the spring", svg, ">effect[0].force<");
+        kt_check_contains("the damper", svg, ">effect[1].force<");
+        kt_check_contains("a name", svg, ">pull.force<");
+    }
+}
+
 /* Without a summary, the unit of a joint is 'rad or m'. */
 KT_TEST(phase_plane_has_the_units_of_the_summary) {
     kt_write_file("u.csv", "time,position.a,velocity.a\n0,1,1\n1,2,2\n2,3,-1\n");

@@ -5,6 +5,12 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
+
+const char *kt_label_of_column(const char *name) {
+    const char *dot = strchr(name, '.');
+    return dot != NULL && dot > name && dot[-1] != ']' ? dot + 1 : name;
+}
 
 /* Differences below this share of the largest value of a family are rounding. It covers some hundred operations, each
  * of 1e-16, and the remainder that the tolerance of a projection leaves. */

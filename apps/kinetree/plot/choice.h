@@ -20,6 +20,10 @@ typedef struct kt_candidate {
     bool is_empty; /* without a finite value */
 } kt_candidate;
 
+/* The part of a column's name that the title of its panel lacks: "crank" of "position.crank". An effect without a name
+ * keeps its number: "effect[0].force". */
+const char *kt_label_of_column(const char *name);
+
 /* Chooses the columns to show. S is the largest magnitude in a family. A column moves if it varies by more than 1e-11
  * S. A column that does not move and is not larger than that is noise, and so is a column below 1e-30. A panel shows at
  * most KT_PLOT_SERIES_MAX columns: first the moving ones that vary most, then constant ones. Columns of zeros are shown

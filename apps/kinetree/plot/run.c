@@ -134,12 +134,6 @@ static void list_column_candidates(picture *p, const double *columns, bool is_qu
         kt_candidates_say_noise("run", p->candidates, p->candidate_count);
 }
 
-/* The part of a column's name that its panel's title does not contain: "crank" of "position.crank". */
-static const char *label_of(const char *name) {
-    const char *dot = strchr(name, '.');
-    return dot != NULL ? dot + 1 : name;
-}
-
 static void add_panel(picture *p, int panel) {
     const kt_measure quantity = kt_column_quantity(p->plot->columns, p->plot->panels[panel]);
     kt_plot_series *series = p->series[p->panel_count];
@@ -147,7 +141,7 @@ static void add_panel(picture *p, int panel) {
     for (int i = 0; i < p->candidate_count; i++) {
         if (p->candidates[i].panel != panel || !p->candidates[i].is_shown)
             continue;
-        series[count] = (kt_plot_series){.label = label_of(p->candidates[i].name),
+        series[count] = (kt_plot_series){.label = kt_label_of_column(p->candidates[i].name),
                                          .x = p->x,
                                          .y = p->candidates[i].y,
                                          .count = p->plot->count,

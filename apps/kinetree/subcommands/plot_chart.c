@@ -105,9 +105,8 @@ static void add_chart_column(kt_chart *chart, int column) {
 
 /* Writes the part of a column's name that the title of its panel lacks: "strut.force" for "effect.strut.force [N]". */
 static void write_label(const char *name, int kind, char *label, size_t size) {
-    const char *dot = kind < KT_COLUMN_KINDS - 1 ? strchr(name, '.') : NULL;
     const char *unit = kind >= KT_COLUMN_KINDS || kt_column_kinds[kind].unit != NULL ? strstr(name, " [") : NULL;
-    const char *from = dot != NULL ? dot + 1 : name;
+    const char *from = kind < KT_COLUMN_KINDS - 1 ? kt_label_of_column(name) : name;
     (void)snprintf(label, size, "%.*s", unit != NULL ? (int)(unit - from) : (int)strlen(from), from);
 }
 
