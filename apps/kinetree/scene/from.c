@@ -164,15 +164,18 @@ static void close_source(source *s) {
 
 /* ---- the state --------------------------------------------------------------------------------------------------- */
 
-/* Reads `count` numbers of "position" or "velocity" of a joint. Returns the count of numbers that the result has. The
- * array is complete only if this is `count`; otherwise records may still have filled a part of the array. */
+/* Reads `count` numbers of "position" or "velocity" of a joint. Returns the count of values that the result has. The
+ * array is complete only if this is `count`; otherwise records may still have filled a part of the array. Values that
+ * are no numbers become NaN. */
 static int read_part(const source *s, const char *part, const char *joint, int count, double *out) {
     char name[512];
     if (s->root != NULL) {
         const json_t *value = json_object_get(json_object_get(s->root, part), joint);
         const int found = json_is_number(value) ? 1 : json_is_array(value) ? (int)json_array_size(value) : 0;
-        for (int k = 0; k < count && found == count; k++)
-            out[k] = json_number_value(json_is_array(value) ? json_array_get(value, (size_t)k) : value);
+        for (int k = 0; k < count && found == count; k++) {
+            const json_t *one = json_is_array(value) ? json_array_get(value, (size_t)k) : value;
+            out[k] = json_is_number(one) ? json_number_value(one) : (double)NAN;
+        }
         return found;
     }
     int found = 0;
@@ -186,6 +189,16 @@ static int read_part(const source *s, const char *part, const char *joint, int c
         found++;
     }
     return found;
+}
+
+/* Returns whether one of the numbers is not finite, after reporting it. */
+static bool reject_values(const source *s, const char *part, const char *name, int count, const double *values) {
+    for (int k = 0; k < count; k++)
+        if (!isfinite(values[k])) {
+            kt_say("%s: the %s of '%s' is no finite number there", s->path, part, name);
+            return true;
+        }
+    return false;
 }
 
 /* Reads the state of all joints that the result has. Returns their number, or -1 after printing an error. */
@@ -214,6 +227,8 @@ static int read_joint_states(const source *s, const kt_model *model, double *q, 
             memset(y, 0, sizeof y); /* records may have some of its columns */
             still++;
         }
+        if (reject_values(s, "position", joint, at.nq, x) || reject_values(s, "velocity", joint, at.nv, y))
+            return -1;
         memcpy(q + at.q, x, (size_t)at.nq * sizeof *q);
         memcpy(v + at.v, y, (size_t)at.nv * sizeof *v);
         found++;
