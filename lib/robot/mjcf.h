@@ -176,11 +176,9 @@ typedef struct kt_mjcf {
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
     int elements;                        /* of the whole, with copies of replicates */
     kt_list elastic_flexes;              /* kt_flex */
-    kt_list copies;                      /* kt_mjcf_copy: of the outermost <replicate> of the model itself */
-    kt_list moved_actuators;     /* int: the places in the file of the model's actuators that are those of copies */
-    int replicate_count;         /* in the model itself */
     kt_list copied, lost_flexes; /* const char *: names that a <replicate> has copied; flexcomps that are left out */
-
+    kt_list copies, moved_actuators; /* mjcf_copies.h */
+    int replicate_count;
     kt_list classes; /* kt_mjcf_class */
     kt_vec3 gravity;
     double density, viscosity; /* of the medium */
@@ -520,10 +518,9 @@ typedef struct kt_mjcf_actuator {
 
 kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
 
-/* The kinds of actuators. They are one element to defaults: each kind changes the attributes of all. */
+/* To defaults, all kinds of actuators are one: each changes the attributes of all. */
 #define KT_MJCF_ACTUATORS " general motor position velocity damper intvelocity cylinder muscle adhesion "
-
-/* The tag under which an attribute that all kinds have is found: all kinds, or NULL if there is none. */
+/* The tag under which an attribute that all kinds have is found; NULL: there is none. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
 
 /* The first number of `gear`. */

@@ -272,8 +272,8 @@ static void keep_copy(kt_mjcf *m, int document, const kt_element *e, const kt_el
     (void)snprintf(copy->suffix, sizeof copy->suffix, "%s", suffix);
 }
 
-/* The copies. The angles of copy k are those of `euler` times k. Each is displaced by `offset` from the one before, along
- * the axes of that one. */
+/* The copies. The angles of copy k are those of `euler` times k. Each is displaced by `offset` from the one before,
+ * along the axes of that one. */
 static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
     static const char *const none[] = {NULL};
     const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);

@@ -7,6 +7,9 @@
 /* Replaces each <replicate> with its copies, after the compiler's settings have been read. */
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
+/* The model keeps the outermost copies of its own (`copies`, kt_mjcf_copy), how often it has a <replicate>, and the
+ * places in the file of actuators that are those of copies (`moved_actuators`, int). */
+
 /* A copy: the <frame> around it, and what its names end in. */
 typedef struct kt_mjcf_copy {
     const kt_element *frame;
