@@ -520,10 +520,8 @@ kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
 
 /* To defaults, all kinds of actuators are one: each changes the attributes of all. */
 #define KT_MJCF_ACTUATORS " general motor position velocity damper intvelocity cylinder muscle adhesion "
-/* The tag under which an attribute that all kinds have is found; NULL: there is none. */
+/* The tag under which an attribute that all kinds have is found (NULL: there is none); the first number of `gear`. */
 const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
-
-/* The first number of `gear`. */
 double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e);
 
 /* Reads a range with its switch; false if it limits nothing. */
@@ -547,6 +545,7 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
 
 void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
+bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
 kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);

@@ -79,7 +79,7 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
     d->own = (kt_mjcf_term){joint, 1.0};
     if (joint >= 0 && !kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint)))
-        kt_unknown_count(&m->forces, "actuator of a ball or free joint", e);
+        kt_unknown_count(&m->forces, "actuator of a ball joint, or servo of a free joint", e);
     return joint >= 0 && kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint));
 }
 
@@ -174,7 +174,7 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
         kt_mjcf_act_at_site(m, e, &a, control);
         return;
     }
-    if (!find_length_of(m, e, &d))
+    if (kt_mjcf_act_in_free(m, e, &a, control) || !find_length_of(m, e, &d))
         return;
     d.gear = kt_mjcf_gear_of(m, e);
     if (!flex_muscle(m, e, &a, control, &d))

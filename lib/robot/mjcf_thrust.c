@@ -1,4 +1,4 @@
-/* Actuators of MJCF at sites, such as propellers. */
+/* Actuators of MJCF at sites, such as propellers, and motors of free joints. */
 #include "robot/mjcf.h"
 
 #include <math.h>
@@ -9,22 +9,36 @@ void kt_mjcf_name_effect(kt_mjcf *m, const char *name) {
         effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
 }
 
-/* Half of a wrench on the body of a site, along its axes. */
-static void add_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_site *site, kt_effect_type type,
-                        const double *gear, double force) {
-    const kt_vec3 along = kt_mat3_apply(site->pose.rotation, kt_vec3_make(gear[0], gear[1], gear[2]));
-    const double parts[3] = {along.x, along.y, along.z};
-    if (parts[0] == 0.0 && parts[1] == 0.0 && parts[2] == 0.0)
-        return;
-    kt_effect *effect = kt_draft_effect(&m->draft, e, type);
+/* Half of a wrench on a body: `force` times a vector in the axes of the frame. */
+static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const kt_end *end, kt_frame frame,
+                     kt_vec3 vector, double force) {
+    const double parts[3] = {vector.x, vector.y, vector.z};
+    kt_effect *effect =
+        parts[0] != 0.0 || parts[1] != 0.0 || parts[2] != 0.0 ? kt_draft_effect(&m->draft, e, type) : NULL;
     if (effect == NULL)
         return;
-    effect->between[0].body = kt_mjcf_body_at(m, site->body)->name;
-    effect->between[0].at = site->pose.position;
-    effect->frame = KT_FRAME_BODY;
+    effect->between[0].body = end->body;
+    effect->between[0].at = end->at;
+    effect->frame = frame;
     for (int k = 0; k < 3; k++)
         effect->value[k] = kt_function_constant(force * parts[k]);
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
+}
+
+static void read_gears(kt_mjcf *m, const kt_element *e, kt_vec3 gears[2]) {
+    double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
+    if (tag != NULL)
+        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
+    for (int i = 0; i < 2; i++)
+        gears[i] = kt_vec3_make(gear[3 * i], gear[3 * i + 1], gear[3 * i + 2]);
+}
+
+/* The force of an actuator for a control, within its bounds. */
+static double bounded_force_of(kt_mjcf *m, const kt_element *e, double force) {
+    double bounds[2];
+    return kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", bounds) ? fmin(fmax(force, bounds[0]), bounds[1])
+                                                                              : force;
 }
 
 /* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
@@ -32,10 +46,9 @@ static void add_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_site *sit
 void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
     const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
     const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
-    double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, c[3], bounds[2];
-    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
-    if (tag != NULL)
-        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
+    double c[3];
+    kt_vec3 gears[2];
+    read_gears(m, e, gears);
     kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, control), c);
     if (c[2] != 0.0)
         kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
@@ -43,13 +56,37 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
         kt_unknown_count(&m->changes, "activation of an actuator of a site, whose control acts at once", e);
     if (a->dynamics.delay > 0.0)
         kt_unknown_count(&m->changes, "delay of the control of an actuator of a site, which acts at once", e);
-    if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", bounds))
-        c[0] = fmin(fmax(c[0], bounds[0]), bounds[1]);
+    c[0] = bounded_force_of(m, e, c[0]);
     if (site == NULL || site->body == 0)
         return;
     if (kt_mjcf_is_bounded_above(m, site->body))
         kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a site moves, too", e);
-    add_at_site(m, e, site, KT_EFFECT_FORCE, gear, c[0]);
-    add_at_site(m, e, site, KT_EFFECT_TORQUE, gear + 3, c[0]);
+    const kt_end end = {.body = kt_mjcf_body_at(m, site->body)->name, .at = site->pose.position};
+    for (int i = 0; i < 2; i++)
+        add_half(m, e, i == 0 ? KT_EFFECT_FORCE : KT_EFFECT_TORQUE, &end, KT_FRAME_BODY,
+                 kt_mat3_apply(site->pose.rotation, gears[i]), c[0]);
     kt_left_count(&m->motors, e);
+}
+
+/* A motor of a free joint acts with force times gear: a force along the axes of the world, and a moment about those of
+ * the body, or with `jointinparent` of the world. Returns whether the actuator is such a motor. One whose force depends
+ * on the motion or on an activation is none. */
+bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
+    const char *in_parent = kt_xml_attribute(e, "jointinparent"), *joint = kt_xml_attribute(e, "joint");
+    const char *name = in_parent != NULL ? in_parent : joint;
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_JOINTS, name) : -1;
+    const kt_mjcf_joint *j = index >= 0 ? kt_mjcf_joint_at(m, index) : NULL;
+    double c[3];
+    kt_vec3 gears[2];
+    kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, control), c);
+    if (j == NULL || j->type != KT_MJCF_FREE || c[1] != 0.0 || c[2] != 0.0 || kt_mjcf_is_dynamic(&a->dynamics) ||
+        a->dynamics.delay > 0.0 || a->has_active || a->has_passive)
+        return false;
+    const kt_end end = {.body = j->carrier};
+    const double force = bounded_force_of(m, e, c[0]);
+    read_gears(m, e, gears);
+    add_half(m, e, KT_EFFECT_FORCE, &end, KT_FRAME_WORLD, gears[0], force);
+    add_half(m, e, KT_EFFECT_TORQUE, &end, in_parent != NULL ? KT_FRAME_WORLD : KT_FRAME_BODY, gears[1], force);
+    kt_left_count(&m->motors, e);
+    return true;
 }

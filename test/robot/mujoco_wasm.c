@@ -303,6 +303,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false},       /* MuJoCo subtracts two ellipsoids */
         {MODELS "/extended.urdf", 4e-14, NULL, false, false},
         {MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
+        {MODELS "/mjcf/thrusters.xml", 1e-13, "k", false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
