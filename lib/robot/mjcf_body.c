@@ -288,7 +288,7 @@ static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
 static void make_mjcf_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;
-    kt_pose frame = b->pose;
+    kt_pose frame = kt_mjcf_mocap_pose(m, b);
     kt_body *body = NULL;
     for (int i = 0; i < b->joint_count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, b->first_joint + i);

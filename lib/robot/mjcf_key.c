@@ -255,12 +255,13 @@ static const kt_element *find_key(kt_mjcf *m, const char *wanted, int *copy) {
 }
 
 /* A quaternion of any length is a rotation, and one of zeros is none. */
-static void normalize_turn(double *turn) {
+static const double *normalize_turn(double *turn) {
     const double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
     if (!(size > 0.0))
         memcpy(turn, (const double[]){1.0, 0.0, 0.0, 0.0}, 4 * sizeof *turn);
     for (int i = 0; i < 4 && size > 0.0; i++)
         turn[i] /= size;
+    return turn;
 }
 
 void kt_mjcf_start(kt_mjcf *m) {
@@ -285,7 +286,7 @@ void kt_mjcf_start(kt_mjcf *m) {
         if (kt_mjcf_is_scalar(j))
             j->start = m->qpos[j->position];
         else
-            normalize_turn(m->qpos + j->position + (j->type == KT_MJCF_FREE ? 3 : 0));
+            (void)normalize_turn(m->qpos + j->position + (j->type == KT_MJCF_FREE ? 3 : 0));
     }
 }
 
@@ -294,4 +295,26 @@ void kt_mjcf_keep_start(kt_mjcf *m) {
     for (int i = 0; i < m->joints.count && m->source->options->keyframe != NULL; i++)
         bodies[kt_mjcf_joint_at(m, i)->carrier_index].joint.given |=
             KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION | KT_GIVEN_VELOCITY | KT_GIVEN_ANGULAR;
+}
+
+/* A keyframe has the places of bodies that a program moves, in the order of the bodies. */
+kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *of) {
+    kt_pose pose = of->pose;
+    int count = 0, place = 0;
+    if (m->key == NULL || !kt_mjcf_flag(m, of->element, NULL, "mocap", false))
+        return pose;
+    for (int i = 1; i < m->bodies.count; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        place = b == of ? count : place;
+        count += kt_mjcf_flag(m, b->element, NULL, "mocap", false);
+    }
+    const double *mpos = key_numbers(m, m->key, "mpos", 3 * count);
+    double *mquat = key_numbers(m, m->key, "mquat", 4 * count);
+    if (mpos != NULL)
+        pose.position = kt_vec3_make(mpos[3 * place], mpos[3 * place + 1], mpos[3 * place + 2]);
+    if (mquat != NULL) {
+        const double *q = normalize_turn(mquat + 4 * place);
+        pose.rotation = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
+    }
+    return pose;
 }

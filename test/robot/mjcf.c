@@ -205,6 +205,28 @@ KT_TEST(keyframe_of_a_model_with_copies_has_numbers_for_one_of_them) {
     kt_check_contains("fault", faults.text, "there is no keyframe 'k-2'; the names are k");
 }
 
+/* 90 degrees about z take x to y. */
+KT_TEST(bodies_that_a_program_moves_are_where_the_keyframe_puts_them) {
+    static const char text[] =
+        "<mujoco><worldbody><body name='a'><joint/>" BALL "</body><body name='b' mocap='true' "
+        "pos='1 0 0'/><body name='c' mocap='true' pos='5 6 7'/></worldbody><keyframe><key name='k' "
+        "qpos='1' mpos='2 3 4 5 6 8' mquat='1 0 0 0 2 0 0 2'/></keyframe></mujoco>";
+    const kt_robot_options options = {.keyframe = "k"};
+    for (int n = 0; n < 2; n++) {
+        kt_scene scene;
+        if (!parse_right(text, n == 0 ? &options : NULL, &scene))
+            continue;
+        const kt_joint *b = &find_body(&scene, "b")->joint, *c = &find_body(&scene, "c")->joint;
+        const double at[2][3] = {{5.0, 6.0, 8.0}, {5.0, 6.0, 7.0}};
+        kt_check_near("x of the first", b->at.x, n == 0 ? 2.0 : 1.0, 0.0);
+        kt_check_equal_bits("the second", &c->at.x, at[n], 3);
+        kt_check_equal_int("turns", c->rotation.type, n == 0 ? KT_ROTATION_QUATERNION : KT_ROTATION_NONE);
+        if (n == 0)
+            kt_check_near("by a quarter", c->rotation.value[3], sqrt(0.5), 4e-16);
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(quaternions_of_a_keyframe_have_any_length) {
     static const char *const qpos[] = {"1 2 3 2 0 0 2 2 2 2 2", "1 2 3 0 0 0 0 0 0 0 -7"};
     static const double expected[][2][4] = {{{0.5, 0.0, 0.0, 0.5}, {0.5, 0.5, 0.5, 0.5}},
