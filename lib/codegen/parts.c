@@ -4,7 +4,8 @@
  *
  * A compiler keeps the variables of a function in few registers. In a long one, it moves most of them to memory and
  * back, often many times. A long function is therefore divided into parts, which are static functions. A number that
- * another part reads is written once, to the array `w`. A loop (roll.c) is a part.
+ * another part reads is written once, to the array `w`. A loop (roll.c) is a part. Places in `w` are used again behind
+ * the last part that reads them: the array stays in the cache.
  */
 #include "codegen/parts.h"
 
@@ -235,7 +236,13 @@ static bool prepare_loops(kt_code_printer *p) {
 
 static void note_operands(kt_code_printer *p, kt_op i, int part);
 
-/* Notes what a part needs for the text of a node. */
+/* Notes that a part writes or reads rows of a loop. */
+static void hold_columns(kt_code_loop_plan *l, int part) {
+    l->first_part = part < l->first_part ? part : l->first_part;
+    l->last_part = part > l->last_part ? part : l->last_part;
+}
+
+/* Notes what a part needs for the text of a node. Until places are known, p->place is the last part that reads. */
 static void note_reads(kt_code_printer *p, kt_op i, int part) {
     const kt_op_node *n = &p->graph->node[i];
     if (kt_code_is_leaf(p, i)) {
@@ -243,11 +250,11 @@ static void note_reads(kt_code_printer *p, kt_op i, int part) {
             p->needs[part] |= 1 << (n->kind == KT_OP_INPUT ? n->a : CODE_PREPARED);
     } else if (p->roll.loop[i] >= 0) {
         p->needs[part] |= 1 << CODE_PLACES;
+        hold_columns(&p->roll.plan[p->roll.loop[i]], part);
     } else if (p->width[i] == 0) {
         if (p->part[i] == part)
             return;
-        if (p->place[i] < 0)
-            p->place[i] = p->place_count++;
+        p->place[i] = part > p->place[i] ? part : p->place[i];
         p->needs[part] |= 1 << CODE_PLACES;
         p->needs[p->part[i]] |= 1 << CODE_PLACES;
     } else {
@@ -272,10 +279,14 @@ static void note_loop(kt_code_printer *p, int loop, int part) {
             p->needs[part] |= 1 << CODE_PLACES;
         else
             note_reads(p, slot->cell[0], part);
+        if (slot->kind == KT_SLOT_COLUMN)
+            hold_columns(&p->roll.plan[slot->loop], part);
     }
     for (int k = 0; k < p->roll.copy_count; k++)
-        if (p->roll.copy[k].reader == loop)
+        if (p->roll.copy[k].reader == loop) {
             note_reads(p, p->roll.copy[k].node, part);
+            hold_columns(&p->roll.plan[p->roll.copy[k].loop], part);
+        }
     if (l->column_count > 0)
         p->needs[part] |= 1 << CODE_PLACES;
 }
@@ -314,17 +325,62 @@ static void number_parts(kt_code_printer *p) {
         }
         for (kt_op k = i; k < end; k++)
             p->part[k] = part;
+        p->roll.plan[loop].first_part = p->roll.plan[loop].last_part = part;
         p->loop_of_part[part++] = loop;
     }
     p->part_count = part;
 }
 
-/* Places of columns in `w`, behind those of single numbers. */
+/* Places of numbers in `w`. Each number holds its place until the last part that reads it; parts follow the order of
+ * nodes. Returns false if memory is insufficient. */
+static bool place_numbers(kt_code_printer *p) {
+    const size_t count = (size_t)p->graph->count + 1;
+    int32_t *held = malloc(((size_t)p->part_count + 1) * sizeof *held); /* by numbers whose last reader is part k */
+    int32_t *next = malloc(count * sizeof *next);                       /* of these numbers */
+    int32_t *unused = malloc(count * sizeof *unused), unused_count = 0, part = 0;
+    const bool fine = held != NULL && next != NULL && unused != NULL;
+    for (int k = 0; fine && k <= p->part_count; k++)
+        held[k] = -1;
+    for (kt_op i = 0; fine && i < p->graph->count; i++) {
+        const int32_t last = p->place[i];
+        if (last < 0)
+            continue;
+        for (; part < p->part[i]; part++)
+            for (int32_t k = held[part]; k >= 0; k = next[k])
+                unused[unused_count++] = p->place[k];
+        p->place[i] = unused_count > 0 ? unused[--unused_count] : p->place_count++;
+        next[i] = held[last];
+        held[last] = i;
+    }
+    free(held);
+    free(next);
+    free(unused);
+    return fine;
+}
+
+static int count_places(const kt_code_loop_plan *l) { return l->column_count * (l->last_row - l->first_row + 1); }
+
+/* Whether two loops need different places: they hold rows in one part. */
+static bool hold_places_at_once(const kt_code_loop_plan *a, const kt_code_loop_plan *b) {
+    return a->first_part <= b->last_part && b->first_part <= a->last_part;
+}
+
+/* Places of columns in `w`, behind those of single numbers: the first that are free in all parts that hold rows. */
 static void place_columns(kt_code_printer *p) {
+    const kt_code_loop_plan *plan = p->roll.plan;
+    const int begin = p->place_count;
     for (int k = 0; k < p->roll.plan_count; k++) {
         kt_code_loop_plan *l = &p->roll.plan[k];
-        l->place = p->place_count;
-        p->place_count += l->column_count * (l->last_row - l->first_row + 1);
+        const int count = count_places(l);
+        l->place = begin;
+        for (int other = 0; other < k; other++) {
+            const int end = plan[other].place + count_places(&plan[other]);
+            if (!hold_places_at_once(l, &plan[other]) || l->place >= end || plan[other].place >= l->place + count)
+                continue;
+            l->place = end;
+            other = -1; /* the loops before may have places there */
+        }
+        p->place_count = l->place + count > p->place_count ? l->place + count : p->place_count;
     }
 }
 
@@ -396,6 +452,8 @@ bool kt_code_plan_parts(kt_code_printer *p, const kt_code_function *f) {
     number_parts(p);
     if (kt_code_has_parts(p))
         note_all(p, f);
+    if (!place_numbers(p))
+        return false;
     place_columns(p);
     return prepare_loops(p);
 }

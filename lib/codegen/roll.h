@@ -29,9 +29,10 @@ typedef struct kt_code_loop_plan {
     int32_t *column;  /* of each node of an iteration; -1: none */
     bool *is_written; /* whether it is written to the outputs at once */
     int32_t column_count, first_row, last_row;
-    bool is_wide;     /* no iteration waits for another: columns are contiguous, for vectors */
-    int32_t place;    /* of the first row, in the array of places */
-    int32_t prepared; /* the first prepared number */
+    bool is_wide;                  /* no iteration waits for another: columns are contiguous, for vectors */
+    int32_t place;                 /* of the first row, in the array of places */
+    int32_t first_part, last_part; /* that write or read rows: beyond them, the places are free */
+    int32_t prepared;              /* the first prepared number */
     int32_t prepared_count;
 } kt_code_loop_plan;
 

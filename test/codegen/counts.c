@@ -26,20 +26,36 @@ typedef struct code_size {
 
 /* ---- measurement ------------------------------------------------------------------------------------------------- */
 
-/* The comment before a function has its counts. */
-static operation_counts read_counts(const char *source, const char *function) {
+/* The counts in the comment before a function; NULL: there is none. *end: the function. */
+static const char *find_counts(const char *source, const char *function, const char **end) {
     char head[64];
-    operation_counts c = {-1, -1, -1};
+    const char *found = NULL;
     (void)snprintf(head, sizeof head, "\nint mech_%s(", function);
-    const char *end = strstr(source, head), *found = NULL;
-    for (const char *at = source; end != NULL && (at = strstr(at, "Operations: ")) != NULL && at < end; at++)
+    *end = strstr(source, head);
+    for (const char *at = source; *end != NULL && (at = strstr(at, "Operations: ")) != NULL && at < *end; at++)
         found = at;
+    return found;
+}
+
+static operation_counts read_counts(const char *source, const char *function) {
+    operation_counts c = {-1, -1, -1};
+    const char *end, *found = find_counts(source, function, &end);
     if (!kt_check_true(function, found != NULL) ||
         !kt_check_equal_int(
             "numbers in the comment",
             sscanf(found, "Operations: %d products, %d sums, %d divisions", &c.products, &c.sums, &c.divisions), 3))
         c.products = -1;
     return c;
+}
+
+/* The numbers of the array `w` of a function; 0: it has none. */
+static int read_places(const char *source, const char *function) {
+    const char *end, *found = find_counts(source, function, &end);
+    int places = 0;
+    found = found != NULL ? strstr(found, " * w: ") : NULL;
+    if (found != NULL && found < end)
+        kt_check_equal_int("places in the comment", sscanf(found, " * w: %d numbers on the stack", &places), 1);
+    return places;
 }
 
 /* Generates a model. Returns the source, which the caller frees; NULL fails the test. */
@@ -105,6 +121,15 @@ static kt_model *compile_scene(const char *name) {
     (void)kt_tree_fine(name, status, &error);
     kt_scene_free(&scene);
     return model;
+}
+
+static void check_places(const char *name, const kt_model *model, const int bar[COUNTED]) {
+    size_t length = 0;
+    char *source = model != NULL ? generate(model, counted_functions, &length) : NULL;
+    kt_note("%s", name);
+    for (int k = 0; source != NULL && k < COUNTED; k++)
+        check_bar(function_names[k], "numbers on the stack", read_places(source, function_names[k]), bar[k]);
+    free(source);
 }
 
 static void check_scene(const char *name, const code_size *bar) {
@@ -210,6 +235,20 @@ KT_TEST(generated_functions_need_no_more_operations_than_before) {
     describe_chain(&r);
     if (compile_robot(&r))
         check_model("chain of 32 links in space", r.model, &chain);
+    kt_model_free(r.model);
+}
+
+/* Places are used again behind the last part that reads them: otherwise the mass matrix of the humanoid takes 2147. */
+KT_TEST(numbers_that_parts_share_take_no_more_places_than_before) {
+    static serial_robot r;
+    kt_model *const arm = compile_scene("arm7"), *const humanoid = compile_scene("humanoid");
+    check_places("arm7", arm, (const int[COUNTED]){0});
+    check_places("humanoid", humanoid, (const int[COUNTED]){920, 345, 343, 1168});
+    describe_chain(&r);
+    if (compile_robot(&r))
+        check_places("chain of 32 links in space", r.model, (const int[COUNTED]){1025, 409, 0, 971});
+    kt_model_free(arm);
+    kt_model_free(humanoid);
     kt_model_free(r.model);
 }
 
