@@ -115,7 +115,7 @@ static bool find_links(kt_urdf *u) {
 static void make_scene(kt_urdf *u, kt_scene *scene) {
     if (!kt_urdf_collect(u))
         return;
-    kt_urdf_read_gravity(u);
+    kt_urdf_read_extensions(u);
     const int root = kt_urdf_root(u);
     kt_urdf_names(u, root);
     kt_urdf_bodies(u);

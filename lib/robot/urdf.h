@@ -22,14 +22,17 @@ typedef struct kt_urdf_joint {
     double armature;          /* by a transmission */
     int master;               /* the joint that it follows; -1: none */
     double multiplier, offset;
-    bool is_placed; /* its start has been found */
+    bool is_placed;         /* its start has been found */
+    double stiffness, rest; /* of a spring by <gazebo> */
 } kt_urdf_joint;
 
 typedef struct kt_urdf_link {
     const kt_element *element;
-    const char *body; /* its name in the scene; NULL: it is the world */
-    int carrier;      /* the joint that has it as child; -1: none */
-    int index;        /* of its body in the scene; -1: none */
+    const char *body;            /* its name in the scene; NULL: it is the world */
+    int carrier;                 /* the joint that has it as child; -1: none */
+    int index;                   /* of its body in the scene; -1: none */
+    double friction;             /* by <gazebo> */
+    bool has_friction, is_light; /* the friction is that of `mu1`; without weight */
 } kt_urdf_link;
 
 enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
@@ -96,13 +99,11 @@ void kt_urdf_names(kt_urdf *u, int root);
 
 /* ---- urdf_extension.c: what simulators add ----------------------------------------------------------------------- */
 
-/* A number that <gazebo> gives to a link or joint. */
-double kt_urdf_extension_number(kt_urdf *u, const kt_element *of, const char *child, double standard);
+/* Reads what <gazebo> gives to links and joints, and gravity, before bodies are made. */
+void kt_urdf_read_extensions(kt_urdf *u);
 
 /* Adds springs of joints, and forces against the weight of links, after the masses are known. */
 void kt_urdf_extend(kt_urdf *u);
-
-void kt_urdf_read_gravity(kt_urdf *u);
 
 /* ---- urdf_body.c: what they become ------------------------------------------------------------------------------- */
 

@@ -117,15 +117,14 @@ static kt_solid solid_of(const kt_shape *shape, double size[3]) {
 }
 
 /* The last body of the draft has the link. */
-static void add_urdf_collision(kt_urdf *u, const kt_element *link, const kt_element *e) {
+static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     kt_shape shape = kt_shape_default();
     kt_vec3 rpy;
     kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
     if (u->source->options->contacts) {
-        item.friction = fmax(0.0, kt_urdf_extension_number(u, link, "mu", 1.0));
-        item.friction = fmax(0.0, kt_urdf_extension_number(u, link, "mu1", item.friction));
+        item.friction = link->friction;
         kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
         item.pose.rotation = kt_matrix_from_rpy(rpy);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
@@ -139,14 +138,15 @@ static void add_urdf_collision(kt_urdf *u, const kt_element *link, const kt_elem
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
 /* The picture: all visuals, or all collisions where no visual can be seen. */
-static void read_picture(kt_urdf *u, const kt_element *link, kt_body *body) {
+static void read_picture(kt_urdf *u, const kt_urdf_link *of, kt_body *body) {
+    const kt_element *link = of->element;
     kt_appearance_begin(&u->appearance, body->name);
     for (const kt_element *e = kt_xml_child(link, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
         if (!add_urdf_visual(u, e))
             kt_left_count(&u->shapes, e);
     const bool is_seen = u->appearance.is_seen;
     for (const kt_element *e = kt_xml_child(link, "collision"); e != NULL; e = kt_xml_next(e, "collision")) {
-        add_urdf_collision(u, link, e);
+        add_urdf_collision(u, of, e);
         if (!is_seen)
             (void)add_urdf_visual(u, e);
     }
@@ -168,7 +168,7 @@ static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
     link->index = u->draft.bodies.count - 1;
     body->name = link->body;
     read_urdf_inertial(u->r, link->element, body);
-    read_picture(u, link->element, body);
+    read_picture(u, link, body);
     set_mass_of_shape(u, link->element, body);
     if (j == NULL) {
         body->joint.type = u->source->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;

@@ -263,7 +263,7 @@ static void declare_world(kt_urdf *u) {
         *e = (kt_element){.name = "link", .attributes = attributes, .line = parent->line, .column = parent->column};
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
-        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1};
+        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .friction = 1.0};
         kt_left_count(&u->undeclared, parent);
     }
 }
@@ -287,7 +287,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     u->link_count = u->joint_count = 0;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         if (strcmp(e->name, "link") == 0) {
-            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1};
+            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .friction = 1.0};
             add_urdf_name(u, LINKS, e, u->link_count++);
         } else if (strcmp(e->name, "joint") == 0) {
             u->joints[u->joint_count] = (kt_urdf_joint){.element = e, .master = -1};
