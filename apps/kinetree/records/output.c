@@ -236,19 +236,34 @@ int kt_check_ending(const char *option, const char *path, const char *ending) {
     return KT_EXIT_USAGE;
 }
 
-int kt_check_records(const char *path) {
-    static const struct {
-        const char *ending, *option;
-    } other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"}, {".pdf", "--plot"}, {".glb", "--glb"}};
+/* An ending of the results of another option. */
+typedef struct other_ending {
+    const char *ending, *option;
+} other_ending;
+
+/* Prints an error if a name has one of the endings. Returns -1 if it has none, else KT_EXIT_USAGE. */
+static int check_other_endings(const char *writes, const char *path, const other_ending *other, int count) {
     const size_t length = path != NULL ? strlen(path) : 0;
-    for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
+    for (int i = 0; i < count; i++) {
         const size_t end = strlen(other[i].ending);
         if (length < end || strcasecmp(path + length - end, other[i].ending) != 0)
             continue;
-        kt_say("--out writes records as CSV, not '%s'; did you mean %s?", path, other[i].option);
+        kt_say("%s, not '%s'; did you mean %s?", writes, path, other[i].option);
         return KT_EXIT_USAGE;
     }
     return -1;
+}
+
+int kt_check_records(const char *path) {
+    static const other_ending other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"},
+                                         {".pdf", "--plot"},  {".glb", "--glb"},  {".json", "--summary"},
+                                         {".yaml", "--scene"}};
+    return check_other_endings("--out writes records as CSV", path, other, sizeof other / sizeof other[0]);
+}
+
+int kt_check_summary(const char *path) {
+    static const other_ending other[] = {{".csv", "--out"}, {".h5", "--out"}, {".yaml", "--scene"}};
+    return check_other_endings("--summary writes JSON", path, other, sizeof other / sizeof other[0]);
 }
 
 /* ---- all files of a command -------------------------------------------------------------------------------------- */

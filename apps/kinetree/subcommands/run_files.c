@@ -32,6 +32,7 @@ int kt_run_check_files(const kt_run_arguments *arguments, const char *path, cons
         code = kt_check_files(arguments->command, uses, sizeof uses / sizeof uses[0]);
     }
     code = code < 0 ? kt_check_records(names->out) : code;
+    code = code < 0 ? kt_check_summary(names->summary) : code;
     if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL)) {
         kt_say(
             "--checkpoint and --resume go with records as CSV: HDF5 is made at the end of a run; take --out FILE.csv");
