@@ -70,6 +70,7 @@ typedef struct kt_contact {
     X(char, solver_memory, s->solver, "its solver")                                                                    \
     X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
     X(double, ahead, s->most_items, "tau of slow slip of each of its items (slip_prediction.c), s")                    \
+    X(double, slowing, s->most_items, "deceleration of each in present directions, m/s^2; HUGE_VAL: unknown")          \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
@@ -376,9 +377,9 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
 void kt_contacts_put_directions(kt_simulation *simulation);
 /* s0 of slip_prediction.c, without the length of fixed steps. */
 double kt_contacts_slow_slip(const kt_simulation *simulation);
-/* Returns tau of slip of this speed for reactions at an instant (slip_prediction.c). It is 0 under fixed steps that do
- * not resolve slip: their forces have other directions in each try. */
-double kt_contacts_prediction_time(const kt_simulation *simulation, double speed);
+/* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
+ * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, tau is 0. */
+double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
  * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
  * changed. */

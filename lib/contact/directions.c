@@ -90,10 +90,6 @@ static bool needs_wide_prediction(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
 }
 
-double kt_contacts_prediction_time(const kt_simulation *simulation, double speed) {
-    return needs_wide_prediction(simulation) ? 0.0 : kt_slip_prediction_time_at(simulation->data, speed);
-}
-
 /* The rate at which friction changes slip in the island of contact k, m/s^2. */
 static double rate_of_friction(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
@@ -102,6 +98,16 @@ static double rate_of_friction(const kt_simulation *simulation, int k) {
         if (c->item[i].island == c->item[k].island && kt_contact_is_slipping(simulation, i))
             rate += simulation->contact_state[i].load * simulation->contact_state[i].response;
     return rate;
+}
+
+double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing) {
+    const kt_data *data = simulation->data;
+    if (!needs_wide_prediction(simulation))
+        return kt_slip_time_at_speed(speed, kt_slip_time_of(data), kt_slip_slow_of(data));
+    if (!(slowing < HUGE_VAL))
+        return 0.0;
+    const double h = simulation->step, most = rate_of_friction(simulation, k);
+    return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
 }
 
 double kt_contacts_slow_slip(const kt_simulation *simulation) {

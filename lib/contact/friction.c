@@ -223,7 +223,8 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
     const bool slips = !is_held && speed > (ends ? stops : kt_contact_resting);
     double *ahead = &c->ahead[p->n - 1];
-    *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, speed) : 0.0;
+    *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, c->list[line], speed, c->slowing[p->n - 1])
+                                  : 0.0;
     if (slips && !(*ahead > 0.0)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
@@ -347,14 +348,36 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
                             &simulation->memory.contacts.pivots);
 }
 
-/* Solves the problem of one attempt. If slow slip has no solution in predicted directions, present ones are taken. Slow
+/* Finds decelerations of slip in present directions from a solution. Returns whether slip is predicted with them. */
+static bool find_decelerations(const kt_simulation *simulation, const double *u) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    bool any = false;
+    for (int i = 0; i < p->n; i++) {
+        const kt_coulomb_item *item = &p->item[i];
+        if (item->type != KT_COULOMB_SLIPS)
+            continue;
+        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
+        c->slowing[i] = -item->e[0] * a[0] - item->e[1] * a[1];
+        any = any || kt_contacts_prediction_time(simulation, c->list[c->posed[i]], kt_hypot(slip[0], slip[1]),
+                                                 c->slowing[i]) > 0.0;
+    }
+    return any;
+}
+
+/* Solves the problem of one attempt. Under fixed steps, slow slip has present directions at first, and then those that
+ * its deceleration permits. If slow slip has no solution in predicted directions, present ones are taken. Slow
  * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions. Those in which
  * it would begin from rest may have other reactions, and press other contacts. If these have no solution either, the
  * first solve is repeated, whose problem and solution the caller uses. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
-    bool found = solve_problem(simulation, W, u, leaving, strict);
     const bool stops = c->stops;
+    for (int i = 0; i < c->resting; i++)
+        c->slowing[i] = HUGE_VAL;
+    bool found = solve_problem(simulation, W, u, leaving, strict);
+    if (found && find_decelerations(simulation, u))
+        found = solve_problem(simulation, W, u, leaving, strict);
     if (!found && any_is_predicted(c)) {
         c->present = true;
         found = solve_problem(simulation, W, u, leaving, strict);

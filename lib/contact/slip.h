@@ -34,6 +34,7 @@
     X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
     X(double, tau, n, "of each contact, s")                                                                            \
     X(bool, predicted, n, "whether the direction of each contact is that of slow slip")                                \
+    X(double, slowing, n, "the deceleration of slip in its present direction, m/s^2")                                  \
     X(bool, fades, n, "whether slip of each contact does not grow (slip_prediction.c)")                                \
     X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
     X(int, pivot, 3 * most, "scratch: of these")
@@ -69,6 +70,7 @@ typedef struct kt_slip_problem {
     double t;          /* at this time, */
     kt_error *error;   /* and with this error */
     bool found;        /* all directions of slow slip are found */
+    bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
     size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;        /* of each contact one, along e, or two, along both axes */
     size_t islands;
@@ -97,6 +99,13 @@ static inline double kt_slip_slow_of(const kt_data *data) {
     return data->slow_slip > kt_slip_slow ? data->slow_slip : kt_slip_slow;
 }
 static inline double kt_slip_time_of(const kt_data *data) { return 0.1 * kt_slip_slow_of(data); }
+
+/* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and at the rate `most` by
+ * friction alone (slip_prediction.c). It is 0 if slip does not slow down. */
+static inline double kt_slip_fading_time(double largest, double speed, double slowing, double most) {
+    const double part = fmin(1.0, 9.0 - 10.0 * slowing / most);
+    return slowing > 0.0 && part > 0.0 ? fmin(largest, 0.5 * part * speed / slowing) : 0.0;
+}
 
 /* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
 static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
@@ -131,8 +140,8 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
  * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
-/* The same of slip of this speed, with adaptive steps. */
-double kt_slip_prediction_time_at(const kt_data *data, double speed);
+/* The same of slip of this speed, with these tau0 and s0. */
+double kt_slip_time_at_speed(double speed, double tau0, double s0);
 
 /* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
  * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no

@@ -37,10 +37,17 @@
  *     tau0 = h,   s0 = h sum mu N W   over the slip of an island
  *
  * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
- * rate at which e turns, of order h^2. Straight slip has no error. For slip that does not grow, the prediction would
- * reverse friction before slip ends, and the error would be of order h. Such slip has tau of adaptive steps. A
- * prediction shows whether slip grows, e . (s + tau s') >= |s|. If it does not grow, the prediction is repeated.
- */
+ * rate at which e turns, of order h^2. Straight slip has no error. A prediction shows whether slip grows,
+ * e . (s + tau s') >= |s|. If it does not grow, tau = h would reverse friction before slip ends, and the error would be
+ * of order h. With a > 0 the deceleration in the present direction, the prediction is then repeated with
+ *
+ *     tau <= |s| / (2 a) min(1, 9 - 10 a / A)
+ *
+ * so that sigma is about half of |s| again. Here A = s0 / h is the deceleration by friction alone. Friction that
+ * predicts turns slip at the rate A / (|s| + tau (A - a)) = 2 a A / (|s| (A + a)). Slip ends after the time |s| / a. So
+ * this rate exceeds 2 / h only within the last step. Without a prediction, it does so A / a times as long. The turn of
+ * a box next to its limit of rest would grow until it is as fast as the slip. Slip that friction alone stops, a = A,
+ * keeps its present direction exactly. tau is at least that of adaptive steps. */
 #include "contact/slip.h"
 #include "kinetree/algebra.h"
 
@@ -53,7 +60,7 @@ enum { PREDICTIONS = 2 };
 /* One over the largest x. */
 static const double shrinking = 10.0;
 
-static double time_at_speed(double speed, double tau0, double s0) {
+double kt_slip_time_at_speed(double speed, double tau0, double s0) {
     const double part = 1.0 - speed / s0;
     return part > 0.0 ? tau0 * part * part : 0.0;
 }
@@ -66,11 +73,7 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
         return 0.0;
     const double speed = kt_hypot(s[0], s[1]), part = 1.0 - speed / s0;
     *grows = (2.0 - part) / part;
-    return d[0] != 0.0 || d[1] != 0.0 ? time_at_speed(speed, tau0, s0) : 0.0;
-}
-
-double kt_slip_prediction_time_at(const kt_data *data, double speed) {
-    return time_at_speed(speed, kt_slip_time_of(data), kt_slip_slow_of(data));
+    return d[0] != 0.0 || d[1] != 0.0 ? kt_slip_time_at_speed(speed, tau0, s0) : 0.0;
 }
 
 /* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
@@ -83,11 +86,16 @@ double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : kt_slip_slow_of(data), grows);
 }
 
-/* The same for a contact of a problem: slip that does not grow has that of adaptive steps. */
+/* tau of adaptive steps. */
+static double adaptive_prediction_time(const kt_data *data, size_t index) {
+    double grows;
+    return prediction_time_of(data, index, kt_slip_time_of(data), kt_slip_slow_of(data), &grows);
+}
+
+/* tau of slip that grows, for a contact of a problem. */
 static double largest_prediction_time(const kt_data *data, const kt_slip_problem *p, size_t index) {
     double grows;
-    return p->fades[index] ? prediction_time_of(data, index, kt_slip_time_of(data), kt_slip_slow_of(data), &grows)
-                           : kt_slip_prediction_time(data, index, &grows);
+    return p->wide ? kt_slip_prediction_time(data, index, &grows) : adaptive_prediction_time(data, index);
 }
 
 /* Sets the contacts of an island, with their present directions and the rates of slip without friction. */
@@ -109,6 +117,15 @@ static void set_items(const kt_data *data, kt_slip_problem *p) {
                                        .across = (int)(3 * k + 1),
                                        .friction = p->contact[kt_slip_index(p, k)].effect->friction,
                                        .e = {e[0], e[1]}};
+    }
+}
+
+/* Finds by how much slip would slow down in the present directions. */
+static void find_slowing(kt_slip_problem *p) {
+    kt_coulomb_linear(p->c, &p->to);
+    for (int k = 0; k < p->c->n; k++) {
+        const double *e = p->to.e[k], *u = p->to.u + p->c->item[k].across;
+        p->slowing[kt_slip_index(p, (size_t)k)] = -e[0] * u[0] - e[1] * u[1];
     }
 }
 
@@ -143,17 +160,20 @@ static double limited_prediction_time(const kt_data *data, const kt_slip_problem
     const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
     const size_t index = kt_slip_index(p, (size_t)k);
-    const double *s = data->slip_velocity + 2 * index;
-    const double most = largest_prediction_time(data, p, index);
+    const double *s = data->slip_velocity + 2 * index, speed = kt_hypot(s[0], s[1]);
+    const bool slows = p->wide && p->fades[index] && is_unresolved(data, index);
+    const double largest = largest_prediction_time(data, p, index);
+    const double most = slows ? adaptive_prediction_time(data, index) : largest;
     const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
     const double *held = p->held->p;
     const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
-    if (!(most > 0.0) || !(friction > 0.0)) /* without friction it would part at rest */
+    if (!(largest > 0.0) || !(friction > 0.0)) /* without friction it would part at rest */
         return 0.0;
     const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
-    return excess > 0.0 && (holds || p->fades[index])
-               ? fmin(most, 0.5 * kt_hypot(s[0], s[1]) / (response * excess) * part * part)
-               : most;
+    const double tau =
+        excess > 0.0 && (holds || p->fades[index]) ? fmin(most, 0.5 * speed / (response * excess) * part * part) : most;
+    const double *of = data->slip_slow + 2 * index;
+    return slows ? fmax(tau, kt_slip_fading_time(largest, speed, p->slowing[index], of[1] / of[0])) : tau;
 }
 
 /* Predicts the directions of those that are slow, from the ones that they have. */
@@ -203,7 +223,9 @@ static bool find_fading(const kt_data *data, kt_slip_problem *p, bool holds, boo
     for (int i = 0; i < p->c->n; i++) {
         const size_t index = kt_slip_index(p, (size_t)i);
         const double *s = data->slip_velocity + 2 * index, *u = p->to.u + p->c->item[i].across, tau = p->tau[index];
-        if (p->fades[index] || !p->predicted[index] || (holds && !is_unresolved(data, index)))
+        const bool may_fade =
+            is_unresolved(data, index) ? largest_prediction_time(data, p, index) > 0.0 : p->predicted[index] && !holds;
+        if (p->fades[index] || !may_fade)
             continue;
         p->fades[index] = !found || tau * (s[0] * u[0] + s[1] * u[1]) < s[0] * s[0] + s[1] * s[1];
         any = any || p->fades[index];
@@ -215,17 +237,20 @@ bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p) {
     bool any = false;
     for (size_t k = 0; k < p->at->n; k++) {
         const size_t index = kt_slip_index(p, k);
-        any = any || (p->predicted[index] && !p->fades[index] && is_unresolved(data, index));
+        any = any || (p->predicted[index] && is_unresolved(data, index));
     }
     return any;
 }
 
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
     bool holds = false, found = false;
+    p->wide = wide;
     for (size_t k = 0; k < p->at->n; k++)
         p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
     for (int i = 0; i == 0 || (i <= PREDICTIONS && find_fading(data, p, holds, found)); i++) {
         set_items(data, p);
+        if (i == 1)
+            find_slowing(p);
         predict_directions(data, p, &holds);
         found = solve_prediction(p->at->n, p);
     }

@@ -17,9 +17,19 @@ typedef struct push {
     int corners;                                  /* 4, or 3: two in front and one behind */
 } push;
 
-static double largest_force(const push *p) { return 2.0 * strongest * p->friction * p->mass * gravity; }
+/* A push that fades: the largest force, as a part of the limit, and the times at which the force has grown, begins to
+ * fall, and is 0, s. */
+typedef struct fading {
+    double part, grown, falls, ends;
+} fading;
 
-static bool make_box(const push *p, kt_parsed *m) {
+static double force_of_part(const push *p, double part) { return part * p->friction * p->mass * gravity; }
+
+static double largest_force(const push *p) { return force_of_part(p, 2.0 * strongest); }
+
+/* fades: or NULL. */
+static bool make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
+    const double largest = fades != NULL ? force_of_part(p, fades->part) : largest_force(p);
     static const char *const behind[] = {"[-0.2, 0, -0.1]", "[-0.2, 0.15, -0.1]", "[-0.2, -0.15, -0.1]"};
     char text[4096];
     size_t used = (size_t)snprintf(
@@ -28,9 +38,14 @@ static bool make_box(const push *p, kt_parsed *m) {
         "    joint: {type: free, position: {position: [0, 0, 0.1]}}\n    mass: %.17g\n"
         "    shape: {type: box, size: [0.4, 0.3, 0.2]}\n    markers:\n      p: [%.17g, %.17g, %.17g]\n"
         "      c0: [0.2, 0.15, -0.1]\n      c1: [0.2, -0.15, -0.1]\n      c2: %s\n      c3: %s\neffects:\n"
-        "  - {name: push, type: force, at: box.p, value: [{ramp: {from: 0, to: %.17g, start: 0, end: 4}}, 0, 0]}\n",
-        gravity, p->mass, p->ahead, p->beside, p->height - half_height, behind[p->corners - 3], behind[2],
-        largest_force(p));
+        "  - {name: push, type: force, at: box.p, value: [{ramp: {from: 0, to: %.17g, start: 0, end: %.17g}}, 0, 0]}\n",
+        gravity, p->mass, p->ahead, p->beside, p->height - half_height, behind[p->corners - 3], behind[2], largest,
+        fades != NULL ? fades->grown : duration);
+    if (fades != NULL)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: fade, type: force, at: box.p, value: [{ramp: {from: 0, to: %.17g, start: "
+                                 "%.17g, end: %.17g}}, 0, 0]}\n",
+                                 -largest, fades->falls, fades->ends);
     for (int i = 0; i < p->corners; i++)
         used += (size_t)snprintf(
             text + used, sizeof text - used,
@@ -38,6 +53,8 @@ static bool make_box(const push *p, kt_parsed *m) {
             i, p->friction);
     return kt_parsed_make(m, text);
 }
+
+static bool make_box(const push *p, kt_parsed *m) { return make_pushed_box(p, NULL, m); }
 
 /* At the end: speed, supplied energy, and how far the balance is from that at the beginning; counts. */
 typedef struct outcome {
@@ -55,7 +72,7 @@ static int take_energies(const kt_record *record, void *user) {
     return 0;
 }
 
-static outcome push_box(const push *p, const char *method, double step) {
+static outcome push_box(const push *p, const fading *fades, const char *method, double step) {
     kt_error error = {0};
     kt_parsed m;
     kt_run run = kt_run_default();
@@ -69,7 +86,7 @@ static outcome push_box(const push *p, const char *method, double step) {
     if (step == 0.0)
         run.relative = run.absolute = 1e-9;
     options.record = KT_RECORD_BALANCE;
-    if (make_box(p, &m) &&
+    if (make_pushed_box(p, fades, &m) &&
         kt_fine("simulation", kt_simulation_create(m.model, &run, &options, &simulation, &error), &error))
         o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
     o.steps = (double)kt_simulation_counts_get(simulation).steps;
@@ -117,7 +134,7 @@ KT_TEST(boxes_that_are_pushed_gain_no_energy) {
         kt_note("%s, %g s", s->method, s->step);
         for (int k = 0; k < VARIANTS; k += s->step == 1e-3 ? 5 : 2) {
             const push p = variant_of(k);
-            const outcome o = push_box(&p, s->method, s->step);
+            const outcome o = push_box(&p, NULL, s->method, s->step);
             const double expected = speed_after_push(&p);
             kt_worst_below(&balance, fabs(o.gain) / o.supplied, s->balance, "variant %d", k);
             kt_worst_below(&speed, fabs(o.speed / expected - 1.0), s->speed, "variant %d", k);
@@ -139,12 +156,43 @@ KT_TEST(boxes_that_are_pushed_beside_the_middle_take_few_steps) {
         kt_worst balance = kt_worst_make("balance, relative"), steps = kt_worst_make("steps");
         kt_note("%s, %g s", s->method, s->step);
         for (size_t k = 0; k < (s->step > 0.0 ? 2 : sizeof pushes / sizeof *pushes); k++) {
-            const outcome o = push_box(&pushes[k], s->method, s->step);
+            const outcome o = push_box(&pushes[k], NULL, s->method, s->step);
             const double most = s->step > 0.0 ? 2.0 * duration / s->step : 10000.0 + 8.0 * o.holds;
             kt_worst_below(&balance, o.ends ? fabs(o.gain) / o.supplied : HUGE_VAL, s->speed, "push %zu", k);
             kt_worst_below(&steps, o.steps, most, "push %zu", k);
         }
         kt_check_worst(&balance);
+        kt_check_worst(&steps);
+    }
+}
+
+/* A push beside the middle passes the limit of friction shortly, and fades. Slip that ends just below the limit takes
+ * many steps. Unless it is predicted, the turn of the box grows there until it is as fast as the slip, and the balance
+ * has errors of up to 2e-2. The corners of the last box would part and close thousands of times if events had other
+ * directions of slip than accelerations. */
+KT_TEST(boxes_that_slip_until_a_push_fades_gain_no_energy) {
+    static const push pushes[] = {{400.0, 1.2, 0.0173, 0.0195, 0.0609, 4},
+                                  {10.0, 0.2, 0.0726, 0.1631, -0.0926, 3},
+                                  {400.0, 1.2, 0.0259, -0.0289, 0.0537, 3},
+                                  {10.0, 0.9, 0.0338851581068972, -0.15443483504290795, -0.07944314658473474, 4}};
+    static const fading fades[] = {{0.9778, 0.731, 0.785, 1.116},
+                                   {0.9529, 0.7223, 0.8588, 1.2401},
+                                   {1.4273, 0.8543, 0.9023, 1.3871},
+                                   {1.0218113796559076, 0.6409363792553733, 0.6930737862626761, 0.9243840245005538}};
+    for (int i = 0; i < STEPPINGS; i++) {
+        const stepping *s = &steppings[i];
+        kt_worst balance = kt_worst_make("balance, relative"), speed = kt_worst_make("speed at the end"),
+                 steps = kt_worst_make("steps");
+        kt_note("%s, %g s", s->method, s->step);
+        for (size_t k = 0; k < sizeof pushes / sizeof *pushes; k++) {
+            const outcome o = push_box(&pushes[k], &fades[k], s->method, s->step);
+            kt_worst_below(&balance, o.ends ? fabs(o.gain) / o.supplied : HUGE_VAL, 0.2 * s->step + 1e-8, "push %zu",
+                           k);
+            kt_worst_below(&speed, fabs(o.speed), 1e-9, "push %zu", k);
+            kt_worst_below(&steps, o.steps, s->step > 0.0 ? 1.5 * duration / s->step : 10000.0, "push %zu", k);
+        }
+        kt_check_worst(&balance);
+        kt_check_worst(&speed);
         kt_check_worst(&steps);
     }
 }
