@@ -19,7 +19,7 @@ static void read_here(kt_mjcf *m, const kt_element *e, const char *name, int lea
         values[i] = read[i];
 }
 
-static void set_kind(kt_mjcf_actuator *a, gain_type gain, bias_type bias, kt_mjcf_dynamics_type dynamics) {
+static void set_kind(kt_mjcf_actuator *a, int gain, int bias, kt_mjcf_dynamics_type dynamics) {
     a->gain_type = gain;
     a->bias_type = bias;
     a->dynamics.type = dynamics;
