@@ -85,9 +85,9 @@ simulate: {duration: 1}
         same(f"units of some values only: {words[1]}", "tilt: some values are angles with a unit" in told, True)
     same("zero needs no unit", len(rows(run("hinge.yaml", "--vary", "tilt=0:60 deg:3", "--out", "-").stdout)), 3)
     pathlib.Path("angles.csv").write_text("tilt\n10 deg\n60\n")
-    same("nor in a table", "angles.csv tilt: some values are" in run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=1).stderr, True)
+    same("nor in a table", "angles.csv tilt: some values are" in run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=2).stderr, True)
     pathlib.Path("angles.csv").write_text("bodies.arm.mass [kg],tilt [deg]\n1,10\n")
-    told = run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=1).stderr
+    told = run("hinge.yaml", "--from", "angles.csv", "--out", "-", code=2).stderr
     same("a name with a unit", "angles.csv:1: 'bodies.arm.mass [kg]': names of values that vary have no unit; write 'bodies.arm.mass'" in told, True)
     pathlib.Path("angles.csv").write_text(" bodies.arm.com[0] , tilt \n1,10 deg\n")
     same("blanks around names", list(rows(run("hinge.yaml", "--from", "angles.csv", "--out", "-").stdout)[0])[1:3], ["bodies.arm.com[0]", "tilt"])
@@ -147,7 +147,7 @@ def parts_of_other_sweeps():
     shutil.copy("kept.shard", "a1.csv.shard")
     same("FILE.shard of another part", "a1.csv has run 2, and a1.csv.shard lists the runs 0 to 1" in run("--merge", "a1.csv", "--out", "x.csv", code=1).stderr, True)
     pathlib.Path("a1.csv.shard").write_text("{}")
-    same("FILE.shard that is no such file", "does not name the runs" in run("--merge", "a1.csv", "--out", "x.csv", code=1).stderr, True)
+    same("FILE.shard that is no such file", "does not name the runs" in run("--merge", "a1.csv", "--out", "x.csv", code=2).stderr, True)
     run("fall.yaml", *grid, "--quiet", "--out", "a1.csv")
     same("a whole sweep has no FILE.shard", pathlib.Path("a1.csv.shard").exists(), False)
 
@@ -511,9 +511,10 @@ def faults():
                              (["--vary", "g=1,2", "--columns", "position.stona"], "did you mean 'position.stone'"),
                              (["--vary", "parameters.gg=1,2"], "nothing in the scene uses the parameter 'gg'; did you mean 'g'?"),
                              (["--vary", "g=1,2", "--vary", "parameters.nonsense=1,2"], "'nonsense'; write =NAME where it is meant"),
-                             (["--vary", "base=1,2", "--set", "parameters.base=1", "--set", "parameters.top==2*base"], "nothing in the scene uses the parameter 'base'"),
-                             (["--vary", "g=1,2", "--shard", "4/3"], "K/N"), (["--from", "none.csv"], "cannot be read")):
+                             (["--vary", "parameters.base=1,2", "--set", "parameters.top==2*base"], "nothing in the scene uses the parameter 'base'"),
+                             (["--vary", "g=1,2", "--shard", "4/3"], "K/N")):
         same(f"words of {arguments}", words in run("fall.yaml", *arguments, "--out", "-", code=1).stderr, True)
+    same("a missing table", "cannot be read" in run("fall.yaml", "--from", "none.csv", "--out", "-", code=2).stderr, True)
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
