@@ -191,15 +191,15 @@ typedef struct kt_mjcf {
     const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
     bool geoms_have_mass, has_visuals;
     int nq, nv;
-    double *qpos, *qvel, *ctrl; /* of the keyframe; NULL: none is requested */
-    const kt_element *key;      /* the keyframe itself; NULL: there is none, or it is of an attached model */
+    double *qpos, *qvel, *ctrl, *mpos, *mquat; /* of the keyframe; NULL: none is requested */
+    const kt_element *key; /* the keyframe itself; NULL: there is none, or it is of an attached model */
     kt_namer states_named;
     kt_list wraps;                  /* kt_mjcf_wrap */
     kt_list reaches;                /* kt_mjcf_reach */
     kt_left cables;                 /* bodies whose elastic torque differs from MuJoCo's */
     double cable_share, flex_haste; /* the largest such difference, as a part of the torque; see mjcf_flex.c */
     kt_left activations;
-    int ctrl_count;
+    int ctrl_count, mocap_count; /* bodies that a program moves, of the scene so far */
 
     kt_draft draft;
 

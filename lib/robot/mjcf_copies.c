@@ -251,10 +251,10 @@ static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose
     return frame;
 }
 
-int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e) {
+int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e, int near) {
     const kt_mjcf_copy *copies = m->copies.items;
     for (; e != NULL; e = e->parent)
-        for (int i = 0; i < m->copies.count; i++)
+        for (int i = near < 0 ? 0 : near; i <= near + 1 && i < m->copies.count; i++)
             if (copies[i].frame == e)
                 return i;
     return -1;

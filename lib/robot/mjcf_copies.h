@@ -16,8 +16,8 @@ typedef struct kt_mjcf_copy {
     char suffix[80];
 } kt_mjcf_copy;
 
-/* The copy that an element is in; -1: none. */
-int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e);
+/* The copy that an element is in, if it is `near` (-1: none) or the one after; else -1. */
+int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e, int near);
 
 /* The scope of the names to which an attribute refers; -1: none. */
 int kt_mjcf_reference(const char *attribute);

@@ -125,11 +125,11 @@ static void start_attached(kt_mjcf *m, const kt_element *key) {
  * numbers; -1: all. */
 static int count_keyed_joints(const kt_mjcf *m, int *nq, int *nv) {
     int count = 0, last = -1;
-    for (int i = 0; i < m->joints.count; i++)
-        if (kt_mjcf_copy_of(m, kt_mjcf_joint_at(m, i)->element) == 0)
+    for (int i = 0; i < m->joints.count && m->replicate_count == 1; i++)
+        if (kt_mjcf_copy_of(m, kt_mjcf_joint_at(m, i)->element, -1) == 0)
             last = i;
     *nq = *nv = 0;
-    if (m->replicate_count != 1 || last < 0)
+    if (last < 0)
         return -1;
     for (; count <= last; count++) {
         *nq += kt_mjcf_nq(kt_mjcf_joint_at(m, count)->type);
@@ -172,13 +172,14 @@ static void start_copy(kt_mjcf *m, const kt_element *key, int copy) {
     int nq, nv;
     const int count = count_keyed_joints(m, &nq, &nv);
     const double *qpos = key_numbers(m, key, "qpos", nq), *qvel = key_numbers(m, key, "qvel", nv);
-    int from = -1; /* the first joint of the first copy */
+    int from = -1, near = -1; /* the first joint of the first copy; the copy of the last joint */
     m->qpos = reference_positions(m);
     m->qvel = zeros(m, m->nv);
     m->ctrl = zeros(m, m->ctrl_count);
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        const int of = kt_mjcf_copy_of(m, j->element);
+        const int of = kt_mjcf_copy_of(m, j->element, near);
+        near = of >= 0 ? of : near;
         from = of == 0 && from < 0 ? i : from;
         const int per_copy = from >= 0 ? count - from : 0;
         const int source = of < 0 && i < count ? i : of >= 0 && of == copy ? i - copy * per_copy : -1;
@@ -264,6 +265,15 @@ static const double *normalize_turn(double *turn) {
     return turn;
 }
 
+/* Reads the places of bodies that a program moves, in the order of the bodies. */
+static void read_mocap(kt_mjcf *m, const kt_element *key) {
+    int count = 0;
+    for (int i = 1; i < m->bodies.count; i++)
+        count += kt_mjcf_flag(m, kt_mjcf_body_at(m, i)->element, NULL, "mocap", false);
+    m->mpos = key_numbers(m, key, "mpos", 3 * count);
+    m->mquat = key_numbers(m, key, "mquat", 4 * count);
+}
+
 void kt_mjcf_start(kt_mjcf *m) {
     int copy = -1;
     const kt_element *key = find_key(m, m->source->options->keyframe, &copy);
@@ -280,6 +290,7 @@ void kt_mjcf_start(kt_mjcf *m) {
         m->qpos = key_numbers(m, key, "qpos", m->nq);
         m->qvel = key_numbers(m, key, "qvel", m->nv);
         m->ctrl = key_numbers(m, key, "ctrl", m->ctrl_count);
+        read_mocap(m, key);
     }
     for (int i = 0; i < m->joints.count && m->qpos != NULL; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
@@ -297,24 +308,16 @@ void kt_mjcf_keep_start(kt_mjcf *m) {
             KT_GIVEN_POSITION | KT_GIVEN_ORIENTATION | KT_GIVEN_VELOCITY | KT_GIVEN_ANGULAR;
 }
 
-/* A keyframe has the places of bodies that a program moves, in the order of the bodies. */
-kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *of) {
-    kt_pose pose = of->pose;
-    int count = 0, place = 0;
-    if (m->key == NULL || !kt_mjcf_flag(m, of->element, NULL, "mocap", false))
+kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b) {
+    kt_pose pose = b->pose;
+    if ((m->mpos == NULL && m->mquat == NULL) || !kt_mjcf_flag(m, b->element, NULL, "mocap", false))
         return pose;
-    for (int i = 1; i < m->bodies.count; i++) {
-        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-        place = b == of ? count : place;
-        count += kt_mjcf_flag(m, b->element, NULL, "mocap", false);
-    }
-    const double *mpos = key_numbers(m, m->key, "mpos", 3 * count);
-    double *mquat = key_numbers(m, m->key, "mquat", 4 * count);
-    if (mpos != NULL)
-        pose.position = kt_vec3_make(mpos[3 * place], mpos[3 * place + 1], mpos[3 * place + 2]);
-    if (mquat != NULL) {
-        const double *q = normalize_turn(mquat + 4 * place);
-        pose.rotation = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
-    }
+    const int place = m->mocap_count++;
+    const double *at = m->mpos != NULL ? m->mpos + 3 * place : NULL;
+    const double *turn = m->mquat != NULL ? normalize_turn(m->mquat + 4 * place) : NULL;
+    if (at != NULL)
+        pose.position = kt_vec3_make(at[0], at[1], at[2]);
+    if (turn != NULL)
+        pose.rotation = kt_matrix_from_quat(kt_quat_make(turn[0], turn[1], turn[2], turn[3]));
     return pose;
 }
