@@ -194,16 +194,18 @@ static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
     return sum;
 }
 
-/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one, 2 sqrt(stiffness
- * inertia). */
+/* If the damping is above zero, it is a ratio to the critical one, 2 sqrt(stiffness inertia). As in MuJoCo, the numbers
+ * alone decide whether the actuator is one of positions, whatever the types of gain and bias are. */
 void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     const int index = tendon != NULL ? kt_names_find(&m->names, KT_MJCF_TENDONS, tendon) : -1;
-    if (is_position(a) && a->bias[2] > 0.0 && index >= 0 && kt_mjcf_tendon_at(m, index)->path_count > 0) {
+    if (a->bias_type == MUSCLE_BIAS || a->gain[0] != -a->bias[1] || !(a->bias[2] > 0.0))
+        return;
+    if (index >= 0 && kt_mjcf_tendon_at(m, index)->path_count > 0) {
         kt_unknown_count(&m->changes, "dampratio of an actuator of a spatial tendon, which is left out", e);
         a->bias[2] = 0.0;
     }
-    if (is_position(a) && a->bias[2] > 0.0 && gear != 0.0)
+    if (a->bias[2] > 0.0 && gear != 0.0)
         a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
 }
 
