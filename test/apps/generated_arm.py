@@ -19,6 +19,36 @@ EMULATOR = ["qemu-system-arm", "-M", "mps2-an500", "-nographic", "-monitor", "no
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Werror"]
 
 
+# One instruction takes a nanosecond of the emulator's clock (-icount shift=0). The counter of the processor has 25 MHz.
+COUNTER = """#include "arm.h"
+#include <stdint.h>
+#include <stdio.h>
+#define COUNTER ((volatile uint32_t *)0xE000E010)
+enum { CALLS = 64 };
+static arm_model model;
+static const arm_real q[7] = {0.2, 0.6, -0.3, -1.9, 0.4, 1.7, 0.8}, v[7] = {0.5, -0.3, 0.4, 0.6, -0.8, 0.3, 1.2}, x[7] = {0.1, 0.2};
+static arm_real out[49];
+#define COUNT(call) do { \
+    int code = 0; \
+    const uint32_t from = COUNTER[2]; \
+    for (int i = 0; i < CALLS; i++) \
+        code |= call; \
+    printf("%lu\\n", code == 0 ? (unsigned long)((from - COUNTER[2]) & 0xFFFFFF) * 40 / CALLS : 0); \
+} while (0)
+int main(void) {
+    COUNTER[1] = 0xFFFFFF;
+    COUNTER[2] = 0;
+    COUNTER[0] = 5;
+    arm_prepare(&arm_default, &model);
+    COUNT(arm_forward(&model, q, v, x, out));
+    COUNT(arm_inverse(&model, q, v, x, out));
+    COUNT(arm_mass(&model, q, out));
+    return 0;
+}
+"""
+INSTRUCTIONS = {"forward": 2183, "inverse": 1341, "mass": 1101}  # of the arm with gcc 12 -O2
+
+
 def run(*command, **more):
     return subprocess.run([str(word) for word in command], capture_output=True, text=True, **more)
 
@@ -30,6 +60,21 @@ def reached(target):
         v += STEP * (100 * (target - q) - 20 * v)
         q += STEP * v
     return q
+
+
+def check_instructions(command, root, folder):
+    """Compilers differ by 5 %."""
+    made = run(command, "export", "--c", root / "apps/scenes/arm7.yaml", "--functions", ",".join(INSTRUCTIONS), "--out", folder / "arm.c")
+    (folder / "count.c").write_text(COUNTER)
+    firmware = root / "apps/firmware"
+    made = made.returncode == 0 and run("arm-none-eabi-gcc", *PROCESSOR, *WARNINGS, "-O2", "--specs=rdimon.specs", f"-I{folder}", folder / "count.c", folder / "arm.c",
+                                        firmware / "cortex_m7.c", "-T", firmware / "cortex_m7.ld", "-o", folder / "count")
+    seen = run(*EMULATOR[:3], "-icount", "shift=0", *EMULATOR[3:], folder / "count", timeout=300).stdout.split() if made and made.returncode == 0 else []
+    problems = [] if len(seen) == len(INSTRUCTIONS) else [f"it prints {seen}"]
+    for (name, bar), count in zip(INSTRUCTIONS.items(), seen):
+        note(f"{name}: {count} instructions, bound {1.05 * bar:.0f}, ratio {int(count) / (1.05 * bar):.3f}")
+        problems += [] if 0 < int(count) <= 1.05 * bar else [f"{name}: {count} instructions"]
+    claim("functions_take_no_more_instructions_than_before", problems)
 
 
 def check_page(root, folder):
@@ -81,6 +126,7 @@ def main():
         there = run(*EMULATOR, folder / "there", timeout=300)
         claim("cortex_m7_gives_the_bits_of_this_machine", [] if there.stdout == here.stdout and ends else [here.stdout, there.stdout, there.stderr])
         check_page(root, folder)
+        check_instructions(command, root, folder)
     finish()
 
 
