@@ -35,19 +35,28 @@ class Folder:
 
     def read(self, text):
         condition = None
+        if re.search(r'^[ \t]+(?:if|else)\b', text, re.M):
+            raise SystemExit(f'lib/{self.name}/meson.build: a condition within another is not read; write `if a and b`')
         pattern = r'^(if [^\n]*|else|endif)$|^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
         for match in re.finditer(pattern, text, re.M):
             word, target, _, value = match.groups()
             if word == 'endif':
                 condition = None
             elif word == 'else':
-                condition = 'no'  # what a library for trees has in place of loops is compiled already
+                condition = 'else'
             elif word:
                 if word not in CONDITIONS:
                     raise SystemExit(f'lib/{self.name}/meson.build: "{word}" is not known; add it to CONDITIONS')
                 condition = CONDITIONS[word]
-            elif condition != 'no':
+            elif condition == 'else':
+                self.add_to_both(value)
+            else:
                 self.add(target, value, condition)
+
+    def add_to_both(self, value):
+        """Files that a library has with a part and without it are compiled in any case: the file asks for the part."""
+        both = {path for part in value.split(' + ') for path, _ in self.lists[part.strip()]}
+        self.plain = [(path, None if path in both else own) for path, own in self.plain]
 
     def add(self, target, value, condition):
         files = []

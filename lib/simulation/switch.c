@@ -138,7 +138,3 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
         *loss = before.kinetic - after.kinetic;
     return simulation->contacts != NULL ? simulation->contact_calls->resolve(simulation, error) : KT_OK;
 }
-
-const kt_model *kt_simulation_model(const kt_simulation *simulation) {
-    return simulation ? simulation->user_model : NULL;
-}

@@ -14,6 +14,10 @@
 #include "contact/contact.h"
 #endif
 
+const kt_model *kt_simulation_model(const kt_simulation *simulation) {
+    return simulation ? simulation->user_model : NULL;
+}
+
 const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation ? simulation->state : NULL; }
 
 const double *kt_simulation_velocities(const kt_simulation *simulation) {
