@@ -48,7 +48,7 @@ static void read_cylinder(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) 
 }
 
 /* A servo of positions. A damping above zero is a ratio (kt_mjcf_resolve_damping). */
-static void read_position(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
+static void read_position_servo(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     double damping = -a->bias[2];
     read_here(m, e, "kp", 1, 1, a->gain);
     read_here(m, e, "kv", 1, 1, &damping);
@@ -99,7 +99,7 @@ static void apply_actuator(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a)
         a->gain[0] = 1.0;
         set_kind(a, FIXED, NO_BIAS, KT_MJCF_STATIC);
     } else if (strcmp(e->name, "position") == 0 || strcmp(e->name, "intvelocity") == 0) {
-        read_position(m, e, a);
+        read_position_servo(m, e, a);
     } else if (strcmp(e->name, "velocity") == 0) {
         read_here(m, e, "kv", 1, 1, a->gain);
         memset(a->bias, 0, sizeof a->bias);

@@ -138,7 +138,7 @@ static int count_keyed_joints(const kt_mjcf *m, int *nq, int *nv) {
     return count;
 }
 
-static int count_words(const char *text) {
+static int count_key_numbers(const char *text) {
     static const char space[] = " \t\r\n";
     int count = 0;
     for (text += strspn(text, space); *text != '\0'; text += strspn(text, space), count++)
@@ -150,8 +150,8 @@ static int count_words(const char *text) {
 static bool is_keyed_once(const kt_mjcf *m, const kt_element *key) {
     const char *qpos = kt_xml_attribute(key, "qpos"), *qvel = kt_xml_attribute(key, "qvel");
     int nq, nv;
-    return count_keyed_joints(m, &nq, &nv) >= 0 && ((qpos != NULL && nq < m->nq && count_words(qpos) == nq) ||
-                                                    (qvel != NULL && nv < m->nv && count_words(qvel) == nv));
+    return count_keyed_joints(m, &nq, &nv) >= 0 && ((qpos != NULL && nq < m->nq && count_key_numbers(qpos) == nq) ||
+                                                    (qvel != NULL && nv < m->nv && count_key_numbers(qvel) == nv));
 }
 
 /* Takes the controls of the actuators outside of the copies, which come first. In the file, those of copies are between

@@ -31,7 +31,7 @@ static bool read_extension(kt_urdf *u, const kt_element *within, const char *chi
 }
 
 /* Whether an extension is `true`, `yes` or `1`, with blanks around it. */
-static bool is_true(const kt_element *e) {
+static bool is_extension_true(const kt_element *e) {
     static const char *const words[] = {"true", "True", "TRUE", "yes", "1"};
     const char *text = e->text != NULL ? e->text + strspn(e->text, " \t\r\n") : "";
     const size_t length = strcspn(text, " \t\r\n");
@@ -47,8 +47,8 @@ static void extend_link(kt_urdf *u, const kt_element *e, kt_urdf_link *link) {
     if (read_extension(u, e, "mu1", &friction) || (!link->has_friction && read_extension(u, e, "mu", &friction)))
         link->friction = fmax(0.0, friction);
     link->has_friction = link->has_friction || kt_xml_child(e, "mu1") != NULL;
-    link->is_light =
-        (off != NULL && is_true(off)) || (on != NULL && !is_true(on)) || (link->is_light && off == NULL && on == NULL);
+    link->is_light = (off != NULL && is_extension_true(off)) || (on != NULL && !is_extension_true(on)) ||
+                     (link->is_light && off == NULL && on == NULL);
 }
 
 static void extend_joint(kt_urdf *u, const kt_element *e, kt_urdf_joint *j) {
@@ -65,7 +65,7 @@ void kt_urdf_read_extensions(kt_urdf *u) {
         const kt_element *fixed = reference == NULL ? kt_xml_child(e, "static") : NULL;
         const int link = reference != NULL ? kt_names_find(&u->names, LINKS, reference) : -1;
         const int joint = reference != NULL ? kt_names_find(&u->names, JOINTS, reference) : -1;
-        if (fixed != NULL && is_true(fixed))
+        if (fixed != NULL && is_extension_true(fixed))
             kt_unknown_count(&u->strange.moving, "static", fixed);
         if (link >= 0)
             extend_link(u, e, &u->links[link]);
