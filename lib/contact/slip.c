@@ -370,7 +370,8 @@ static kt_status solve_islands(const kt_model *model, kt_data *data, const kt_dy
 static void solve_between(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const kt_dynamic_state at = {.t = p->t};
-    p->responds = p->has_friction = !kt_is_near_singular(model, data) && kt_slip_has_responses(model, data);
+    p->responds = p->has_friction =
+        KT_HAS_LOOPS && !kt_is_near_singular(model, data) && kt_slip_has_responses(model, data);
     for (size_t k = 0; p->has_friction && k < model->n.slip; k++)
         p->N0[k] = kt_slip_multiplier(model, data, p->contact[k].loop);
     p->status = p->has_friction ? solve_islands(model, data, &at, NULL, p->error) : KT_OK;
