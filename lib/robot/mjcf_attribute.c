@@ -184,6 +184,13 @@ int kt_mjcf_choice(kt_mjcf *m, const kt_element *e, const char *tag, const char 
     return standard;
 }
 
+kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint) {
+    static const char *const words[] = {"free", "ball", "slide", "hinge", NULL};
+    if (strcmp(joint->name, "freejoint") == 0)
+        return KT_MJCF_FREE;
+    return (kt_mjcf_motion)kt_mjcf_choice(m, joint, "joint", "type", words, KT_MJCF_HINGE);
+}
+
 bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, bool standard) {
     static const char *const words[] = {"false", "true", NULL};
     return kt_mjcf_choice(m, e, tag, name, words, standard) == 1;

@@ -57,13 +57,6 @@ static void read_force(kt_mjcf *m, kt_mjcf_joint *j) {
         kt_unknown_count(&m->changes, "actuatorgravcomp of a joint whose actuators are limited", e);
 }
 
-kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint) {
-    static const char *const words[] = {"free", "ball", "slide", "hinge", NULL};
-    if (strcmp(joint->name, "freejoint") == 0)
-        return KT_MJCF_FREE;
-    return (kt_mjcf_motion)kt_mjcf_choice(m, joint, "joint", "type", words, KT_MJCF_HINGE);
-}
-
 static void add_mjcf_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     const bool is_freejoint = strcmp(e->name, "freejoint") == 0;
     const int index = m->joints.count;
