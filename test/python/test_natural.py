@@ -56,6 +56,8 @@ def test_files_are_kept_where_the_call_names_them(tmp_path):
 def test_values_of_a_sweep():
     scene = kt.Scene(ROD)
     assert scene.sweep(L=range(1, 3))["L"].tolist() == [1, 2]
+    longer = kt.Scene(ROD, set={"parameters.L": 5})
+    assert longer.sweep(L=[1, 2])["L"].tolist() == [1, 2] and longer.set == {"parameters.L": 5}
     for values in ("1:2:3", (each for each in [1.0])):
         with pytest.raises(kt.ArgumentError, match="sweep: L: expected a list or an array of numbers"):
             scene.sweep(L=values)

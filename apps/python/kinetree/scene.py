@@ -1,12 +1,13 @@
 """Scenes and robots: read a file or a text, then run it, vary it, or compile its model."""
 from __future__ import annotations
 
+import copy
 import json
 import os
 import pathlib
 import warnings
 import weakref
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -231,6 +232,13 @@ class Scene:
         place = "-" if self.path is None else (self.path if not self.path.startswith("-") else "./" + self.path)
         return command.run(subcommand, *settings, *command.words(options), *words, place, text=self.text, show=show, ok=ok)
 
+    def _without(self, names: Iterable[str]) -> "Scene":
+        """This scene without the settings of values that vary."""
+        varied = {name.removeprefix("parameters.") for name in names}
+        other = copy.copy(self)
+        other.set = {name: value for name, value in self.set.items() if name.removeprefix("parameters.") not in varied}
+        return other
+
     def _as_scene(self) -> "Scene":
         chosen = {name: value for name, value in self.options.items()}
         done = command.run("import", *command.words(chosen), self.path or "")
@@ -292,7 +300,7 @@ class Scene:
         Parameters
         ----------
         vary : mapping, optional
-            Values of each number, by the path that ``--set`` takes. Every combination is run.
+            Values of each number, by the path that ``--set`` takes. Every combination is run. They replace a setting of the scene.
         out : str or os.PathLike, optional
             A file that keeps the table. With ``resume=True`` a sweep that was interrupted goes on with it.
         columns : list of str, optional
@@ -324,7 +332,7 @@ class Scene:
         with _folder() as folder:
             table = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "sweep.csv"
             silent = not command.has_bar() if quiet is None else quiet
-            self.command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
+            self._without(varied).command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
             return Table(read_csv(table.read_text(encoding="utf8")))
 
     def evaluate(self, **options: Any) -> Json:
