@@ -13,7 +13,7 @@ double kt_growth_now(void) {
 
 bool kt_check_growth(const char *what, kt_growth_work *work, const void *self, int few, int many, double bound) {
     double short_time = HUGE_VAL, long_time = HUGE_VAL;
-    for (int i = 0; i < 20 && !(i >= 2 && long_time <= bound * short_time); i++) {
+    for (int i = 0; i < 20 && !(i >= 3 && long_time <= bound * short_time); i++) {
         const double of_few = work(self, few), of_many = work(self, many);
         if (isnan(of_few) || isnan(of_many))
             return kt_check_below(what, (double)NAN, bound);

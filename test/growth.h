@@ -13,8 +13,9 @@ double kt_growth_now(void);
 
 /* time(many) / time(few) <= bound.
  *
- * Other programs can only add to a time, so the least of several times is used. The two sizes are measured in turns,
- * until the bound holds, 20 times at most. Work that grows too fast never reaches the bound.
+ * Other programs can only add to a time, so the least of several times is used. The two sizes are measured in turns, 3
+ * times at least, and until the bound holds, 20 times at most. A bound lies between the ratios of linear and of
+ * quadratic work, far from both: disturbances that hide quadratic work must slow down the short work in every turn.
  */
 bool kt_check_growth(const char *what, kt_growth_work *work, const void *self, int few, int many, double bound);
 

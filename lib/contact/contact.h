@@ -378,7 +378,8 @@ void kt_contacts_put_directions(kt_simulation *simulation);
 /* s0 of slip_prediction.c, without the length of fixed steps. */
 double kt_contacts_slow_slip(const kt_simulation *simulation);
 /* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
- * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, tau is 0. */
+ * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
+ * is 0. */
 double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
  * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest

@@ -47,7 +47,8 @@
  * predicts turns slip at the rate A / (|s| + tau (A - a)) = 2 a A / (|s| (A + a)). Slip ends after the time |s| / a. So
  * this rate exceeds 2 / h only within the last step. Without a prediction, it does so A / a times as long. The turn of
  * a box next to its limit of rest would grow until it is as fast as the slip. Slip that friction alone stops, a = A,
- * keeps its present direction exactly. tau is at least that of adaptive steps. */
+ * keeps its present direction exactly. In evaluations, tau is at least that of adaptive steps. At events under fixed
+ * steps, slip that grows keeps its present direction. */
 #include "contact/slip.h"
 #include "kinetree/algebra.h"
 

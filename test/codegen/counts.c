@@ -48,7 +48,7 @@ static operation_counts read_counts(const char *source, const char *function) {
     return c;
 }
 
-/* The numbers of the array `w` of a function; 0: it has none. */
+/* The numbers of the array `w` of a function; 0: it has none, or no comment says so. */
 static int read_places(const char *source, const char *function) {
     const char *end, *found = find_counts(source, function, &end);
     int places = 0;
@@ -127,8 +127,12 @@ static void check_places(const char *name, const kt_model *model, const int bar[
     size_t length = 0;
     char *source = model != NULL ? generate(model, counted_functions, &length) : NULL;
     kt_note("%s", name);
-    for (int k = 0; source != NULL && k < COUNTED; k++)
-        check_bar(function_names[k], "numbers on the stack", read_places(source, function_names[k]), bar[k]);
+    for (int k = 0; source != NULL && k < COUNTED; k++) {
+        const int places = read_places(source, function_names[k]);
+        check_bar(function_names[k], "numbers on the stack", places, bar[k]);
+        if (bar[k] > 0)
+            kt_check_above("a comment has them", places, 0.0);
+    }
     free(source);
 }
 

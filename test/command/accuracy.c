@@ -239,7 +239,9 @@ KT_TEST(varied_values_that_the_scene_lacks_leave_the_file) {
         {"'idle' varies, but nothing in the scene uses the parameter 'idle'", "--vary idle=1,2"},
         {"'Length' varies, and '--set Length=3' sets the same value", "--set Length=3 --vary Length=1,2"},
         {"'Length' varies, and '--set parameters.Length=3' sets", "--set parameters.Length=3 --vary Length=1,2"},
-        {"'Length' is varied twice", "--vary Length=1,2 --vary parameters.Length=1,2"}};
+        {"'Length' varies, and '--set parameters.Length=3.5' sets", "--set parameters.Length=3.5 --vary Length=1,2"},
+        {"'Length' is varied twice", "--vary Length=1,2 --vary parameters.Length=1,2"},
+        {"'Length' is varied twice", "--vary Length=1,2 --vary parameters.Length=1.5,2"}};
     kt_write_file("v.yaml", "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {Length: 1, idle: 2}\nbodies:\n"
                             "  - {name: a, joint: {type: revolute, position: 1}, mass: 1, shape: {type: rod, to: "
                             "[=Length, 0, 0]}}\nsimulate: {duration: 0.1}\n");

@@ -111,7 +111,6 @@ KT_TEST(what_does_not_fit_is_told) {
     }
 }
 
-/* A result has neither the counts of events nor the time that their formulas read. */
 /* A summary with a text in a list took 0 in silence; records with a text ended as a failed integration. */
 KT_TEST(result_with_values_that_are_no_numbers_is_rejected) {
     kt_write_file("chain.yaml", chain);
@@ -122,6 +121,7 @@ KT_TEST(result_with_values_that_are_no_numbers_is_rejected) {
     kt_expect(2, "r.json: the position of 'ball' is no finite number there", "$K run chain.yaml --from r.json");
 }
 
+/* A result has neither the counts of events nor the time that their formulas read. */
 KT_TEST(times_and_limits_of_events_that_begin_anew_are_reported) {
     static const char scene[] = "kinetree: 1\n"
                                 "bodies: [{name: a, joint: {type: prismatic, position: 0.3}, mass: 1}]\n"

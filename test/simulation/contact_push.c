@@ -97,16 +97,17 @@ static outcome push_box(const push *p, const fading *fades, const char *method, 
 }
 
 /* step 0: adaptive. The largest errors of the balance and of the speed are relative. With fixed steps, friction may
- * hold a corner for one step more. */
+ * hold a corner for one step more. `fading` is that of the balance if the push fades: at most five times what was
+ * measured. */
 typedef struct stepping {
     const char *method;
-    double step, balance, speed;
+    double step, balance, speed, fading;
 } stepping;
 
-static const stepping steppings[] = {{"rk4", 1e-2, 1e-10, 1e-4},    {"rk4", 1e-3, 1e-10, 1e-6},
-                                     {"heun", 1e-2, 1e-6, 1e-4},    {"heun", 1e-3, 1e-9, 1e-6},
-                                     {"dopri5", 1e-2, 1e-10, 1e-4}, {"dopri5", 1e-3, 1e-10, 1e-6},
-                                     {"dopri5", 0.0, 1e-9, 1e-8},   {"auto", 0.0, 1e-9, 1e-8}};
+static const stepping steppings[] = {{"rk4", 1e-2, 1e-10, 1e-4, 1.5e-3},  {"rk4", 1e-3, 1e-10, 1e-6, 2e-5},
+                                     {"heun", 1e-2, 1e-6, 1e-4, 2e-3},    {"heun", 1e-3, 1e-9, 1e-6, 2e-4},
+                                     {"dopri5", 1e-2, 1e-10, 1e-4, 2e-3}, {"dopri5", 1e-3, 1e-10, 1e-6, 2e-4},
+                                     {"dopri5", 0.0, 1e-9, 1e-8, 1e-10},  {"auto", 0.0, 1e-9, 1e-8, 4e-9}};
 enum { STEPPINGS = sizeof steppings / sizeof *steppings };
 
 /* Boxes of 3 and 4 corners, light and heavy, smooth and rough, that are pushed through the middle at several
@@ -168,7 +169,7 @@ KT_TEST(boxes_that_are_pushed_beside_the_middle_take_few_steps) {
 
 /* A push beside the middle passes the limit of friction shortly, and fades. Slip that ends just below the limit takes
  * many steps. Unless it is predicted, the turn of the box grows there until it is as fast as the slip, and the balance
- * has errors of up to 2e-2. The corners of the last box would part and close thousands of times if events had other
+ * has errors of up to 6e-2. The corners of the last box would part and close thousands of times if events had other
  * directions of slip than accelerations. */
 KT_TEST(boxes_that_slip_until_a_push_fades_gain_no_energy) {
     static const push pushes[] = {{400.0, 1.2, 0.0173, 0.0195, 0.0609, 4},
@@ -186,8 +187,7 @@ KT_TEST(boxes_that_slip_until_a_push_fades_gain_no_energy) {
         kt_note("%s, %g s", s->method, s->step);
         for (size_t k = 0; k < sizeof pushes / sizeof *pushes; k++) {
             const outcome o = push_box(&pushes[k], &fades[k], s->method, s->step);
-            kt_worst_below(&balance, o.ends ? fabs(o.gain) / o.supplied : HUGE_VAL, 0.2 * s->step + 1e-8, "push %zu",
-                           k);
+            kt_worst_below(&balance, o.ends ? fabs(o.gain) / o.supplied : HUGE_VAL, s->fading, "push %zu", k);
             kt_worst_below(&speed, fabs(o.speed), 1e-9, "push %zu", k);
             kt_worst_below(&steps, o.steps, s->step > 0.0 ? 1.5 * duration / s->step : 10000.0, "push %zu", k);
         }

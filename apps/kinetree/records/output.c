@@ -294,22 +294,21 @@ static bool collides(const kt_file_use *a, const kt_file_use *b) {
     return same;
 }
 
-/* The results of a command, and the inputs that only its scene names, until the program ends. Either may become known
+/* The inputs that only a scene names, and the results of a command, until the program ends. Either may become known
  * first. */
 typedef struct noted_file {
     const char *what; /* of a result: the command */
-    bool is_written;
     struct noted_file *next;
     char path[];
 } noted_file;
-static noted_file *noted_files;
+static noted_file *noted_files[2]; /* inputs, results */
 
 /* Prints an error if a result would overwrite an input, and notes the file. Returns -1, or an exit code. */
 static int note_file(const char *what, const char *path, bool is_written) {
-    for (const noted_file *n = noted_files; n != NULL; n = n->next) {
-        const kt_file_use use = {what, path, is_written}, other = {n->what, n->path, n->is_written};
+    for (const noted_file *n = noted_files[!is_written]; n != NULL; n = n->next) {
+        const kt_file_use use = {what, path, is_written}, other = {n->what, n->path, !is_written};
         const kt_file_use *result = is_written ? &use : &other, *input = is_written ? &other : &use;
-        if (n->is_written == is_written || !collides(result, input))
+        if (!collides(result, input))
             continue;
         kt_say("%s: %s is %s; give the results another file", result->what, kt_show(result->path).text, input->what);
         return KT_EXIT_USAGE;
@@ -317,9 +316,9 @@ static int note_file(const char *what, const char *path, bool is_written) {
     noted_file *noted = malloc(sizeof *noted + strlen(path) + 1);
     if (noted == NULL)
         return kt_say_no_memory(NULL);
-    *noted = (noted_file){.what = what, .is_written = is_written, .next = noted_files};
+    *noted = (noted_file){.what = what, .next = noted_files[is_written]};
     memcpy(noted->path, path, strlen(path) + 1);
-    noted_files = noted;
+    noted_files[is_written] = noted;
     return -1;
 }
 

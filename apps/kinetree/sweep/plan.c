@@ -152,7 +152,10 @@ static bool take_axis_value(kt_axis *axis, const char **text, char after, double
 static const char *short_path(const char *path) {
     static const char section[] = "parameters.";
     const size_t length = sizeof section - 1;
-    return strncmp(path, section, length) == 0 && strpbrk(path + length, ".[") == NULL ? path + length : path;
+    if (strncmp(path, section, length) != 0)
+        return path;
+    const char end = path[length + strcspn(path + length, ".[=")];
+    return end == '\0' || end == '=' ? path + length : path;
 }
 
 /* Whether two texts "PATH=..." or "PATH" have the same path. */
@@ -312,9 +315,10 @@ static int read_axis_names(kt_sweep_plan *plan, const char *path, char *line) {
                    path, kt_show(name).text, (int)length, kt_show(name).text);
             return KT_EXIT_SCENE;
         }
-        if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text ||
-            add_axis(plan, text, &ignored, &code) == NULL)
-            return KT_EXIT_USAGE;
+        if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text)
+            return say_table(path, 1, "a name of a value that varies is too long; names have at most 510 bytes");
+        if (add_axis(plan, text, &ignored, &code) == NULL)
+            return KT_EXIT_SCENE;
     }
     return -1;
 }

@@ -271,8 +271,9 @@ class Scene:
         StepError
             The integration failed. ``error.run`` has the records until then.
         """
-        if "-" in (out, summary):
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", "standard output is not read back; name a file, or leave out and summary away")
+        for name, path in (("out", out), ("summary", summary)):
+            if path is not None and os.fspath(path) in ("-", "", "."):
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the results are read back from a file; name one, or omit `out` and `summary`")
         with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
