@@ -4,7 +4,6 @@
  * is about the robot. <mujoco> has settings of MuJoCo, of which gravity is read. */
 #include "robot/urdf.h"
 
-#include <math.h>
 #include <string.h>
 
 /* ---- MuJoCo ------------------------------------------------------------------------------------------------------ */
@@ -18,42 +17,52 @@ static void read_urdf_gravity(kt_urdf *u) {
 
 /* ---- Gazebo ------------------------------------------------------------------------------------------------------ */
 
-/* Reads a number of a child. Returns whether there is one. */
-static bool read_extension(kt_urdf *u, const kt_element *within, const char *child, double *value) {
+/* As in Gazebo, the attribute `value` counts before the text. */
+static const char *extension_text(const kt_element *e) {
+    const char *value = kt_xml_attribute(e, "value");
+    return value != NULL ? value : e->text != NULL ? e->text : "";
+}
+
+/* Reads a number of a child. Without it, or if it is no number, the value stays as it is. */
+static void read_extension(kt_urdf *u, const kt_element *within, const char *child, double *value) {
     const kt_element *e = kt_xml_child(within, child);
     double read;
-    if (e == NULL)
-        return false;
-    if (e->text == NULL || kt_parse_numbers(e->text, 1, &read) != 1)
-        return kt_robot_fault(u->r, e, "expected a number, found '%.60s'", e->text != NULL ? e->text : "");
-    *value = read;
-    return true;
+    if (e != NULL && kt_parse_numbers(extension_text(e), 1, &read) == 1)
+        *value = read;
+    else if (e != NULL)
+        kt_unknown_count(&u->strange.moving, child, e);
 }
 
-/* Whether an extension is `true`, `yes` or `1`, with blanks around it. */
-static bool is_extension_true(const kt_element *e) {
-    static const char *const words[] = {"true", "True", "TRUE", "yes", "1"};
-    const char *text = e->text != NULL ? e->text + strspn(e->text, " \t\r\n") : "";
-    const size_t length = strcspn(text, " \t\r\n");
-    bool found = false;
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        found = found || (strlen(words[i]) == length && strncmp(words[i], text, length) == 0);
-    return found;
+/* Whether an extension is one of some words, with capitals or without, and with blanks around it. */
+static bool is_extension_of(const kt_element *e, const char *words) {
+    static const char space[] = " \t\r\n";
+    const char *text = extension_text(e);
+    char word[8] = "";
+    text += strspn(text, space);
+    const size_t length = strcspn(text, space);
+    for (size_t i = 0; i < length && length < sizeof word; i++)
+        word[i] = (char)(text[i] >= 'A' && text[i] <= 'Z' ? text[i] - 'A' + 'a' : text[i]);
+    return *word != '\0' && kt_words_have(words, word);
 }
 
+/* A friction below zero is ignored. As in Gazebo, `mu1` counts before `mu`, any `turnGravityOff` but a word for "no"
+ * takes the weight away, and any `gravity` but such a word leaves it. */
 static void extend_link(kt_urdf *u, const kt_element *e, kt_urdf_link *link) {
+    static const char no[] = " false no 0 ";
     const kt_element *off = kt_xml_child(e, "turnGravityOff"), *on = kt_xml_child(e, "gravity");
-    double friction = link->friction;
-    if (read_extension(u, e, "mu1", &friction) || (!link->has_friction && read_extension(u, e, "mu", &friction)))
-        link->friction = fmax(0.0, friction);
-    link->has_friction = link->has_friction || kt_xml_child(e, "mu1") != NULL;
-    link->is_light = (off != NULL && is_extension_true(off)) || (on != NULL && !is_extension_true(on)) ||
+    double mu = -1.0, mu1 = -1.0;
+    read_extension(u, e, "mu", &mu);
+    read_extension(u, e, "mu1", &mu1);
+    if (mu1 >= 0.0 || (mu >= 0.0 && !link->has_friction))
+        link->friction = mu1 >= 0.0 ? mu1 : mu;
+    link->has_friction = link->has_friction || mu1 >= 0.0;
+    link->is_light = (off != NULL && !is_extension_of(off, no)) || (on != NULL && is_extension_of(on, no)) ||
                      (link->is_light && off == NULL && on == NULL);
 }
 
 static void extend_joint(kt_urdf *u, const kt_element *e, kt_urdf_joint *j) {
-    (void)read_extension(u, e, "springStiffness", &j->stiffness);
-    (void)read_extension(u, e, "springReference", &j->rest);
+    read_extension(u, e, "springStiffness", &j->stiffness);
+    read_extension(u, e, "springReference", &j->rest);
     if (j->stiffness != 0.0 && j->kind != NULL && !j->kind->is_scalar)
         kt_unknown_count(&u->strange.moving, "springStiffness", e);
 }
@@ -65,7 +74,7 @@ void kt_urdf_read_extensions(kt_urdf *u) {
         const kt_element *fixed = reference == NULL ? kt_xml_child(e, "static") : NULL;
         const int link = reference != NULL ? kt_names_find(&u->names, LINKS, reference) : -1;
         const int joint = reference != NULL ? kt_names_find(&u->names, JOINTS, reference) : -1;
-        if (fixed != NULL && is_extension_true(fixed))
+        if (fixed != NULL && is_extension_of(fixed, " true yes 1 "))
             kt_unknown_count(&u->strange.moving, "static", fixed);
         if (link >= 0)
             extend_link(u, e, &u->links[link]);

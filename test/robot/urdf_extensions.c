@@ -1,0 +1,123 @@
+/* Extensions of URDF by Gazebo: numbers and words as the attribute `value` or as text. */
+#define ROBOT "r.urdf"
+#include "robot.h"
+
+#include "kinetree/import.h"
+
+#include <stdio.h>
+
+#define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+
+/* A ball on a slider above the ground. */
+static bool read_extended(const char *extensions, kt_scene *scene) {
+    static const kt_robot_options options = {.contacts = true, .has_ground = true};
+    char text[1500];
+    (void)snprintf(text, sizeof text,
+                   "<robot name='r'><link name='a'/><link name='b'>" MASS
+                   "<collision><geometry><sphere radius='0.1'/></geometry></collision></link><joint name='j' "
+                   "type='prismatic'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/><origin xyz='0 0 1'/>"
+                   "</joint>%s</robot>",
+                   extensions);
+    return parse_right(text, &options, scene);
+}
+
+static const kt_effect *find_extended(const kt_scene *scene, kt_effect_type type) {
+    for (int i = 0; i < scene->description.effect_count; i++)
+        if (scene->description.effects[i].type == type)
+            return &scene->description.effects[i];
+    return NULL;
+}
+
+KT_TEST(extensions_have_their_value_as_an_attribute_or_as_text) {
+    static const char *const forms[] = {
+        "<gazebo reference='j'><springStiffness value='5'/><springReference value='0.1'/></gazebo>"
+        "<gazebo reference='b'><mu1 value='0.25'/><mu2 value='9'/><turnGravityOff value='true'/></gazebo>"
+        "<gazebo><static value='True'/></gazebo>",
+        "<gazebo reference='j'><springStiffness>5</springStiffness><springReference>0.1</springReference></gazebo>"
+        "<gazebo reference='b'><mu>0.25</mu><gravity value=' False '>true</gravity></gazebo>"
+        "<gazebo><static>YES</static></gazebo>",
+        "<gazebo reference='j'><springStiffness value='5'>6</springStiffness><springReference value='0.1'/></gazebo>"
+        "<gazebo reference='b'><mu value='0.25'/><gravity>0</gravity></gazebo><gazebo><static value='1'/></gazebo>"};
+    for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+        kt_scene scene;
+        if (!read_extended(forms[i], &scene))
+            continue;
+        const kt_effect *spring = find_extended(&scene, KT_EFFECT_JOINT_SPRING);
+        const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+        if (kt_check_true("spring", spring != NULL)) {
+            kt_check_near("stiffness", spring->stiffness, 5.0, 0.0);
+            kt_check_near("rest", spring->rest.value, 0.1, 0.0);
+        }
+        if (kt_check_true("contact", contact != NULL))
+            kt_check_near("friction", contact->friction, 0.25, 0.0);
+        kt_check_true("no weight", find_extended(&scene, KT_EFFECT_FORCE) != NULL);
+        kt_check_true("static", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "'static' is left out: 1"));
+        kt_check_true("all are known", !has_note(&scene, "not known") && !has_note(&scene, "'value'"));
+        kt_scene_free(&scene);
+    }
+}
+
+/* In sdformat, any `turnGravityOff` but false, no and 0 takes the weight away. Of `gravity`, these words do. */
+KT_TEST(only_words_for_no_decide_about_weight) {
+    static const struct {
+        const char *extension;
+        bool is_light;
+    } table[] = {{"<turnGravityOff value='NO'/>", false},
+                 {"<turnGravityOff>False</turnGravityOff>", false},
+                 {"<turnGravityOff>0</turnGravityOff>", false},
+                 {"<turnGravityOff>TrUe</turnGravityOff>", true},
+                 {"<turnGravityOff>on</turnGravityOff>", true},
+                 {"<gravity value='1'/>", false},
+                 {"<gravity/>", false},
+                 {"<gravity>nonsense</gravity>", false},
+                 {"<gravity>TRUE</gravity>", false},
+                 {"<gravity>no</gravity>", true},
+                 {"<gravity value='FALSE'/>", true}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[200];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text, "<gazebo reference='b'>%s</gazebo>", table[i].extension);
+        if (!read_extended(text, &scene))
+            continue;
+        kt_check_equal_int(table[i].extension, find_extended(&scene, KT_EFFECT_FORCE) != NULL, table[i].is_light);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(friction_below_zero_is_ignored_and_mu1_counts_before_mu) {
+    static const struct {
+        const char *extension;
+        double friction;
+    } table[] = {{"<mu1>-0.5</mu1>", 1.0},
+                 {"<mu value='-2'/>", 1.0},
+                 {"<mu1>0.5</mu1><mu>0.75</mu>", 0.5},
+                 {"<mu>0.75</mu><mu1>-1</mu1>", 0.75},
+                 {"<mu1>0</mu1>", 0.0}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[200];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text, "<gazebo reference='b'>%s</gazebo>", table[i].extension);
+        if (!read_extended(text, &scene))
+            continue;
+        const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+        if (kt_check_true(table[i].extension, contact != NULL))
+            kt_check_near("friction", contact->friction, table[i].friction, 0.0);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(unreadable_numbers_of_extensions_are_left_out_with_a_warning) {
+    kt_scene scene;
+    if (!read_extended("<gazebo reference='b'><mu1>high</mu1></gazebo><gazebo reference='j'><springStiffness value=''/>"
+                       "<springReference/></gazebo>",
+                       &scene))
+        return;
+    static const char *const words[] = {"'mu1' is left out: 1", "'springStiffness' is left out: 1",
+                                        "'springReference' is left out: 1"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        kt_check_true(words[i], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, words[i]));
+    const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+    if (kt_check_true("contact", contact != NULL))
+        kt_check_near("friction", contact->friction, 1.0, 0.0);
+    kt_scene_free(&scene);
+}
