@@ -192,14 +192,14 @@ typedef struct kt_mjcf {
     bool geoms_have_mass, has_visuals;
     int nq, nv;
     double *qpos, *qvel, *ctrl, *mpos, *mquat; /* of the keyframe; NULL: none is requested */
-    const kt_element *key; /* the keyframe itself; NULL: there is none, or it is of an attached model */
+    const double *act;                         /* activations of all actuators, by the keyframe; NULL: zeros */
     kt_namer states_named;
     kt_list wraps;                  /* kt_mjcf_wrap */
     kt_list reaches;                /* kt_mjcf_reach */
     kt_left cables;                 /* bodies whose elastic torque differs from MuJoCo's */
     double cable_share, flex_haste; /* the largest such difference, as a part of the torque; see mjcf_flex.c */
     kt_left activations;
-    int ctrl_count, mocap_count; /* bodies that a program moves, of the scene so far */
+    int ctrl_count, mocap_count, mocap_keyed; /* bodies that a program moves: of the scene so far, of the keyframe */
 
     kt_draft draft;
 

@@ -521,24 +521,6 @@ static void pull_tendons(kt_mjcf *m, const kt_list *actions) {
     }
 }
 
-/* The activations of the keyframe, for all actuators in their order; NULL if there are none. */
-static const double *read_activations(kt_mjcf *m) {
-    const char *text = m->key != NULL ? kt_xml_attribute(m->key, "act") : NULL;
-    int count = 0;
-    if (text == NULL)
-        return NULL;
-    for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL; e = kt_mjcf_section(m, "actuator", e)) {
-        const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, e).dynamics;
-        count += kt_mjcf_activations_of(&d);
-    }
-    double *numbers = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *numbers);
-    if (numbers == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else if (kt_parse_numbers(text, count, numbers) != count)
-        (void)kt_mjcf_fault(m, m->key, "act: expected %d numbers, found '%.60s'", count, text);
-    return m->r->fault_count == 0 ? numbers : NULL;
-}
-
 static void skip_actuator(kt_mjcf *m, const kt_element *e, int *used) {
     const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, e).dynamics;
     *used += kt_mjcf_activations_of(&d);
@@ -548,13 +530,12 @@ static void skip_actuator(kt_mjcf *m, const kt_element *e, int *used) {
 void kt_mjcf_actuators(kt_mjcf *m) {
     kt_list actions = {.count = 0};
     int index = 0, used = 0;
-    const double *activations = read_activations(m);
     for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL && !m->r->out_of_memory;
          e = kt_mjcf_section(m, "actuator", e), index++)
         if (m->off.actuation || is_disabled(m, e))
             skip_actuator(m, e, &used);
         else
-            add_action(m, e, m->ctrl != NULL ? m->ctrl[index] : 0.0, activations, &used, &actions);
+            add_action(m, e, m->ctrl != NULL ? m->ctrl[index] : 0.0, m->act, &used, &actions);
     for (int i = 0; i < actions.count; i++)
         limit_tendon(m, &actions, action_at(&actions, i));
     for (int i = 0; i < actions.count; i++)

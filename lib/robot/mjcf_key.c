@@ -2,10 +2,12 @@
  *
  * The keyframe of an attached model has numbers for all joints and actuators of that model, in its order. The attached
  * ones take their numbers. The others of the whole begin at their reference positions, at rest and without control.
+ * Numbers of `act`, `mpos` and `mquat` of an attached model are left out with a warning.
  *
  * In a model with a <replicate>, a keyframe K has numbers for the joints before it and for those in it, once. As in
  * MuJoCo, K then is the start in which all copies are at their reference positions. In the start K with the suffix of a
- * copy, this copy takes the numbers, and no actuator has a control. */
+ * copy, this copy takes the numbers, and no actuator has a control or an activation. Of the bodies that a program
+ * moves, those before the <replicate> take their numbers. */
 #include "robot/mjcf_copies.h"
 
 #include <math.h>
@@ -23,6 +25,52 @@ static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, 
         values = NULL;
     }
     return values;
+}
+
+/* ---- bodies that a program moves, and activations ---------------------------------------------------------------- */
+
+static bool is_keyed_mocap(kt_mjcf *m, int body) {
+    return kt_mjcf_flag(m, kt_mjcf_body_at(m, body)->element, NULL, "mocap", false);
+}
+
+/* Counts the bodies that a program moves. With `once`, only those before the copies; -1: there are some in copies. */
+static int count_mocap(kt_mjcf *m, bool once) {
+    int count = 0, before = -1;
+    for (int i = 1; i < m->bodies.count; i++) {
+        const bool is_copy = once && kt_mjcf_copy_of(m, kt_mjcf_body_at(m, i)->element, -1) == 0;
+        before = is_copy && before < 0 ? count : before;
+        if (is_copy && is_keyed_mocap(m, i))
+            return -1;
+        count += is_keyed_mocap(m, i);
+    }
+    return before >= 0 ? before : count;
+}
+
+/* Reads the places of the first bodies that a program moves, in the order of the bodies. */
+static void read_mocap(kt_mjcf *m, const kt_element *key, int count) {
+    m->mocap_keyed = count;
+    m->mpos = key_numbers(m, key, "mpos", 3 * count);
+    m->mquat = key_numbers(m, key, "mquat", 4 * count);
+}
+
+static int count_activations(kt_mjcf *m, const kt_element *actuator) {
+    const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, actuator).dynamics;
+    return kt_mjcf_activations_of(&d);
+}
+
+/* Counts the activations of the first actuators. */
+static int count_first_activations(kt_mjcf *m, int actuators) {
+    int count = 0;
+    for (const kt_element *e = kt_mjcf_section(m, "actuator", NULL); e != NULL && actuators-- > 0;
+         e = kt_mjcf_section(m, "actuator", e))
+        count += count_activations(m, e);
+    return count;
+}
+
+/* Reports an attribute of a keyframe that is left out. */
+static void count_unread(kt_mjcf *m, const kt_element *key, const char *attribute, const char *what) {
+    if (kt_xml_attribute(key, attribute) != NULL)
+        kt_unknown_count(&m->changes, what, key);
 }
 
 /* ---- attached models --------------------------------------------------------------------------------------------- */
@@ -114,6 +162,9 @@ static void start_attached(kt_mjcf *m, const kt_element *key) {
     m->ctrl = zeros(m, m->ctrl_count);
     if (m->r->out_of_memory)
         return;
+    count_unread(m, key, "act", "act of the keyframe of an attached model, whose activations begin at zero");
+    count_unread(m, key, "mpos", "mpos of the keyframe of an attached model, whose bodies stay in their places");
+    count_unread(m, key, "mquat", "mquat of the keyframe of an attached model, whose bodies keep their orientations");
     take_joints(m, key->document, qpos, qvel);
     if (ctrl != NULL)
         (void)take_controls(m, key->document, ctrl);
@@ -146,25 +197,75 @@ static int count_key_numbers(const char *text) {
     return count;
 }
 
-/* Whether a keyframe has numbers for one copy alone. */
-static bool is_keyed_once(const kt_mjcf *m, const kt_element *key) {
-    const char *qpos = kt_xml_attribute(key, "qpos"), *qvel = kt_xml_attribute(key, "qvel");
-    int nq, nv;
-    return count_keyed_joints(m, &nq, &nv) >= 0 && ((qpos != NULL && nq < m->nq && count_key_numbers(qpos) == nq) ||
-                                                    (qvel != NULL && nv < m->nv && count_key_numbers(qvel) == nv));
+/* Whether an attribute of a keyframe has `count` numbers (below zero: any), less than `all` that the model has. */
+static bool has_fewer_numbers(const kt_element *key, const char *attribute, int count, int all) {
+    const char *text = kt_xml_attribute(key, attribute);
+    const int numbers = text != NULL ? count_key_numbers(text) : all;
+    return numbers < all && (count < 0 || numbers == count);
 }
 
-/* Takes the controls of the actuators outside of the copies, which come first. In the file, those of copies are between
+/* The number of actuators outside of the copies, which come first. */
+static int count_outer_actuators(const kt_mjcf *m) {
+    return m->ctrl_count - m->copies.count * m->moved_actuators.count;
+}
+
+/* Whether a keyframe has numbers for one copy alone. */
+static bool is_keyed_once(kt_mjcf *m, const kt_element *key) {
+    int nq, nv;
+    if (count_keyed_joints(m, &nq, &nv) < 0)
+        return false;
+    const int actuators = count_outer_actuators(m) + m->moved_actuators.count;
+    const int mocap = count_mocap(m, true), all = count_mocap(m, false);
+    return has_fewer_numbers(key, "qpos", nq, m->nq) || has_fewer_numbers(key, "qvel", nv, m->nv) ||
+           has_fewer_numbers(key, "ctrl", actuators, m->ctrl_count) ||
+           has_fewer_numbers(key, "act", count_first_activations(m, actuators),
+                             count_first_activations(m, m->ctrl_count)) ||
+           has_fewer_numbers(key, "mpos", 3 * mocap, 3 * all) || has_fewer_numbers(key, "mquat", 4 * mocap, 4 * all);
+}
+
+/* Finds the actuator with an index; NULL: there is none. */
+static const kt_element *find_actuator(const kt_mjcf *m, int index) {
+    const kt_element *e = kt_mjcf_section(m, "actuator", NULL);
+    while (e != NULL && index-- > 0)
+        e = kt_mjcf_section(m, "actuator", e);
+    return e;
+}
+
+/* Takes the controls and activations of the actuators outside of the copies. In the file, those of copies are between
  * them. */
 static void take_outer_controls(kt_mjcf *m, const kt_element *key) {
     const kt_list *moved = &m->moved_actuators;
-    const int outer = m->ctrl_count - m->copies.count * moved->count;
-    const double *ctrl = key_numbers(m, key, "ctrl", outer + moved->count);
-    for (int i = 0, place = 0, k = 0; i < outer && ctrl != NULL; i++, place++) {
-        for (; k < moved->count && ((const int *)moved->items)[k] == place; k++)
-            place++;
-        m->ctrl[i] = ctrl[place];
+    const int outer = count_outer_actuators(m), count = outer + moved->count;
+    const double *ctrl = key_numbers(m, key, "ctrl", count);
+    const double *act = key_numbers(m, key, "act", count_first_activations(m, count));
+    const kt_element *next = find_actuator(m, 0), *copied = find_actuator(m, outer);
+    double *to = zeros(m, count_first_activations(m, m->ctrl_count));
+    m->act = to;
+    for (int place = 0, i = 0, k = 0; place < count && to != NULL; place++) {
+        const bool is_moved = k < moved->count && ((const int *)moved->items)[k] == place;
+        const kt_element **e = is_moved ? &copied : &next;
+        const int width = *e != NULL ? count_activations(m, *e) : 0;
+        if (!is_moved && act != NULL)
+            memcpy(to, act, (size_t)width * sizeof *to);
+        if (!is_moved && ctrl != NULL && i < outer)
+            m->ctrl[i] = ctrl[place];
+        to += is_moved ? 0 : width;
+        act += act != NULL ? width : 0;
+        i += !is_moved;
+        k += is_moved;
+        *e = *e != NULL ? kt_mjcf_section(m, "actuator", *e) : NULL;
     }
+}
+
+/* Places the moved bodies before the copies. Numbers for bodies in copies are left out with a warning. */
+static void start_mocap_of_copies(kt_mjcf *m, const kt_element *key) {
+    const int count = count_mocap(m, true);
+    if (count >= 0) {
+        read_mocap(m, key, count);
+        return;
+    }
+    count_unread(m, key, "mpos", "mpos of a keyframe with bodies in copies that a program moves, which stay");
+    count_unread(m, key, "mquat", "mquat of a keyframe with bodies in copies that a program moves, which do not turn");
 }
 
 /* Sets the start from a keyframe that has numbers for one copy, -1: for none of them. */
@@ -193,6 +294,7 @@ static void start_copy(kt_mjcf *m, const kt_element *key, int copy) {
     }
     if (copy < 0 && !m->r->out_of_memory)
         take_outer_controls(m, key);
+    start_mocap_of_copies(m, key);
 }
 
 /* ---- any model --------------------------------------------------------------------------------------------------- */
@@ -257,21 +359,18 @@ static const kt_element *find_key(kt_mjcf *m, const char *wanted, int *copy) {
 
 /* A quaternion of any length is a rotation, and one of zeros is none. */
 static const double *normalize_turn(double *turn) {
-    const double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+    double size = 0.0, sum = 0.0;
+    for (int i = 0; i < 4; i++)
+        size = fmax(size, fabs(turn[i]));
+    for (int i = 0; i < 4 && size > 0.0; i++) {
+        turn[i] /= size;
+        sum += turn[i] * turn[i];
+    }
     if (!(size > 0.0))
         memcpy(turn, (const double[]){1.0, 0.0, 0.0, 0.0}, 4 * sizeof *turn);
     for (int i = 0; i < 4 && size > 0.0; i++)
-        turn[i] /= size;
+        turn[i] /= sqrt(sum);
     return turn;
-}
-
-/* Reads the places of bodies that a program moves, in the order of the bodies. */
-static void read_mocap(kt_mjcf *m, const kt_element *key) {
-    int count = 0;
-    for (int i = 1; i < m->bodies.count; i++)
-        count += kt_mjcf_flag(m, kt_mjcf_body_at(m, i)->element, NULL, "mocap", false);
-    m->mpos = key_numbers(m, key, "mpos", 3 * count);
-    m->mquat = key_numbers(m, key, "mquat", 4 * count);
 }
 
 void kt_mjcf_start(kt_mjcf *m) {
@@ -286,11 +385,11 @@ void kt_mjcf_start(kt_mjcf *m) {
     } else if (copy >= 0 || is_keyed_once(m, key)) {
         start_copy(m, key, copy);
     } else {
-        m->key = key;
         m->qpos = key_numbers(m, key, "qpos", m->nq);
         m->qvel = key_numbers(m, key, "qvel", m->nv);
         m->ctrl = key_numbers(m, key, "ctrl", m->ctrl_count);
-        read_mocap(m, key);
+        m->act = key_numbers(m, key, "act", count_first_activations(m, m->ctrl_count));
+        read_mocap(m, key, count_mocap(m, false));
     }
     for (int i = 0; i < m->joints.count && m->qpos != NULL; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
@@ -313,6 +412,8 @@ kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b) {
     if ((m->mpos == NULL && m->mquat == NULL) || !kt_mjcf_flag(m, b->element, NULL, "mocap", false))
         return pose;
     const int place = m->mocap_count++;
+    if (place >= m->mocap_keyed)
+        return pose;
     const double *at = m->mpos != NULL ? m->mpos + 3 * place : NULL;
     const double *turn = m->mquat != NULL ? normalize_turn(m->mquat + 4 * place) : NULL;
     if (at != NULL)

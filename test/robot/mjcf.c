@@ -205,6 +205,67 @@ KT_TEST(keyframe_of_a_model_with_copies_has_numbers_for_one_of_them) {
     kt_check_contains("fault", faults.text, "there is no keyframe 'k-2'; the names are k");
 }
 
+/* The numbers are those of MuJoCo 3.14: activations and bodies that a program moves, of a model with copies. */
+KT_TEST(keyframe_of_a_model_with_copies_has_activations_and_moved_bodies) {
+    static const struct {
+        const char *numbers, *key;
+        double activation, x, quaternion; /* of the actuator of z; of the first moved body: its place and 2nd number */
+    } table[] = {{"ctrl='5 6'", "k", 0.0, 7.0, 0.0},
+                 {"act='3 4'", "k", 4.0, 7.0, 0.0},
+                 {"act='3 4'", "k-1", 0.0, 7.0, 0.0},
+                 {"mpos='1 2 3'", "k", 0.0, 1.0, 0.0},
+                 {"mquat='0 2 0 0'", "k", 0.0, 7.0, 1.0},
+                 {"qpos='1 2' act='3 4' ctrl='5 6' mpos='1 2 3' mquat='0 2 0 0'", "k", 4.0, 1.0, 1.0},
+                 {"qpos='1 2' act='3 4' ctrl='5 6' mpos='1 2 3' mquat='0 2 0 0'", "k-0", 0.0, 1.0, 1.0}};
+    for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
+        const kt_robot_options options = {.keyframe = table[n].key};
+        char text[1500];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><compiler angle='radian'/><worldbody>" SWING(
+                           "z", "0") "<body name='m' mocap='true' pos='7 8 9'/><replicate count='2' offset='0 1 0' "
+                                     "sep='-'>" SWING("j", "0") "</replicate><body name='n' mocap='true' pos='5 5 "
+                                                                "5'/></worldbody><actuator><general joint='j' "
+                                                                "dyntype='integrator'/><general joint='z' "
+                                                                "dyntype='integrator'/></actuator><keyframe><key "
+                                                                "name='k' %s/></keyframe></mujoco>",
+                       table[n].numbers);
+        if (!parse_right(text, &options, &scene))
+            continue;
+        if (kt_check_equal_int(table[n].numbers, scene.description.state_count, 3))
+            for (int i = 0; i < 3; i++)
+                kt_check_near("activation", scene.description.states[i].initial, i == 0 ? table[n].activation : 0.0,
+                              0.0);
+        const kt_joint *first = &find_body(&scene, "m")->joint, *last = &find_body(&scene, "n")->joint;
+        kt_check_near("place", first->at.x, table[n].x, 0.0);
+        kt_check_near("turn", first->rotation.type == KT_ROTATION_QUATERNION ? fabs(first->rotation.value[1]) : 0.0,
+                      table[n].quaternion, 0.0);
+        kt_check_near("the other stays", last->at.x, 5.0, 0.0);
+        kt_check_equal_int("nor turns", last->rotation.type, KT_ROTATION_NONE);
+        kt_scene_free(&scene);
+    }
+}
+
+KT_TEST(places_of_moved_bodies_in_copies_are_left_out_with_a_warning) {
+    static const char *const numbers[] = {"qpos='1 2' mpos='4 5 6' mquat='1 0 0 0'", "mpos='4 5 6' mquat='1 0 0 0'"};
+    for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
+        const kt_robot_options options = {.keyframe = "k"};
+        char text[900];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody>" SWING("z", "0") "<replicate count='2' offset='0 1 0'>" SWING(
+                           "j", "0") "<body name='r' mocap='true' pos='7 0 0'/></replicate></worldbody><keyframe><key "
+                                     "name='k' %s/></keyframe></mujoco>",
+                       numbers[n]);
+        if (!parse_right(text, &options, &scene))
+            continue;
+        kt_check_true("mpos", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "mpos of a keyframe with bodies"));
+        kt_check_true("mquat", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "mquat of a keyframe with bodies"));
+        kt_check_near("it stays", find_body(&scene, "r0")->joint.at.x, 7.0, 0.0);
+        kt_scene_free(&scene);
+    }
+}
+
 /* 90 degrees about z take x to y. */
 KT_TEST(bodies_that_a_program_moves_are_where_the_keyframe_puts_them) {
     static const char text[] =
@@ -228,10 +289,12 @@ KT_TEST(bodies_that_a_program_moves_are_where_the_keyframe_puts_them) {
 }
 
 KT_TEST(quaternions_of_a_keyframe_have_any_length) {
-    static const char *const qpos[] = {"1 2 3 2 0 0 2 2 2 2 2", "1 2 3 0 0 0 0 0 0 0 -7"};
+    static const char *const qpos[] = {"1 2 3 2 0 0 2 2 2 2 2", "1 2 3 0 0 0 0 0 0 0 -7",
+                                       "1 2 3 3e200 0 0 3e200 2e-200 2e-200 2e-200 2e-200"};
     static const double expected[][2][4] = {{{0.5, 0.0, 0.0, 0.5}, {0.5, 0.5, 0.5, 0.5}},
-                                            {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, -1.0}}};
-    for (int n = 0; n < 2; n++) {
+                                            {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, -1.0}},
+                                            {{0.5, 0.0, 0.0, 0.5}, {0.5, 0.5, 0.5, 0.5}}};
+    for (int n = 0; n < 3; n++) {
         const kt_robot_options options = {.keyframe = "k"};
         char text[600];
         kt_scene scene;
@@ -241,7 +304,7 @@ KT_TEST(quaternions_of_a_keyframe_have_any_length) {
                        qpos[n]);
         if (!parse_right(text, &options, &scene))
             continue;
-        const double root = n == 0 ? sqrt(2.0) : 1.0;
+        const double root = n != 1 ? sqrt(2.0) : 1.0;
         for (int i = 0; i < 4; i++) {
             kt_check_near("of a free joint", find_body(&scene, "a")->joint.position[3 + i], root * expected[n][0][i],
                           4e-16);

@@ -91,6 +91,10 @@ KT_TEST(what_an_included_file_names_is_in_the_folder_of_the_model_or_in_its_own)
         {"inner/sub/part.xml", "<mujoco><worldbody><body name='wrong'/></worldbody></mujoco>"},
         {"inner/part.xml", "<mujoco><worldbody><body name='part'><joint/>" BALL "</body></worldbody></mujoco>"},
         {"inner/sub/solid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"},
+        {"inner/keyed.xml",
+         "<mujoco><worldbody><body name='c'><joint name='d'/>" BALL "</body><body name='e' "
+         "mocap='true'/></worldbody><actuator><general joint='d' dyntype='integrator'/></actuator>"
+         "<keyframe><key name='up' qpos='1' act='2' mpos='1 2 3' mquat='0 1 0 0'/></keyframe></mujoco>"},
         {"inner/m.xml", ""},
     };
     kt_scene scene;
@@ -193,6 +197,9 @@ static const char *const attached_files[][2] = {
                                      "<frame pos='1 0 0'><body name='hand'><joint/>" BALL
                                      "</body><attach model='x' prefix='in_'/></frame></body>"
                                      "</frame></worldbody></mujoco>"},
+    {"inner/keyed.xml", "<mujoco><worldbody><body name='c'><joint name='d'/>" BALL "</body><body name='e' "
+                        "mocap='true'/></worldbody><actuator><general joint='d' dyntype='integrator'/></actuator>"
+                        "<keyframe><key name='up' qpos='1' act='2' mpos='1 2 3' mquat='0 1 0 0'/></keyframe></mujoco>"},
     {"inner/m.xml", ""},
 };
 static const char *const attached_folders[] = {"", "/inner", "/inner/sub", "/inner/meshes"};
@@ -360,6 +367,25 @@ KT_TEST(keyframes_of_models_in_replicates_are_rejected_at_their_place) {
     kt_check_equal_int("without it", read_in(folder, within, NULL, &scene), KT_OK);
     kt_check_equal_int("bodies", scene.description.body_count, 2 * 4);
     kt_scene_free(&scene);
+    remove_attached(folder);
+}
+
+KT_TEST(numbers_of_keyframes_of_attached_models_that_are_left_out_are_warnings) {
+    static const char *const words[] = {"act of the keyframe of an attached model", "mpos of the keyframe of an",
+                                        "mquat of the keyframe of an"};
+    const kt_robot_options options = {.keyframe = "p_up"};
+    char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
+    kt_scene scene;
+    if (!make_attached(folder))
+        return;
+    if (kt_check_equal_int("status", read_in(folder, ATTACH(MODEL("keyed.xml"), OF_X), &options, &scene), KT_OK)) {
+        for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+            kt_check_true(words[i], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, words[i]));
+        kt_check_equal_bits("position", find_body(&scene, "p_c")->joint.position, &(double){1.0}, 1);
+        kt_scene_free(&scene);
+    } else {
+        kt_note("%s", faults.text);
+    }
     remove_attached(folder);
 }
 
