@@ -206,7 +206,8 @@ static bool has_fewer_numbers(const kt_element *key, const char *attribute, int 
 
 /* The number of actuators outside of the copies, which come first. */
 static int count_outer_actuators(const kt_mjcf *m) {
-    return m->ctrl_count - m->copies.count * m->moved_actuators.count;
+    const int outer = m->ctrl_count - m->copies.count * m->moved_actuators.count;
+    return outer > 0 ? outer : 0; /* copies that are left out are no actuators */
 }
 
 /* Whether a keyframe has numbers for one copy alone. */
@@ -237,20 +238,22 @@ static void take_outer_controls(kt_mjcf *m, const kt_element *key) {
     const kt_list *moved = &m->moved_actuators;
     const int outer = count_outer_actuators(m), count = outer + moved->count;
     const double *ctrl = key_numbers(m, key, "ctrl", count);
-    const double *act = key_numbers(m, key, "act", count_first_activations(m, count));
+    int unread = count_first_activations(m, count);
+    const double *act = key_numbers(m, key, "act", unread);
     const kt_element *next = find_actuator(m, 0), *copied = find_actuator(m, outer);
     double *to = zeros(m, count_first_activations(m, m->ctrl_count));
     m->act = to;
     for (int place = 0, i = 0, k = 0; place < count && to != NULL; place++) {
         const bool is_moved = k < moved->count && ((const int *)moved->items)[k] == place;
         const kt_element **e = is_moved ? &copied : &next;
-        const int width = *e != NULL ? count_activations(m, *e) : 0;
+        const int wanted = *e != NULL ? count_activations(m, *e) : 0, width = wanted < unread ? wanted : unread;
         if (!is_moved && act != NULL)
             memcpy(to, act, (size_t)width * sizeof *to);
         if (!is_moved && ctrl != NULL && i < outer)
             m->ctrl[i] = ctrl[place];
         to += is_moved ? 0 : width;
         act += act != NULL ? width : 0;
+        unread -= width;
         i += !is_moved;
         k += is_moved;
         *e = *e != NULL ? kt_mjcf_section(m, "actuator", *e) : NULL;

@@ -246,6 +246,23 @@ KT_TEST(keyframe_of_a_model_with_copies_has_activations_and_moved_bodies) {
     }
 }
 
+/* Actuators that are left out shift the places of those that are copied. The address sanitizer watches the reads. */
+KT_TEST(activations_of_a_keyframe_are_read_within_bounds_if_actuators_are_left_out) {
+    static const char text[] =
+        "<mujoco><worldbody><body><joint name='z'/><geom size='0.1'/><site name='s'/></body><replic"
+        "ate count='2' offset='0 1 0'><body><joint name='j'/><geom size='.1'/><site name='t'/></bod"
+        "y></replicate></worldbody><actuator><motor joint='z'/><general joint='j' dyntype='integrat"
+        "or' actdim='3'/><general site='s' refsite='t'/><general site='s' refsite='t'/><general sit"
+        "e='s' refsite='t'/><motor joint='j'/></actuator><keyframe><key name='k' qpos='0 0' act='1 "
+        "2 3'/></keyframe></mujoco>";
+    const kt_robot_options options = {.keyframe = "k"};
+    kt_scene scene;
+    if (!parse_right(text, &options, &scene))
+        return;
+    kt_check_true("left out", has_note(&scene, "tendons, equalities and actuators that are left out"));
+    kt_scene_free(&scene);
+}
+
 KT_TEST(places_of_moved_bodies_in_copies_are_left_out_with_a_warning) {
     static const char *const numbers[] = {"qpos='1 2' mpos='4 5 6' mquat='1 0 0 0'", "mpos='4 5 6' mquat='1 0 0 0'"};
     for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
