@@ -8,7 +8,7 @@
  * kt_growth_now. NaN fails the check. */
 typedef double kt_growth_work(const void *self, int size);
 
-/* Processor time of this program, without that of the system for pages of memory, which grows faster than the work. */
+/* Processor time of this program. */
 double kt_growth_now(void);
 
 /* time(many) / time(few) <= bound.
