@@ -29,15 +29,18 @@ static const kt_effect *find_extended(const kt_scene *scene, kt_effect_type type
 }
 
 KT_TEST(extensions_have_their_value_as_an_attribute_or_as_text) {
-    static const char *const forms[] = {
+    static const char attributes[] =
         "<gazebo reference='j'><springStiffness value='5'/><springReference value='0.1'/></gazebo>"
         "<gazebo reference='b'><mu1 value='0.25'/><mu2 value='9'/><turnGravityOff value='true'/></gazebo>"
-        "<gazebo><static value='True'/></gazebo>",
+        "<gazebo><static value='True'/></gazebo>";
+    static const char texts[] =
         "<gazebo reference='j'><springStiffness>5</springStiffness><springReference>0.1</springReference></gazebo>"
         "<gazebo reference='b'><mu>0.25</mu><gravity value=' False '>true</gravity></gazebo>"
-        "<gazebo><static>YES</static></gazebo>",
+        "<gazebo><static>YES</static></gazebo>";
+    static const char both[] =
         "<gazebo reference='j'><springStiffness value='5'>6</springStiffness><springReference value='0.1'/></gazebo>"
-        "<gazebo reference='b'><mu value='0.25'/><gravity>0</gravity></gazebo><gazebo><static value='1'/></gazebo>"};
+        "<gazebo reference='b'><mu value='0.25'/><gravity>0</gravity></gazebo><gazebo><static value='1'/></gazebo>";
+    static const char *const forms[] = {attributes, texts, both};
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
         kt_scene scene;
         if (!read_extended(forms[i], &scene))

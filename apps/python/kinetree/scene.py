@@ -273,7 +273,7 @@ class Scene:
         """
         for name, path in (("out", out), ("summary", summary)):
             if path is not None and os.fspath(path) in ("-", "", "."):
-                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the results are read back from a file; name one, or omit `out` and `summary`")
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the results are read back from files; name a file, or omit `out` and `summary`")
         with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
