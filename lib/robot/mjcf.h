@@ -336,8 +336,8 @@ void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
 
 void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
-void kt_mjcf_start(kt_mjcf *m);                                 /* the requested keyframe */
-kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *of); /* at the start */
+void kt_mjcf_start(kt_mjcf *m);                                /* the requested keyframe */
+kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b); /* at the start */
 void kt_mjcf_keep_start(kt_mjcf *m);  /* loops of lengths move none of its positions and velocities */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
