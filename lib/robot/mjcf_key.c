@@ -238,22 +238,22 @@ static void take_outer_controls(kt_mjcf *m, const kt_element *key) {
     const kt_list *moved = &m->moved_actuators;
     const int outer = count_outer_actuators(m), count = outer + moved->count;
     const double *ctrl = key_numbers(m, key, "ctrl", count);
-    int unread = count_first_activations(m, count);
-    const double *act = key_numbers(m, key, "act", unread);
+    const int activations = count_first_activations(m, count);
+    const double *act = key_numbers(m, key, "act", activations);
     const kt_element *next = find_actuator(m, 0), *copied = find_actuator(m, outer);
-    double *to = zeros(m, count_first_activations(m, m->ctrl_count));
-    m->act = to;
-    for (int place = 0, i = 0, k = 0; place < count && to != NULL; place++) {
+    double *values = zeros(m, count_first_activations(m, m->ctrl_count));
+    m->act = values;
+    for (int place = 0, i = 0, k = 0, from = 0, to = 0; place < count && values != NULL; place++) {
         const bool is_moved = k < moved->count && ((const int *)moved->items)[k] == place;
         const kt_element **e = is_moved ? &copied : &next;
-        const int wanted = *e != NULL ? count_activations(m, *e) : 0, width = wanted < unread ? wanted : unread;
+        const int wanted = *e != NULL ? count_activations(m, *e) : 0;
+        const int width = wanted < activations - from ? wanted : activations - from;
         if (!is_moved && act != NULL)
-            memcpy(to, act, (size_t)width * sizeof *to);
+            memcpy(values + to, act + from, (size_t)width * sizeof *values);
         if (!is_moved && ctrl != NULL && i < outer)
             m->ctrl[i] = ctrl[place];
         to += is_moved ? 0 : width;
-        act += act != NULL ? width : 0;
-        unread -= width;
+        from += width;
         i += !is_moved;
         k += is_moved;
         *e = *e != NULL ? kt_mjcf_section(m, "actuator", *e) : NULL;
