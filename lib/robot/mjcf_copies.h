@@ -7,8 +7,8 @@
 /* Replaces each <replicate> with its copies, after the compiler's settings have been read. */
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
-/* The model keeps the outermost copies of its own (`copies`, kt_mjcf_copy), how often it has a <replicate>, and the
- * places in the file of actuators that are those of copies (`moved_actuators`, int). */
+/* kt_mjcf.copies has the outermost copies of the model itself (kt_mjcf_copy). kt_mjcf.moved_actuators has the places in
+ * the file of actuators that act on copies (int). */
 
 /* A copy: the <frame> around it, and what its names end in. */
 typedef struct kt_mjcf_copy {

@@ -216,8 +216,8 @@ static void find_normals_of_legs(rest_on_legs *r) {
     r->normal[0] = r->normal[1] = 0.5 * (weight - r->normal[2]);
 }
 
-/* The power of friction in a motion in which the velocity of F along x is 1 m/s. w: the rate of the turn; y: the
- * velocity of the middle along y. */
+/* The power of friction in a motion of the box. The velocity of the point of F along x is 1 m/s, and that of the middle
+ * along y is y. The box turns at the rate w. */
 static double power_of_friction(const rest_on_legs *r, double w, double y) {
     double sum = 0.0;
     for (int i = 0; i < LEGS; i++)
