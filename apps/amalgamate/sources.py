@@ -55,7 +55,12 @@ class Folder:
 
     def add_to_both(self, value):
         """Files that a library has with a part and without it are compiled in any case: the file asks for the part."""
-        both = {path for part in value.split(' + ') for path, _ in self.lists[part.strip()]}
+        lists = [part.strip() for part in value.split(' + ')]
+        for name in lists:
+            if name not in self.lists:
+                raise SystemExit(f'lib/{self.name}/meson.build: else {name}: one file has no part for `else` alone; '
+                                 'name a list that has a condition, too')
+        both = {path for name in lists for path, _ in self.lists[name]}
         self.plain = [(path, None if path in both else own) for path, own in self.plain]
 
     def add(self, target, value, condition):
