@@ -68,6 +68,38 @@ KT_INLINE kt_real3 kt_end_follow(const kt_model *model, const kt_data *data, con
     return arm;
 }
 
+/* A point of a body above a plane on the ground (KT_LOOP_INPLANE): contacts with the ground. The frame at rest leaves
+ * the equation few terms: d_z = e_z . d, and d'' without the Coriolis terms of loop/relative.h. Other loops have the
+ * bits of the general calculation, and so have these. */
+KT_INLINE bool kt_loop_is_over_ground(const kt_loop_record *loop) {
+    return loop->kind == KT_LOOP_INPLANE && loop->link[0] == 0;
+}
+
+/* d, from the plane's point; *arm: from the origin of the end's link. Needs poses. */
+KT_INLINE kt_real3 kt_point_over_ground(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
+                                        kt_real3 *arm) {
+    const int32_t *path = model->path + loop->path[1];
+    kt_real3 point = kt_sub3(kt_zero3(), kt_from3(loop->origin));
+    for (int i = 0; i < loop->length[1]; i++)
+        point = kt_add3(point, data->motion[path[i]].offset);
+    *arm = kt_apply3(data->motion[loop->link[1]].axes, kt_from3(loop->frame[1].position));
+    return kt_sub3(kt_add3(point, *arm), kt_from3(kt_vec3_sub(loop->frame[0].position, loop->origin)));
+}
+
+/* d'' at accelerations of zero of all joints; needs velocities and c. */
+KT_INLINE kt_real3 kt_bias_over_ground(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
+                                       kt_real3 arm) {
+    const int32_t *path = model->path + loop->path[1];
+    const kt_link_motion *m = &data->motion[path[0]];
+    kt_real3 alpha = m->alpha, linear = m->linear;
+    for (int i = 1; i < loop->length[1]; i++) {
+        m = &data->motion[path[i]];
+        linear = kt_add3(linear, kt_add3(kt_cross3(alpha, m->offset), m->linear));
+        alpha = kt_add3(alpha, m->alpha);
+    }
+    return kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(m->omega, kt_cross3(m->omega, arm)));
+}
+
 /* One path of a loop. */
 typedef struct kt_rows_path_terms {
     const kt_group_work *w;
@@ -141,6 +173,43 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
             continue;
         p.arm = k == 0 ? kt_add3(arm[0], d) : arm[1];
         kt_rows_path(model, data, loop, k, p);
+    }
+}
+
+/* The row of a loop over the ground. */
+typedef struct kt_ground_row {
+    kt_real1 *a; /* first coordinate of the link */
+    kt_real3 normal, arm;
+} kt_ground_row;
+
+KT_INLINE void kt_ground_row_dof(const kt_dof *dof, void *context) {
+    const kt_ground_row *p = context;
+    const kt_real3 s = kt_dof_angular(dof);
+    const kt_real3 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
+                       : dof->kind == KT_DOF_ROTATION  ? kt_cross3(s, p->arm)
+                                                       : kt_add3(kt_cross3(s, p->arm), kt_dof_linear(dof));
+    p->a[dof->index] = kt_dot3(p->normal, u);
+}
+
+/* kt_rows_frames of a loop over the ground. */
+KT_INLINE void kt_rows_over_ground(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                                   const kt_loop_record *loop, int32_t slot, bool moving) {
+    const int32_t *path = model->path + loop->path[1];
+    kt_ground_row p = {.normal = kt_from3(loop->frame[0].rotation.z)};
+    if (slot < 0)
+        return;
+    const kt_real3 d = kt_point_over_ground(model, data, loop, &p.arm);
+    w->residual[slot] = kt_dot3(p.normal, d);
+    w->closes[slot] = kt_real1_splat(1.0);
+    w->scale[slot] = kt_real1_splat(model->length);
+    w->rate[slot] = kt_real1_splat(0.0);
+    w->right[slot] = moving ? -kt_dot3(p.normal, kt_bias_over_ground(model, data, loop, p.arm)) : kt_real1_splat(0.0);
+    for (int i = loop->length[1] - 1; i >= 0; i--) {
+        const kt_link *link = &model->link[path[i]];
+        const kt_link_motion *m = &data->motion[path[i]];
+        p.a = w->a + (size_t)slot * (size_t)w->m + link->local;
+        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, kt_ground_row_dof, &p);
+        p.arm = kt_add3(p.arm, m->offset);
     }
 }
 
@@ -226,6 +295,8 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
         const int32_t *slot = kt_rows_slots(model, group, loop);
         if (loop->term_count)
             kt_rows_relation(model, group, w, loop, slot[0], q, moving ? v : NULL, t);
+        else if (kt_loop_is_over_ground(loop))
+            kt_rows_over_ground(model, data, w, loop, slot[0], moving);
         else
             kt_rows_frames(model, data, w, loop, slot, moving, v, t);
     }
