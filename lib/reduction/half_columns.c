@@ -232,13 +232,13 @@ KT_INLINE void add_applied(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *b) {
         b[c] += kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
 }
 
-/* The half columns of a free joint. The wrench (n, f) accelerates the link, with the joint's own forces if these are
- * `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
+/* The half columns of a free joint. The wrench (n, f), unless p is NULL, accelerates the link, with the joint's own
+ * forces if these are `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
 KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
                          const kt_articulated *kept, bool applied, kt_v4 *column, const wrenches *p) {
     kt_v4 base[3], b[6];
     for (int c = 0; c < 6; c++)
-        b[c] = -p->x[(c + 3) % 6];
+        b[c] = p ? -p->x[(c + 3) % 6] : kt_v4_splat(0.0);
     if (applied) {
         kt_rest_axes(link, ground, base);
         add_applied(base, column, b);
@@ -251,10 +251,12 @@ KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_
     memcpy(column, b, sizeof b);
 }
 
-/* The half columns of one link; p are the wrenches on it, and then those on its parent. */
-KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
-                         wrenches *p) {
+/* The half columns of one link; p are the wrenches on it, and then those on its parent. `loaded`: whether they may
+ * differ from zero. */
+KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, bool loaded,
+                         kt_v4 *column, wrenches *p) {
     const kt_link *link = &model->link[i];
+    const kt_articulated *kept = &data->articulated[link->articulated];
     if (link->motion != KT_MOTION_FREE) {
         const kt_response *y = &data->response[i];
         kt_v4 n, f;
@@ -264,7 +266,10 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
         add_gain(y->gain_angular, y->gain_linear, column[0], p);
         return;
     }
-    take_free(link, &data->motion[i], data->motion[0].axes, &data->articulated[link->articulated], applied, column, p);
+    if (loaded)
+        take_free(link, &data->motion[i], data->motion[0].axes, kept, applied, column, p);
+    else
+        take_free(link, &data->motion[i], data->motion[0].axes, kept, true, column, NULL);
 }
 
 KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
@@ -287,7 +292,8 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
             p.x[c] = kt_v4_splat(0.0);
         for (int c = 0; c < 6 && h->given[local]; c++)
             p.x[c] += h->flow[6 * local + c];
-        bool live = load_link(b, link[l], &p) || from_child || h->given[local];
+        const bool loaded = load_link(b, link[l], &p) || from_child || h->given[local];
+        bool live = loaded;
         for (int k = 0; k < kt_link_dofs(at); k++) {
             column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
             live = live || (!b->forces && !is_zero(column[k]));
@@ -295,7 +301,7 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         if (b->live)
             memset(b->live + local, live, (size_t)kt_link_dofs(at));
         if (live)
-            take_link(model, data, link[l], b->forces == 0, column, &p);
+            take_link(model, data, link[l], b->forces == 0, loaded, column, &p);
         from_child = live && l > 0 && up == link[l - 1];
         if (live && !from_child && up != 0)
             pass_on(h, model->link[up].local, &p);
@@ -315,8 +321,8 @@ static batch equations(const kt_model *model, const kt_group_work *w, const kt_h
 
 /* ---- S ----------------------------------------------------------------------------------------------------------- */
 
-/* Rows of vector i and columns of vector j, j <= i. */
-static void find_half_block(const kt_half *h, int i, int j) {
+/* Rows of vector i and so many columns of vector j, j <= i. */
+KT_INLINE void find_half_block_of(const kt_half *h, int i, int j, int columns) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;
     const uint8_t *live[2] = {h->live + (size_t)i * m, h->live + (size_t)j * m};
@@ -325,11 +331,20 @@ static void find_half_block(const kt_half *h, int i, int j) {
         if (!live[0][l] || !live[1][l])
             continue;
         const kt_v4 x = kt_v4_splat(h->inverse[l]) * b[l];
-        for (int c = 0; c < LANES; c++)
+        for (int c = 0; c < columns; c++)
             sum[c] += kt_v4_splat(x[c]) * a[l];
     }
-    for (int c = 0; c < LANES; c++)
+    for (int c = 0; c < columns; c++)
         memcpy(h->square + (LANES * (size_t)j + (size_t)c) * stride + LANES * (size_t)i, &sum[c], sizeof sum[c]);
+}
+
+static void find_half_block(const kt_half *h, int i, int j) {
+    if (h->rank - LANES * j >= LANES)
+        find_half_block_of(h, i, j, LANES);
+    else if (h->rank - LANES * j == LANES - 1)
+        find_half_block_of(h, i, j, LANES - 1);
+    else
+        find_half_block_of(h, i, j, h->rank - LANES * j);
 }
 
 /* lambda = b'' - A M^-1 f */
@@ -346,33 +361,68 @@ static void find_right_side(const kt_group_work *w, const kt_half *h, int index)
     }
 }
 
-/* S x = x, with the factor of S, of one right side or of four. */
+/* S x = x, with the factor of S, of one right side or of four. Few equations have loops of constant length. */
 #define SUBSTITUTE(name, type)                                                                                         \
-    static void name(const kt_half *h, type *x) {                                                                      \
-        const size_t stride = LANES * (size_t)h->n;                                                                    \
-        const double *l = h->square;                                                                                   \
-        for (int j = 0; j < h->rank; j++) {                                                                            \
+    KT_INLINE void name##_of(const double *l, size_t stride, int rank, type *x) {                                      \
+        for (int j = 0; j < rank; j++) {                                                                               \
             x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
-            for (int i = j + 1; i < h->rank; i++)                                                                      \
+            for (int i = j + 1; i < rank; i++)                                                                         \
                 x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];                                                      \
         }                                                                                                              \
-        for (int j = h->rank - 1; j >= 0; j--) {                                                                       \
-            for (int i = j + 1; i < h->rank; i++)                                                                      \
+        for (int j = rank - 1; j >= 0; j--) {                                                                          \
+            for (int i = j + 1; i < rank; i++)                                                                         \
                 x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];                                                      \
             x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
+        }                                                                                                              \
+    }                                                                                                                  \
+    static void name(const kt_half *h, type *x) {                                                                      \
+        const double *l = h->square;                                                                                   \
+        switch (h->rank) {                                                                                             \
+        case 1:                                                                                                        \
+            name##_of(l, LANES, 1, x);                                                                                 \
+            break;                                                                                                     \
+        case 2:                                                                                                        \
+            name##_of(l, LANES, 2, x);                                                                                 \
+            break;                                                                                                     \
+        case 3:                                                                                                        \
+            name##_of(l, LANES, 3, x);                                                                                 \
+            break;                                                                                                     \
+        case 4:                                                                                                        \
+            name##_of(l, LANES, 4, x);                                                                                 \
+            break;                                                                                                     \
+        default:                                                                                                       \
+            name##_of(l, LANES *(size_t)h->n, h->rank, x);                                                             \
+            break;                                                                                                     \
         }                                                                                                              \
     }
 SUBSTITUTE(substitute, double)
 SUBSTITUTE(substitute_four, kt_v4)
 
+/* S becomes its factor; returns whether it is positive definite. */
+static bool factor_half_square(const kt_half *h) {
+    switch (h->rank) {
+    case 1:
+        return kt_dense_cholesky(h->square, LANES, 1, NULL);
+    case 2:
+        return kt_dense_cholesky(h->square, LANES, 2, NULL);
+    case 3:
+        return kt_dense_cholesky(h->square, LANES, 3, NULL);
+    case 4:
+        return kt_dense_cholesky(h->square, LANES, 4, NULL);
+    default:
+        return kt_dense_cholesky(h->square, LANES * (size_t)h->n, h->rank, NULL);
+    }
+}
+
 /* Solves S lambda = right by Cholesky's method. */
 static bool find_half_multipliers(const kt_half *h) {
     const size_t stride = LANES * (size_t)h->n;
-    double *l = h->square, sum = 0.0;
+    const double *l = h->square;
+    double sum = 0.0;
     bool independent = true;
     for (int j = 0; j < h->rank; j++)
         h->diagonal[j] = l[(size_t)j * (stride + 1)];
-    if (!kt_dense_cholesky(l, stride, h->rank, NULL))
+    if (!factor_half_square(h))
         return false;
     for (int j = 0; j < h->rank; j++) {
         const double pivot = l[(size_t)j * (stride + 1)];
@@ -386,10 +436,10 @@ static bool find_half_multipliers(const kt_half *h) {
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* d_l (U' lambda)_l */
-static double response_of(const kt_half *h, int local) {
-    kt_v4 sum = kt_v4_splat(0.0), x;
-    for (int b = 0; b < h->n; b++) {
+/* d_l (U' lambda)_l, of the first vector of equations and of the others */
+KT_INLINE double response_of(const kt_half *h, int local, kt_v4 first) {
+    kt_v4 sum = h->live[local] ? first * h->column[local] : kt_v4_splat(0.0), x;
+    for (int b = 1; b < h->n; b++) {
         memcpy(&x, h->multiplier + LANES * (size_t)b, sizeof x);
         if (h->live[(size_t)b * (size_t)h->m + (size_t)local])
             sum += x * h->column[(size_t)b * (size_t)h->m + (size_t)local];
@@ -421,8 +471,10 @@ static void add_responses(const kt_model *model, kt_data *data, const kt_group *
 
 /* Adds the accelerations due to lambda, and to forces with the half column h->free. */
 static void complete_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
+    kt_v4 first;
+    memcpy(&first, h->multiplier, sizeof first);
     for (int l = 0; l < h->m; l++)
-        h->free[l] = h->inverse[l] * h->free[l] + response_of(h, l);
+        h->free[l] = h->inverse[l] * h->free[l] + response_of(h, l, first);
     add_responses(model, data, group, h->free);
     *h->pending = 0;
 }
@@ -466,17 +518,24 @@ void KT_KERNEL(kt_half_complete)(const kt_model *model, kt_data *data, size_t g)
 /* ---- more forces ------------------------------------------------------------------------------------------------- */
 
 /* The changes of lambda due to four forces, whose half columns are u: S change = -A M^-1 f. */
-static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *change) {
-    for (int b = 0; b < h->n; b++) {
-        const kt_v4 *row = h->column + (size_t)b * (size_t)h->m;
-        kt_v4 sum[LANES] = {{0.0}};
-        for (int l = 0; l < h->m; l++) {
-            const kt_v4 x = kt_v4_splat(h->inverse[l]) * u[l];
-            for (int r = 0; r < LANES; r++)
-                sum[r] -= kt_v4_splat(row[l][r]) * x;
-        }
-        memcpy(change + LANES * b, sum, sizeof sum);
+KT_INLINE void find_right_sides(const kt_half *h, const kt_v4 *u, int index, int count, kt_v4 *right) {
+    const kt_v4 *row = h->column + (size_t)index * (size_t)h->m;
+    kt_v4 sum[LANES] = {{0.0}};
+    for (int l = 0; l < h->m; l++) {
+        const kt_v4 x = kt_v4_splat(h->inverse[l]) * u[l];
+        for (int r = 0; r < count; r++)
+            sum[r] -= kt_v4_splat(row[l][r]) * x;
     }
+    for (int r = 0; r < count; r++)
+        right[LANES * index + r] = sum[r];
+}
+
+static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *change) {
+    if (h->rank == LANES - 1)
+        find_right_sides(h, u, 0, LANES - 1, change);
+    else
+        for (int b = 0; b < h->n; b++)
+            find_right_sides(h, u, b, LANES, change);
     substitute_four(h, change);
 }
 
