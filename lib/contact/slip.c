@@ -51,7 +51,8 @@ static const double later = 4e-7;
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
 static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
-    const double side = copysign(fmax(fabs(across) - kt_slip_still, 0.0), along < 0.0 ? -across : across);
+    const double beyond = fabs(across) > kt_slip_still ? fabs(across) - kt_slip_still : 0.0;
+    const double side = copysign(beyond, along < 0.0 ? -across : across);
     const bool has_begun = d[0] != 0.0 || d[1] != 0.0;
     const double x = has_begun ? (fabs(along) + kt_slip_still) * d[0] - side * d[1] : s[0];
     const double y = has_begun ? (fabs(along) + kt_slip_still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
@@ -63,36 +64,11 @@ static void set_slip_direction(kt_data *data, size_t k) {
     slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
 }
 
-/* Adds the wrenches of a force on the sphere, in the plane's axes, and its opposite on the plane. */
-static void add_force(kt_data *data, size_t k, double x, double y) {
-    const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
-    const kt_slip_frame *frame = &data->slip_frame[k];
-    for (int end = 0; end < 2; end++) {
-        const double sign = end == 0 ? 1.0 : -1.0;
-        const kt_vec3 force =
-            kt_vec3_add(kt_vec3_scale(sign * x, frame->axis[0]), kt_vec3_scale(sign * y, frame->axis[1]));
-        kt_wrench *body = &data->slip_loaded[effect->body[end]];
-        body->moment = kt_vec3_add(body->moment, kt_vec3_cross(frame->arm[end], force));
-        body->force = kt_vec3_add(body->force, force);
-    }
+static const kt_effect_record *effect_of_slip(const kt_data *data, size_t k) {
+    return kt_slip_problem_of(data)->contact[k].effect;
 }
 
-static double coefficient_of_slip(const kt_data *data, size_t k) {
-    return kt_slip_problem_of(data)->contact[k].effect->friction;
-}
-
-static void add_slip_friction(kt_data *data, size_t k, double normal) {
-    const double *e = data->slip_direction + 2 * k, force = -coefficient_of_slip(data, k) * normal;
-    add_force(data, k, force * e[0], force * e[1]);
-}
-
-/* Begins the forces that act: the external ones alone. */
-static void load(const kt_model *model, kt_data *data, const kt_wrench *external) {
-    if (external)
-        memcpy(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
-    else
-        memset(data->slip_loaded, 0, model->n.body * sizeof *data->slip_loaded);
-}
+static double coefficient_of_slip(const kt_data *data, size_t k) { return effect_of_slip(data, k)->friction; }
 
 /* ---- normal forces ----------------------------------------------------------------------------------------------- */
 
@@ -146,13 +122,13 @@ static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_e
         if (!(A[k * n + k] > wedged))
             return reject(model, data, kt_slip_index(p, k), t, A[k * n + k], error);
     for (size_t k = 0; k < n; k++) {
-        const double pivot = A[k * n + k];
+        const double *column = A + k * n, pivot = column[k];
         if (!(pivot > wedged))
             return reject(model, data, kt_slip_index(p, k), t, pivot, error);
         for (size_t i = k + 1; i < n; i++) {
-            const double factor = A[k * n + i] / pivot;
-            for (size_t j = k; j <= n; j++)
-                A[j * n + i] -= factor * A[j * n + k];
+            const double factor = column[i] / pivot;
+            for (double *of = A + (k + 1) * n; of <= A + n * n; of += n)
+                of[i] -= factor * of[k];
         }
     }
     for (size_t k = n; k-- > 0;) {
@@ -187,8 +163,8 @@ static kt_status find_normals(const kt_model *model, kt_data *data, const kt_dyn
     }
     const double scale = p->responds ? 1.0 : largest_normal(p);
     for (size_t k = 0; status == KT_OK && !p->responds && k < n; k++) {
-        load(model, data, at->external);
-        add_slip_friction(data, kt_slip_index(p, k), scale);
+        kt_slip_begin_load(model, data, at->external);
+        kt_slip_add_friction_load(data, effect_of_slip(data, kt_slip_index(p, k)), kt_slip_index(p, k), scale);
         status = evaluate(model, data, at, a, p->N, error);
         for (size_t i = 0; i < n; i++) {
             const size_t index = kt_slip_index(p, i);
@@ -231,8 +207,9 @@ static kt_status respond(const kt_model *model, kt_data *data, const kt_dynamic_
     }
     if (p->responds)
         return KT_OK;
-    load(model, data, at->external);
-    add_force(data, kt_slip_index(p, j / 2), j % 2 == 0 ? p->at->unit : 0.0, j % 2 == 1 ? p->at->unit : 0.0);
+    kt_slip_begin_load(model, data, at->external);
+    kt_slip_add_force(data, effect_of_slip(data, kt_slip_index(p, j / 2)), kt_slip_index(p, j / 2),
+                      j % 2 == 0 ? p->at->unit : 0.0, j % 2 == 1 ? p->at->unit : 0.0);
     const kt_status status = evaluate(model, data, at, a, p->N, error);
     if (status != KT_OK)
         return status;
@@ -404,13 +381,9 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
     kt_status status = evaluate_without_friction(model, data, at, is_slow, a, error);
     if (status == KT_OK)
         status = p->has_friction ? p->status : solve_islands(model, data, at, a, error);
-    if (status != KT_OK)
+    if (status != KT_OK || p->has_friction || (p->responds && kt_slip_resume(model, data, at, a)))
         return status;
-    load(model, data, at->external);
-    for (size_t k = 0; k < model->n.slip; k++)
-        add_slip_friction(data, k, data->slip_normal[k]);
-    if (p->has_friction || (p->responds && kt_slip_resume(model, data, at, a)))
-        return KT_OK;
+    (void)kt_slip_load(model, data, at->external);
     return evaluate(model, data, at, a, NULL, error);
 }
 
@@ -419,7 +392,8 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
 static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, double t, kt_error *error) {
     for (size_t k = 0; !data->followed && k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= kt_contact_resting))
+        if (!(fabs(s[0]) <= kt_contact_resting) || d[0] != 0.0 || d[1] != 0.0 ||
+            !(kt_hypot(s[0], s[1]) <= kt_contact_resting))
             continue;
         char where[KT_WHERE_SIZE];
         (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s",

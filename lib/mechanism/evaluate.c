@@ -2,6 +2,7 @@
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
+#include "kinetree/algebra.h"
 
 #include <string.h>
 
@@ -64,6 +65,38 @@ kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, 
 #endif
 
 #if KT_HAS_SWITCHES
+void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
+    if (external)
+        memcpy(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
+    else
+        memset(data->slip_loaded, 0, model->n.body * sizeof *data->slip_loaded);
+}
+
+void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, double x, double y) {
+    const kt_slip_frame *frame = &data->slip_frame[k];
+    for (int end = 0; end < 2; end++) {
+        const double sign = end == 0 ? 1.0 : -1.0;
+        const kt_vec3 force =
+            kt_vec3_add(kt_vec3_scale(sign * x, frame->axis[0]), kt_vec3_scale(sign * y, frame->axis[1]));
+        kt_wrench *body = &data->slip_loaded[effect->body[end]];
+        body->moment = kt_vec3_add(body->moment, kt_vec3_cross(frame->arm[end], force));
+        body->force = kt_vec3_add(body->force, force);
+    }
+}
+
+void kt_slip_add_friction_load(kt_data *data, const kt_effect_record *effect, size_t k, double normal) {
+    const double *e = data->slip_direction + 2 * k, force = -effect->friction * normal;
+    kt_slip_add_force(data, effect, k, force * e[0], force * e[1]);
+}
+
+const kt_wrench *kt_slip_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
+    kt_slip_begin_load(model, data, external);
+    for (size_t k = 0; k < model->n.slip; k++)
+        kt_slip_add_friction_load(data, kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1), k,
+                                  data->slip_normal[k]);
+    return data->slip_loaded;
+}
+
 kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
     return model->n.slip == 0
                ? KT_OK

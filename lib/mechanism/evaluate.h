@@ -129,6 +129,18 @@ static inline double kt_slip_friction(const kt_model *model, size_t k) {
     return kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1)->friction;
 }
 
+/* Wrenches on bodies, data->slip_loaded. kt_slip_begin_load sets them to the external ones (NULL: none).
+ *
+ * kt_slip_add_force adds a force on the sphere of the k-th contact, in the plane's axes, and its opposite on the plane.
+ *
+ * kt_slip_add_friction_load adds the contact's friction, with the direction of the last evaluation.
+ *
+ * kt_slip_load returns the wrenches in which the last evaluation ended: its external ones, and all friction of slip. */
+void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external);
+void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, double x, double y);
+void kt_slip_add_friction_load(kt_data *data, const kt_effect_record *effect, size_t k, double normal);
+const kt_wrench *kt_slip_load(const kt_model *model, kt_data *data, const kt_wrench *external);
+
 /* Rejects a model in which hard contacts slip, for derivatives, which would leave the friction out. */
 KT_CHECKED kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error);
 

@@ -83,7 +83,8 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
 #if KT_HAS_SWITCHES
     if (status == KT_OK && model->n.slip > 0) {
         sum.dissipated += power_of_slip(model, data);
-        loaded.external = data->slip_loaded;
+        if (model->driven)
+            loaded.external = kt_slip_load(model, data, loaded.external);
     }
 #endif
     if (status == KT_OK && model->driven)

@@ -51,7 +51,7 @@ static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, cons
         return loaded.external;
 #if KT_HAS_SWITCHES
     if (model->n.slip > 0)
-        loaded.external = data->slip_loaded;
+        loaded.external = kt_slip_load(model, data, loaded.external);
 #endif
     find_multipliers(model, data, &loaded, a);
     return data->loaded;

@@ -405,7 +405,7 @@ typedef struct kt_slip_frame {
     X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
     X(double, slip_direction, 2 * n->slip, "likewise directions against which friction acts")                          \
     X(kt_slip_frame, slip_frame, n->slip, "where friction acts")                                                       \
-    X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "wrenches on bodies: external ones, effects and friction")   \
+    X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "scratch: wrenches on bodies, with friction (kt_slip_load)") \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
     X(char, slip_work, n->slip_work, "scratch: directions of slow slip")
