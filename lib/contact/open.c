@@ -51,7 +51,8 @@ static kt_status reject_released_friction(const kt_model *model, size_t loop, do
                         "simulation, or compile with more contact_switches");
 }
 
-/* The state that is checked, and data with its poses; with its velocities if `moves`. */
+/* The state that is checked; with `kernels`, data with its poses, and with its velocities if `moves`. all: NULL at
+ * first. */
 typedef struct open_contacts {
     const kt_model *all;
     const kt_reduction_kernels *kernels;
@@ -62,11 +63,16 @@ typedef struct open_contacts {
 } open_contacts;
 
 /* Whether an open contact touches and does not part; false for a NaN, which the evaluation rejects. Writes its gap. */
-static bool touches(open_contacts *c, size_t i, double least, double *gap) {
+static bool touches(open_contacts *c, size_t i, double *gap) {
     const kt_loop_record *loop = &c->all->loop[i];
     const double sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0;
     if (kt_rows_slots(c->all, &c->all->group[loop->group], loop)[0] < 0)
         return false;
+    if (c->kernels == NULL) {
+        c->kernels = kt_reduction_kernels_in_space(c->all);
+        c->kernels->pose(c->all, c->data, c->q);
+    }
+    const double least = touching * (c->all->length > 1.0 ? c->all->length : 1.0);
     *gap = sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, NULL).residual;
     if (!(*gap <= least))
         return false;
@@ -82,19 +88,6 @@ static bool is_open_contact(const kt_loop_record *loop) {
 
 static bool is_joint_friction(const kt_loop_record *loop) {
     return loop->friction > 0 && loop->side == KT_SIDE_NONE && loop->type == KT_LOOP_RATES;
-}
-
-/* Returns the number of the first open contact or joint friction, or of loops. Sets whether a contact is open. */
-static size_t first_to_check(const kt_model *model, bool *is_open) {
-    size_t first = model->n.loop;
-    *is_open = false;
-    for (size_t i = model->n.loop; i-- > 0;) {
-        const bool open = is_open_contact(&model->loop[i]);
-        *is_open |= open;
-        if (open || is_joint_friction(&model->loop[i]))
-            first = i;
-    }
-    return first;
 }
 
 /* Checks friction of joints that sticks: forwards without its switches, backwards with that of its effect. */
@@ -113,21 +106,18 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
-    bool is_open = false;
-    const size_t first = KT_HAS_LOOPS ? first_to_check(model, &is_open) : model->n.loop;
-    const kt_model *all = first < model->n.loop ? kt_variants_closed(model) : NULL;
-    if (all == NULL)
-        return KT_OK;
-    open_contacts c = {.all = all, .kernels = kt_reduction_kernels_in_space(all), .data = data, .t = t, .q = q, .v = v};
-    if (is_open)
-        c.kernels->pose(all, data, q);
-    const double least = touching * fmax(1.0, all->length);
+    open_contacts c = {.data = data, .t = t, .q = q, .v = v};
     kt_status status = KT_OK;
-    for (size_t i = first; status == KT_OK && i < model->n.loop; i++) {
+    for (size_t i = 0; status == KT_OK && KT_HAS_LOOPS && i < model->n.loop; i++) {
+        const bool open = is_open_contact(&model->loop[i]);
         double gap;
-        if (is_joint_friction(&model->loop[i]))
-            status = check_friction(model, all, i, t, v, error);
-        else if (is_open_contact(&model->loop[i]) && touches(&c, i, least, &gap))
+        if (!open && !is_joint_friction(&model->loop[i]))
+            continue;
+        if (c.all == NULL && (c.all = kt_variants_closed(model)) == NULL)
+            return KT_OK;
+        if (!open)
+            status = check_friction(model, c.all, i, t, v, error);
+        else if (touches(&c, i, &gap))
             status = reject_open_contact(model, i, t, gap, error);
     }
     return status;

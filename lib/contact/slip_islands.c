@@ -19,6 +19,13 @@ size_t kt_slip_size(const kt_counts *n) {
 /* Sorts the contacts by islands. */
 static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
     size_t first = 0;
+    if (model->n.group == 1) { /* the order of the loops */
+        for (size_t k = 0; k < model->n.slip; k++)
+            p->order[k] = (int)k;
+        p->island[0] = (kt_slip_island){.n = model->n.slip, .found = true};
+        p->islands = 1;
+        return;
+    }
     p->islands = 0;
     memset(p->place, 0, model->n.group * sizeof *p->place);
     for (size_t k = 0; k < model->n.slip; k++)
@@ -34,15 +41,23 @@ static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
         p->order[p->place[model->group[p->contact[k].loop->group].island]++] = (int)k;
 }
 
+/* The effect with a source; the search begins behind the effect `last`, or NULL: loops have the order of effects. */
+static const kt_effect_record *next_effect(const kt_model *model, const kt_effect_record *last, int source) {
+    const kt_effect_record *end = model->effect + model->n.effect + model->n.effect_off;
+    return last != NULL && last + 1 < end && last[1].source == source ? last + 1 : kt_effect_record_find(model, source);
+}
+
 void kt_slip_begin(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    p->behind = data->slip_work + lay_out_slip(p, model->n.slip, kt_slip_most(&model->n), &model->n);
+    if (p->behind == NULL) /* new data are cleared, and stay with models of one shape */
+        p->behind = data->slip_work + lay_out_slip(p, model->n.slip, kt_slip_most(&model->n), &model->n);
     p->wedged = model->n.slip;
     kt_slip_contact *next = p->contact;
-    for (size_t i = 0; i < model->n.loop; i++) {
+    const kt_effect_record *effect = NULL;
+    for (size_t i = 0; i < model->n.loop && next < p->contact + model->n.slip; i++) {
         const kt_loop_record *loop = &model->loop[i];
         if (loop->slips > 0)
-            *next++ = (kt_slip_contact){loop, kt_effect_record_find(model, loop->slips - 1)};
+            *next++ = (kt_slip_contact){loop, effect = next_effect(model, effect, loop->slips - 1)};
     }
     sort_contacts(model, p);
 }

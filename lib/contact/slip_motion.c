@@ -39,7 +39,7 @@ static void find_slip(const kt_link_kinematics *of_sphere, const kt_link_kinemat
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
     const kt_vec3 on_sphere = kt_vec3_add(centre.velocity, kt_vec3_cross(centre.omega, down));
     const kt_vec3 on_plane = kt_vec3_add(plane.velocity, kt_vec3_cross(plane.omega, lever));
-    const kt_vec3 slip = kt_vec3_sub(on_sphere, on_plane);
+    const kt_vec3 slip = effect->link[1] == 0 ? on_sphere : kt_vec3_sub(on_sphere, on_plane);
     s[0] = kt_vec3_dot(plane.axes.x, slip);
     s[1] = kt_vec3_dot(plane.axes.y, slip);
     if (frame)

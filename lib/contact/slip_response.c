@@ -34,18 +34,18 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
     if (p->per == 2)
         memset(p->unit_force, 0, 2 * p->at->n * model->n.v * sizeof *p->unit_force);
     for (size_t j = 0; j < p->per * p->at->n; j++) {
-        const size_t k = kt_slip_index(p, j / p->per);
+        const size_t k = kt_slip_index(p, p->per == 2 ? j / 2 : j);
         const kt_slip_frame *frame = &data->slip_frame[k];
         const double *e = data->slip_direction + 2 * k;
         const kt_vec3 along =
             p->per == 2 ? frame->axis[j % 2]
                         : kt_vec3_add(kt_vec3_scale(e[0], frame->axis[0]), kt_vec3_scale(e[1], frame->axis[1]));
         for (int end = 0; end < 2; end++) {
-            const kt_vec3 force = kt_vec3_scale(end == 0 ? 1.0 : -1.0, along);
-            const kt_wrench wrench = {kt_vec3_cross(frame->lever[end], force), force};
             p->force[j].link[end] = p->contact[k].effect->link[end];
             if (p->force[j].link[end] == 0)
                 continue;
+            const kt_vec3 force = end == 0 ? along : kt_vec3_scale(-1.0, along);
+            const kt_wrench wrench = {kt_vec3_cross(frame->lever[end], force), force};
             memcpy(p->force[j].wrench[end], &wrench, sizeof wrench);
             if (p->per == 2)
                 add_joint_forces(model, data, p->force[j].link[end], p->force[j].wrench[end],
@@ -99,8 +99,10 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
         for (size_t k = 0; k < n; k++) {
             const kt_loop_record *loop = p->contact[kt_slip_index(p, k)].loop;
             const int32_t slot = loop->group == (int32_t)g ? slot_of(model, loop) : -1;
-            for (size_t j = 0; j < count && slot >= 0; j++)
-                p->by_normal[j * n + k] = change[j * rows + (size_t)slot];
+            const double *from = change + (slot >= 0 ? slot : 0);
+            double *to = p->by_normal + k, *end = to + count * n;
+            for (; slot >= 0 && to < end; to += n, from += rows)
+                *to = *from;
         }
         change += count * rows;
         column += kt_half_response_count((size_t)model->group[g].v_count, count);

@@ -80,6 +80,8 @@ static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     int bit = 0;
     if ((set & ~known) != 0 || (set & of->back) != 0 || (contacts != 0 && contacts != of->masked))
         return -1;
+    if ((of->masked | of->back) == 0)
+        return (int64_t)set;
     for (int k = 0; k < of->own; k++)
         if (((of->masked | of->back) >> k & 1) == 0)
             index |= (set >> k & 1) << bit++;

@@ -78,8 +78,8 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_real3 arm;
     if (v == NULL && kt_loop_is_over_ground(of))
-        return (kt_relation_row){.residual = kt_dot3(kt_from3(of->frame[0].rotation.z),
-                                                     kt_point_over_ground(model, data, of, &arm))};
+        return (kt_relation_row){
+            .residual = kt_dot3(kt_from3(of->frame[0].rotation.z), kt_point_over_ground(model, data, of, &arm))};
     for (int k = 0; k < 2; k++)
         kt_end_follow(model, data, of, k, v != NULL, v, &end[k]);
     (void)kt_loop_evaluate(of, model->number, end, t, rows);
