@@ -164,7 +164,9 @@ void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, 
     const kt_loop_relative seen = kt_loop_relative_of(end);
     relative->term = (int32_t)*term;
     if (counts_by_links(loop, (kt_relative)relative->type))
-        relative->term_count = (int32_t)each_turning(a, of, m->term + *term);
+        relative->term_count = (int32_t)each_turning(a, of, NULL);
+    if (relative->term_count > 0) /* else there is no room for any */
+        (void)each_turning(a, of, m->term + *term);
     *term += (size_t)relative->term_count;
     kt_relative_record near_zero = *relative;
     near_zero.per_length = 0.0;

@@ -378,3 +378,53 @@ KT_TEST(angles_of_loops_count_turns) {
     release(joint);
     release(pin);
 }
+
+/* A mast of two hinges and an arm that is pinned to its top, by a loop or by a hinge. The spring acts on the pin's
+ * angle. The upper hinge is parallel to the pin, and the lower one is tilted, so that no sum of angles is
+ * the pin's angle. */
+static bool describe_tilted_mast(drag_link *g, bool by_loop) {
+    static const char *const names[] = {"foot", "top", "arm"};
+    begin(&g->s);
+    for (int i = 0; i < BARS; i++) {
+        g->bar[i] = body(names[i]);
+        g->bar[i].parent = i > 0 ? names[i - 1] : NULL;
+        g->bar[i].joint.type = KT_JOINT_REVOLUTE;
+        g->bar[i].joint.at.x = i > 0 ? 0.8 : 0.0;
+    }
+    g->bar[0].joint.axis = kt_vec3_make(0.1, 0.0, 1.0);
+    if (by_loop) { /* at angles of zero, only the axes of the first hinge are turned */
+        g->bar[2].parent = NULL;
+        free_at(&g->bar[2].joint, (kt_pose){.position = {1.6, 0.0, 0.0}, .rotation = kt_pose_identity().rotation},
+                (kt_twist){.angular = {0}});
+        g->s.loop[0] = loop("pin", KT_LOOP_REVOLUTE, "top", "arm");
+        g->s.loop[0].between[0].at.x = 0.8;
+    }
+    g->s.description.bodies = g->bar;
+    g->s.description.body_count = BARS;
+    g->s.description.loop_count = by_loop;
+    g->s.effect[0] = kt_effect_default();
+    g->s.effect[0].type = KT_EFFECT_JOINT_SPRING;
+    g->s.effect[0].stiffness = 2.0;
+    g->s.effect[0].rest = kt_function_constant(0.4);
+    g->s.effect[0].joint = by_loop ? "pin" : "arm";
+    g->s.description.effects = g->s.effect;
+    g->s.description.effect_count = 1;
+    return compile(&g->s);
+}
+
+KT_TEST(angles_of_loops_count_no_turns_below_a_tilted_joint) {
+    static drag_link cut[2];
+    kt_worst motion = kt_worst_make("acceleration of the mast");
+    if (!describe_tilted_mast(&cut[0], false) || !describe_tilted_mast(&cut[1], true))
+        return;
+    scene *joint = &cut[0].s, *pin = &cut[1].s;
+    if (measure(joint, joint->q) && measure(pin, pin->q)) {
+        for (int i = 0; i < 2; i++)
+            kt_worst_near(&motion, pin->a[place_of(pin, i ? "top" : "foot")],
+                          joint->a[place_of(joint, i ? "top" : "foot")], 1e-12, "hinge %d", i);
+        kt_check_worst(&motion);
+        kt_check_near("torque of the spring", pin->quantity[0], joint->quantity[0], 1e-14);
+    }
+    release(joint);
+    release(pin);
+}
