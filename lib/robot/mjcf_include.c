@@ -76,9 +76,9 @@ static kt_element *include_file(kt_mjcf *m, const kt_element *e, int document) {
         return NULL;
     }
     kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
-    if (root == NULL || strcmp(root->name, "mujocoinclude") == 0 || strcmp(root->name, "mujoco") == 0)
-        return root;
-    (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, not with <mujocoinclude> or <mujoco>", path, root->name);
+    if (root == NULL || (strcmp(root->name, "robot") != 0 && strcmp(root->name, "sdf") != 0))
+        return root; /* a part has any name: its elements replace the include */
+    (void)kt_mjcf_fault(m, e, "%.200s begins with <%.40s>, and is no part of a model in MJCF", path, root->name);
     return NULL;
 }
 

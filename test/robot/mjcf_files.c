@@ -37,7 +37,7 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
         {INCLUDE("m.xml"), "files include each other in a circle, or more than 64 deep"},
         {INCLUDE("broken.xml"), "broken.xml:2:14: this is no well-formed XML: mismatched tag"},
         {INCLUDE("wrong.xml"), "wrong.xml:1:27: body 'w': pos: expected 3 numbers, found 'x'"},
-        {INCLUDE("other.xml"), "begins with <robot>, not with <mujocoinclude> or <mujoco>"},
+        {INCLUDE("other.xml"), "begins with <robot>, and is no part of a model in MJCF"},
     };
     char folder[] = "/tmp/kinetree-mjcf-XXXXXX", inner[300], link[300];
     kt_scene scene;
@@ -49,7 +49,7 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
     kt_check_equal_int("link", symlink("../outer.xml", link), 0);
     put_file(folder, "outer.xml", "<mujocoinclude/>");
     put_file(folder, "inner/part.xml",
-             "<mujoco><worldbody><body name='part'><joint/>" BALL "</body></worldbody></mujoco>");
+             "<parts><worldbody><body name='part'><joint/>" BALL "</body></worldbody></parts>"); /* of any name */
     put_file(folder, "inner/circle.xml", INCLUDE("circle.xml"));
     put_file(folder, "inner/broken.xml", "<mujoco>\n<worldbody></mujoco>");
     put_file(folder, "inner/wrong.xml",
