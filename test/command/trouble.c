@@ -8,6 +8,7 @@
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -89,6 +90,35 @@ KT_TEST(disk_that_fills_up_leaves_whole_lines) {
     kt_check_above("lines", kt_count_lines(text), 50);
     kt_check_below("bytes", (double)strlen(text), 40.0 * 512.0);
 }
+
+/* Records that the disk did not take are not among those that the report counts. */
+KT_TEST(report_counts_the_records_that_the_disk_took) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
+    const kt_ran ran = kt_shell("rm -f o.csv*; trap '' XFSZ; ulimit -f 40; $K run p.yaml --out o.csv");
+    const char *said = strstr(ran.err, " records: o.csv");
+    kt_check_equal_int("code", ran.code, 4);
+    while (said != NULL && said > ran.err && said[-1] >= '0' && said[-1] <= '9')
+        said--;
+    if (kt_check_true("the report counts records", said != NULL))
+        kt_check_equal_int("records", atoi(said), kt_count_lines(kt_read_file("o.csv")) - 1);
+    const kt_ran none = kt_shell("rm -f o.csv*; trap '' XFSZ; ulimit -f 0; $K run p.yaml --out o.csv");
+    kt_check_equal_int("code", none.code, 4);
+    kt_check_true("no line about records", strstr(none.err, "records") == NULL);
+    kt_expect(0, NULL, "test ! -e o.csv; test ! -e o.csv.partial");
+}
+
+#ifdef KT_HAS_HDF5
+/* The HDF5 file is made at the end. If the disk has no room for it, no message says that it has the records. */
+KT_TEST(hdf5_that_could_not_be_made_is_not_said_to_have_records) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
+    const kt_ran ran = kt_shell("rm -f o.h5*; trap '' XFSZ; ulimit -f 40; $K run p.yaml --out o.h5");
+    kt_check_equal_int("code", ran.code, 4);
+    kt_check_contains("the reason and a remedy", ran.err,
+                      "o.h5.partial has no HDF5 yet, and cannot be read; free some");
+    kt_check_true("no records", strstr(ran.err, "records are in") == NULL && strstr(ran.err, "records: ") == NULL);
+    kt_expect(0, NULL, "test ! -e o.h5");
+}
+#endif
 
 /* Runs it until the file has that many bytes more, kills it without warning, and waits for all that it leaves behind.
  * Returns the lines that are there. */

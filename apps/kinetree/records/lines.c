@@ -88,16 +88,36 @@ static const char *shown_path(const kt_lines *lines) {
     return lines->file == STDOUT_FILENO ? "standard output" : lines->path;
 }
 
+/* Counts the lines of the buffer behind its first `done` bytes. */
+static long long count_lines_after(const kt_lines *lines, size_t done) {
+    long long count = 0;
+    for (size_t i = done; i < lines->whole; i++)
+        count += lines->text[i] == '\n';
+    return count;
+}
+
+/* Returns how many bytes of the buffer a regular file has, after a write that failed. The child process that wrote them
+ * returns no number. */
+static size_t measure_written(const kt_lines *lines) {
+    const off_t end = lseek(lines->file, 0, SEEK_END);
+    const long long done = end - lines->written;
+    return done < 0 ? 0 : done > (long long)lines->whole ? lines->whole : (size_t)done;
+}
+
 int kt_lines_flush(kt_lines *lines) {
-    size_t done;
+    size_t done = 0;
     int reason = 0;
     if (lines->whole > 0)
         reason =
             lines->is_regular ? write_apart(lines) : write_all_bytes(lines->file, lines->text, lines->whole, &done);
-    if (reason != 0)
+    if (reason != 0) {
+        done = lines->is_regular ? measure_written(lines) : done;
+        lines->lost += count_lines_after(lines, done);
+        lines->written += (long long)done;
         kt_say("%s cannot be written: %s", shown_path(lines), strerror(reason));
-    else
+    } else {
         lines->written += (long long)lines->whole;
+    }
     lines->used = lines->whole = 0; /* after an error the lines are dropped, so that it is reported once */
     lines->last = kt_clock();
     return reason == 0 ? 0 : -1;
@@ -124,6 +144,6 @@ int kt_lines_close(kt_lines *lines) {
         failed = -1;
     }
     free(lines->text);
-    *lines = (kt_lines){.file = -1};
+    *lines = (kt_lines){.file = -1, .lost = lines->lost};
     return failed;
 }

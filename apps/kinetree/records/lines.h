@@ -14,7 +14,8 @@ typedef struct kt_lines {
     double last;       /* s, time of the last write (kt_clock) */
     char *text;        /* buffer: `whole` bytes of whole lines, then the line being built */
     size_t whole, used, room;
-    bool full; /* memory was insufficient for the line */
+    bool full;      /* memory was insufficient for the line */
+    long long lost; /* lines that could not be written; kt_lines_close keeps the number */
 } kt_lines;
 
 /* Takes ownership of an open descriptor; standard output (1) is not closed at the end. `written`: bytes that the file

@@ -171,11 +171,20 @@ static void say_partial_result(const char *part, const char *out) {
         kt_say("the run stopped early; its records are in %s. %s of an earlier run is unchanged", part, out);
 }
 
+/* Writes the last lines of CSV, and takes lines that could not be written off the number of records. The header may be
+ * among them. Returns the exit code of the command. */
+static int flush_records(kt_outcome *outcome, kt_csv *csv, int code) {
+    const bool failed = kt_lines_flush(&csv->lines) != 0;
+    outcome->records = csv->lines.lost < outcome->records ? outcome->records - csv->lines.lost : 0;
+    return failed && code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
+}
+
 /* Ends the file of records, under the name in `parts` if the run has failed, and writes the other results. Returns the
  * exit code of the command. */
 static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                        const kt_result_names *parts, kt_results *results, int code) {
     const bool is_moved = results->csv.output.partial != NULL || results->keep.file != NULL;
+    code = flush_records(outcome, &results->csv, code);
     const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
                                 : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
                                                                                      : KT_OUTPUT_PART;
@@ -188,9 +197,12 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
     if ((kt_csv_close(&results->csv, fate) != 0 || lost) && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
     const bool whole = code == KT_EXIT_DONE;
-    if (!whole && is_moved && fate != KT_OUTPUT_NOTHING)
+    kt_result_names names = whole ? *wholes : *parts;
+    if (!lost && !whole && is_moved && fate != KT_OUTPUT_NOTHING)
         say_partial_result(parts->out, wholes->out);
-    const int rest = finish_run(arguments, outcome, whole ? wholes : parts, results);
+    if (lost || fate == KT_OUTPUT_NOTHING)
+        names.out = NULL;
+    const int rest = finish_run(arguments, outcome, &names, results);
     return whole ? rest : code;
 }
 

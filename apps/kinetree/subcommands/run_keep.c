@@ -48,7 +48,13 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
     int failed = list == NULL ? -1 : kt_keep_close_run(keep, 0, code, rows, n);
     if (list == NULL)
         kt_say("there is not enough memory");
+    char *side = kt_partial_name(keep->output.name);
     failed = kt_keep_end(keep, &words, failed == 0 ? fate : KT_OUTPUT_AS_IS) != 0 ? -1 : failed;
+    if (failed != 0 && side != NULL)
+        kt_say("%s has no HDF5 yet, and cannot be read; free some space and repeat the run, or write CSV "
+               "(--out FILE.csv), which keeps the records until the disk is full",
+               side);
+    free(side);
     free(list);
     return failed;
 }
