@@ -51,7 +51,10 @@ static bool read_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     if (!is_function_of_time(node))
         return kt_kind_number.read(r, scope, node, field, object);
     kt_variable_mass *variable = variable_mass_of(r, body);
-    if (variable == NULL || !read_dated(r, scope, node, &variable->mass, &body->mass))
+    r->scene->unit = "kg";
+    const bool good = variable != NULL && read_dated(r, scope, node, &variable->mass, &body->mass);
+    r->scene->unit = NULL;
+    if (!good)
         return false;
     return body->mass > 0.0 || kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                                            "the mass is %g at t = 0; it must be above 0 at all times", body->mass);

@@ -45,29 +45,62 @@ const char *kt_path_near(kt_reader *r, const char *name) {
 static const double pi = 3.14159265358979323846;
 
 typedef struct unit {
-    const char *name;
+    const char *name, *si; /* the SI unit of what it measures; "1": of any quantity */
     double divided, times; /* a number of it is number * times / divided in SI units */
-    bool is_angle;
 } unit;
 
 /* Exact factors stay exact: `20 ms` are `20/1000 s`. */
 static const unit *find_csv_unit(const char *name, size_t length) {
-    static const unit units[] = {
-        {"1", 1, 1, false},      {"s", 1, 1, false},      {"ms", 1e3, 1, false},     {"us", 1e6, 1, false},
-        {"min", 1, 60, false},   {"h", 1, 3600, false},   {"m", 1, 1, false},        {"mm", 1e3, 1, false},
-        {"cm", 1e2, 1, false},   {"um", 1e6, 1, false},   {"km", 1, 1e3, false},     {"m/s", 1, 1, false},
-        {"mm/s", 1e3, 1, false}, {"km/h", 3.6, 1, false}, {"N", 1, 1, false},        {"mN", 1e3, 1, false},
-        {"kN", 1, 1e3, false},   {"N m", 1, 1, false},    {"Nm", 1, 1, false},       {"mN m", 1e3, 1, false},
-        {"N mm", 1e3, 1, false}, {"N cm", 1e2, 1, false}, {"mm/s^2", 1e3, 1, false}, {"kN m", 1, 1e3, false},
-        {"kg", 1, 1, false},     {"g", 1e3, 1, false},    {"W", 1, 1, false},        {"kW", 1, 1e3, false},
-        {"V", 1, 1, false},      {"A", 1, 1, false},      {"Pa", 1, 1, false},       {"bar", 1, 1e5, false},
-        {"rad", 1, 1, true},     {"deg", 180, pi, true},  {"rad/s", 1, 1, true},     {"deg/s", 180, pi, true},
-        {"rpm", 30, pi, true},   {"m/s^2", 1, 1, false},
-    };
+    static const unit units[] = {{"1", "1", 1, 1},
+                                 {"s", "s", 1, 1},
+                                 {"ms", "s", 1e3, 1},
+                                 {"us", "s", 1e6, 1},
+                                 {"min", "s", 1, 60},
+                                 {"h", "s", 1, 3600},
+                                 {"m", "m", 1, 1},
+                                 {"mm", "m", 1e3, 1},
+                                 {"cm", "m", 1e2, 1},
+                                 {"um", "m", 1e6, 1},
+                                 {"km", "m", 1, 1e3},
+                                 {"m/s", "m/s", 1, 1},
+                                 {"mm/s", "m/s", 1e3, 1},
+                                 {"km/h", "m/s", 3.6, 1},
+                                 {"m/s^2", "m/s^2", 1, 1},
+                                 {"mm/s^2", "m/s^2", 1e3, 1},
+                                 {"N", "N", 1, 1},
+                                 {"mN", "N", 1e3, 1},
+                                 {"kN", "N", 1, 1e3},
+                                 {"N m", "N m", 1, 1},
+                                 {"Nm", "N m", 1, 1},
+                                 {"mN m", "N m", 1e3, 1},
+                                 {"N mm", "N m", 1e3, 1},
+                                 {"N cm", "N m", 1e2, 1},
+                                 {"kN m", "N m", 1, 1e3},
+                                 {"kg", "kg", 1, 1},
+                                 {"g", "kg", 1e3, 1},
+                                 {"W", "W", 1, 1},
+                                 {"kW", "W", 1, 1e3},
+                                 {"V", "V", 1, 1},
+                                 {"A", "A", 1, 1},
+                                 {"Pa", "Pa", 1, 1},
+                                 {"bar", "Pa", 1, 1e5},
+                                 {"rad", "rad", 1, 1},
+                                 {"deg", "rad", 180, pi},
+                                 {"rad/s", "rad/s", 1, 1},
+                                 {"deg/s", "rad/s", 180, pi},
+                                 {"rpm", "rad/s", 30, pi}};
     for (int i = 0; i < KT_COUNT_OF(units); i++)
         if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0)
             return &units[i];
     return NULL;
+}
+
+/* Whether a unit measures values with this SI unit, which ends at a '|' or its end; NULL: not known. Numbers of a scene
+ * may be degrees for rates, too: "30 deg" is per second. */
+static bool unit_fits(const unit *of, const char *si) {
+    const size_t length = si != NULL ? strcspn(si, "|") : 0;
+    return si == NULL || strcmp(of->si, "1") == 0 || (strlen(of->si) == length && strncmp(of->si, si, length) == 0) ||
+           (strcmp(of->si, "rad") == 0 && length == 5 && strncmp(si, "rad/s", length) == 0);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
@@ -287,6 +320,16 @@ static bool read_csv_rows(reading *f, const int column[2], const unit *const of[
     return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
 }
 
+/* The unit of a column measures another quantity than that of the values, with their SI unit. */
+static bool fault_unit(const reading *f, const char *end, int column, const unit *of, const char *si) {
+    kt_phrase phrase = {.length = 0};
+    kt_phrase_add(&phrase,
+                  "the values here are in %.*s, and '%s' measures another quantity; state the right unit, or "
+                  "choose another column",
+                  (int)strcspn(si, "|"), si, of->name);
+    return fault(f, cell_at(f->begin, end, column).from, phrase.text);
+}
+
 static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows,
                           int *count) {
     const char *end;
@@ -303,10 +346,12 @@ static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity q
     of[1] = of[0] != NULL ? csv_unit_of(f, end, column[1], choice->unit, "unit") : NULL;
     if (of[1] == NULL)
         return false;
-    if (of[0]->is_angle)
-        return fault(f, cell_at(f->begin, end, column[0]).from,
-                     "the time has the unit of an angle; state s, ms or min");
-    if (of[1]->is_angle && of[1]->divided != 1 && quantity != KT_QUANTITY_ANGLE && quantity != KT_QUANTITY_RATE)
+    if (!unit_fits(of[0], "s"))
+        return fault_unit(f, end, column[0], of[0], "s");
+    if (!unit_fits(of[1], f->r->scene->unit))
+        return fault_unit(f, end, column[1], of[1], f->r->scene->unit);
+    if (f->r->scene->unit == NULL && strncmp(of[1]->si, "rad", 3) == 0 && of[1]->divided != 1 &&
+        quantity != KT_QUANTITY_ANGLE && quantity != KT_QUANTITY_RATE)
         return fault(f, cell_at(f->begin, end, column[1]).from,
                      "the unit is that of an angle, and this function is none; state another unit");
     size_t lines = 1;

@@ -72,10 +72,11 @@ static bool read_function_table(kt_reader *r, const kt_scope *scope, kt_node *no
     return good;
 }
 
+/* Factors may have any units. */
 static bool read_function_parts(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                                 void *object) {
-    (void)field;
     kt_function *function = object;
+    const char *const unit = r->scene->unit;
     const kt_quantity quantity = (kt_quantity)r->scene->quantity;
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, "a list of functions of time [f, g, ...]");
@@ -89,10 +90,12 @@ static bool read_function_parts(kt_reader *r, const kt_scope *scope, kt_node *no
     }
     bool good = true;
     int i = 0;
+    r->scene->unit = strcmp(field->key, "product") == 0 ? NULL : unit;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
         good = kt_read_function(r, &here, item, quantity, &parts[i]) && good;
     }
+    r->scene->unit = unit;
     r->scene->function_depth--;
     r->scene->quantity = (int)quantity;
     function->parts = parts;

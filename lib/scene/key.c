@@ -254,10 +254,13 @@ static bool same_coupling(const kt_field *field, const void *object, const void 
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* A function that is read at its final place. */
-static bool put_function_at(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity,
+/* A function of a key's values that is read at its final place. */
+static bool put_function_at(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                             kt_function *out) {
-    if (!kt_read_function(r, scope, node, quantity, out))
+    r->scene->unit = kt_key_unit(r, field);
+    const bool good = kt_read_function(r, scope, node, kt_key_quantity(r, field), out);
+    r->scene->unit = NULL;
+    if (!good)
         return false;
     if (out->type == KT_FUNCTION_CONSTANT)
         (void)kt_number_follows(r, node, false, &out->value);
@@ -265,7 +268,7 @@ static bool put_function_at(kt_reader *r, const kt_scope *scope, kt_node *node, 
 }
 
 static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return put_function_at(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
+    return put_function_at(r, scope, node, field, kt_field_in(object, field));
 }
 
 static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
@@ -288,7 +291,7 @@ static bool read_function_list(kt_reader *r, const kt_scope *scope, kt_node *nod
     int i = 0;
     for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
         const kt_scope here = {.outer = scope, .index = i};
-        good = put_function_at(r, &here, item, KT_QUANTITY_NUMBER, &functions[i]) && good;
+        good = put_function_at(r, &here, item, field, &functions[i]) && good;
     }
     return good;
 }

@@ -4,16 +4,18 @@
 
 #include <string.h>
 
-/* The quantity of a key's number. For "rad|m" it is the first if the joint that the item acts in, which has been read
- * before, rotates. Within a function of time, y is the unit of its value. */
-kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
+const char *kt_key_unit(const kt_reader *r, const kt_field *field) {
     const kt_key *key = field->detail;
-    const char *unit = key->unit, *second = strchr(unit, '|');
+    const char *second = strchr(key->unit, '|');
+    return second != NULL && r->scene->joint_quantity != KT_QUANTITY_ANGLE ? second + 1 : key->unit;
+}
+
+/* The quantity of a key's number. Within a function of time, y is the unit of its value. */
+kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field) {
+    const char *unit = kt_key_unit(r, field);
     if (strcmp(unit, "y") == 0)
         return (kt_quantity)r->scene->quantity;
-    if (second != NULL && r->scene->joint_quantity != KT_QUANTITY_ANGLE)
-        return KT_QUANTITY_NUMBER;
-    const size_t length = second != NULL ? (size_t)(second - unit) : strlen(unit);
+    const size_t length = strcspn(unit, "|");
     if (length == 3 && strncmp(unit, "rad", length) == 0)
         return KT_QUANTITY_ANGLE;
     return length == 5 && strncmp(unit, "rad/s", length) == 0 ? KT_QUANTITY_RATE : KT_QUANTITY_NUMBER;

@@ -22,6 +22,7 @@ typedef struct kt_scene_reading {
     bool names_are_known; /* the name of every body could be read */
     bool hides_bodies;    /* markers or the joint of some body could not */
     int quantity;         /* kt_quantity of the values of the function that is being read */
+    const char *unit;     /* SI unit of these values, up to a '|' or its end; NULL: any */
     int function_depth;   /* sums and products that the function is within */
     int joint_quantity;   /* kt_quantity of the position of the joint that the item acts in */
 

@@ -84,5 +84,8 @@ void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object
 const kt_kind *kt_kind_of_value_key(const kt_key *key);
 const kt_kind *kt_kind_of_item_key(const kt_key *key);
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field);
+/* The SI unit of a key's number, up to a '|' or its end. For "rad|m" it is the first if the joint that the item acts
+ * in, which has been read before, rotates. */
+const char *kt_key_unit(const kt_reader *r, const kt_field *field);
 
 #endif

@@ -110,7 +110,10 @@ FAULTS = [  # the file, the keys, where, words
     ("t,y [furlong]\n0,1\n1,1\n", "", "d.csv:1:6: ", "the unit 'furlong' is unknown"),
     ("t,y [kN m]\n0,1\n1,1\n", ", unit: N m", "d.csv:1:6: ", "the header states the unit 'kN m', and `unit` states 'N m'"),
     ("t,y\n0,1\n1,1\n", ", unit: degrees", "d.csv:1:3: ", "there is no unit 'degrees'"),
-    ("t,y [deg]\n0,1\n1,1\n", "", "d.csv:1:3: ", "the unit is that of an angle"),
+    ("t,y [deg]\n0,1\n1,1\n", "", "d.csv:1:3: ", "the values here are in N m, and 'deg' measures another quantity"),
+    ("t,y [N]\n0,1\n1,1\n", "", "d.csv:1:3: ", "the values here are in N m, and 'N' measures another quantity"),
+    ("t,y\n0,1\n1,1\n", ", unit: mm", "d.csv:1:3: ", "the values here are in N m, and 'mm' measures another quantity"),
+    ("t [mm],y\n0,1\n1,1\n", "", "d.csv:1:1: ", "the values here are in s, and 'mm' measures another quantity"),
     ("t;y\n0;1\n1;1\n", ", value: y, time: t", "d.csv:1:1: ", "there is no column 't'"),
     ("t,y\n0,1\n1,1\n", ", slopes: [0, 0]", "s.yaml:5:", "`interpolation: cubic`"),
     ("t,y\n0,1\n1,1\n", ", interpolation: cubic, slopes: [0, 0, 0]", "s.yaml:5:", "a list of two numbers"),
@@ -132,6 +135,41 @@ def faults(folder):
     return problems
 
 
+TWO = """kinetree: 1
+bodies:
+  - {name: turn, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}
+  - {name: slide, joint: {type: prismatic}, mass: 1, inertia: [1, 1, 1]}
+"""
+FITS = [  # what has the table, units that fit, units that do not; without a unit numbers are in SI units
+    ("loops: [{{name: l, type: motion, joint: turn, position: {f}}}]", "rad deg 1", "mm rpm s N"),
+    ("loops: [{{name: l, type: motion, joint: slide, position: {f}}}]", "m mm 1", "rad deg m/s kg"),
+    ("loops: [{{name: l, type: rates, coefficients: {{turn: 1}}, rate: {f}}}]", "rad/s rpm deg/s deg 1", "m/s m N"),
+    ("loops: [{{name: l, type: rates, coefficients: {{slide: 1}}, rate: {f}}}]", "m/s km/h 1", "rad/s m deg"),
+    ("effects: [{{type: motor, joint: turn, torque: {f}}}]", "N m,kN m,1", "N,rad,W"),
+    ("effects: [{{type: motor, joint: slide, torque: {f}}}]", "N kN 1", "mm,N m,Pa"),
+    ("effects: [{{type: servo, joint: slide, stiffness: 1, target: {f}}}]", "mm 1", "deg N"),
+    ("effects: [{{type: force, at: turn, value: [0, 0, {f}]}}]", "kN 1", "mm,N m"),
+    ("effects: [{{type: torque, on: turn, value: [{f}, 0, 0]}}]", "N m,N mm,1", "N,deg"),
+    ("effects: [{{type: torque, on: turn, value: [{{sum: [1, {f}]}}, 0, 0]}}]", "N m,1", "N,mm"),
+    ("effects: [{{type: motor, joint: turn, torque: {{product: [{f}, {f}]}}}}]", "N mm 1", ""),
+]
+
+
+def fitting_units(folder):
+    problems, count = [], 0
+    for what, right, wrong in FITS:
+        for units, status in ((right, 0), (wrong, 2)):
+            for unit in units.split("," if "," in units else None):
+                (folder / "scenes/f.csv").write_text(f"t,y [{unit}]\n0,0\n1,1e-3\n")
+                text = TWO + what.format(f="{table: f.csv}") + "\nsimulate: {duration: 0.1}\n"
+                ran = run(folder, text)
+                count += 1
+                if ran.returncode != status or (status == 2 and f"'{unit}' measures another quantity" not in ran.stderr):
+                    problems.append(f"{what}, {unit}: status {ran.returncode}, {ran.stderr.strip()!r}")
+    note(f"{count} units")
+    return problems
+
+
 def torques(folder):
     problems = []
     for unit, factor in (("N m", 1), ("N mm", 1e-3), ("N cm", 1e-2), ("mN m", 1e-3), ("kN m", 1e3)):
@@ -148,5 +186,6 @@ with tempfile.TemporaryDirectory() as name:
     claim("clamped_splines_of_files_are_the_polynomials_of_their_rows", polynomials(place))
     claim("columns_have_the_units_of_their_headers_or_of_the_scene", angles(place))
     claim("torques_of_files_have_the_units_of_mechanics", torques(place))
+    claim("a_unit_measures_the_quantity_that_the_function_is", fitting_units(place))
     claim("faults_of_files_are_told_with_line_and_column", faults(place))
 finish()
