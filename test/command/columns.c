@@ -140,3 +140,42 @@ KT_TEST(written_scenes_have_their_columns_and_states) {
     kt_expect(0, "half.csv has no state 'thrust', which starts with its value in the scene",
               "$K run block.yaml --from half.csv --quiet --duration 0.5 --out rest.csv");
 }
+
+/* The unit of an own column is a label. One that is not that of the column which it copies is doubted, if it measures
+ * the same quantity with another factor. Formulas that may convert, and units of other names, are not doubted. */
+KT_TEST(unit_of_a_copied_column_is_compared) {
+    static const struct {
+        const char *value, *unit, *own; /* own: NULL, no doubt */
+    } cases[] = {{"position.arm", "deg", "rad"},
+                 {"velocity.arm", "rpm", "rad/s"},
+                 {"position.block", "mm", "m"},
+                 {"velocity.block", "km/h", "m/s"},
+                 {"reaction.block.fx", "kN", "N"},
+                 {"marker.arm.tip.x", "cm", "m"},
+                 {"t", "ms", "s"},
+                 {"position.arm", "rad", NULL},
+                 {"position.arm*180/pi", "deg", NULL},
+                 {"position.block", "m", NULL},
+                 {"position.arm", "turns of the shaft", NULL}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[1000], words[200];
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n  - {name: block, joint: {type: prismatic, axis: x, velocity: 1}, mass: 2}\n"
+                 "  - {name: arm, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1],\n"
+                 "     markers: {tip: [1, 0, 0]}}\n"
+                 "simulate: {duration: 0.1}\noutput: {columns: {mine: {value: %s, unit: %s}}}\n",
+                 cases[i].value, cases[i].unit);
+        kt_write_file("unit.yaml", text);
+        const char *own = cases[i].own != NULL ? cases[i].own : "";
+        snprintf(words, sizeof words, "column 'mine' has the numbers of '%s', in %s, and its unit is %s",
+                 cases[i].value, own, cases[i].unit);
+        kt_expect(0, cases[i].own != NULL ? words : "records: u.csv",
+                  "$K run unit.yaml --out u.csv --summary u.json >/dev/null");
+        json_t *summary = kt_json(kt_read_file("u.json"));
+        const char *code =
+            json_string_value(json_object_get(json_array_get(json_object_get(summary, "warnings"), 0), "code"));
+        kt_check_text(cases[i].unit, code != NULL ? code : "none", cases[i].own != NULL ? "column_unit" : "none");
+        json_decref(summary);
+        kt_expect(0, cases[i].own != NULL ? words : NULL, "$K check unit.yaml >/dev/null");
+    }
+}

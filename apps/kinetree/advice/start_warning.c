@@ -1,6 +1,7 @@
 /* What a run reports before its first step, and what its view will not show. */
 #include "advice/advice.h"
 #include "advice/angles.h"
+#include "advice/column_unit.h"
 #include "advice/idle.h"
 #include "advice/penetration.h"
 #include "scene/play.h"
@@ -83,6 +84,7 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     warn_of_gravity(outcome);
     (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
     (void)kt_idle_warn(&outcome->warnings, outcome->scene);
+    (void)kt_column_units_warn(&outcome->warnings, outcome->scene, outcome->model);
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)

@@ -275,7 +275,7 @@ static kt_marker_pair *list_all_markers(const kt_model *model, int *count) {
     return pairs;
 }
 
-static bool list_all(kt_columns *all, const kt_scene *scene, const kt_model *model) {
+bool kt_columns_list_all(kt_columns *all, const kt_scene *scene, const kt_model *model) {
 #define RECORD_OR(id, bit, name) | bit
     static const unsigned every = 0U KT_RECORD_LIST(RECORD_OR);
 #undef RECORD_OR
@@ -425,7 +425,7 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
-    const bool fine = made->memory != NULL && made->formula != NULL && list_all(&made->all, scene, model);
+    const bool fine = made->memory != NULL && made->formula != NULL && kt_columns_list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
     kt_status status = made->is_used != NULL ? KT_OK : kt_reject_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)

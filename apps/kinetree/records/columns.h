@@ -68,6 +68,8 @@ typedef struct kt_columns {
  * list. Returns false if memory is insufficient. Ownership: kt_columns_free releases the list in any case. */
 bool kt_columns_list(kt_columns *columns, const kt_scene *scene, const kt_model *model, const kt_run *run,
                      unsigned record);
+/* Lists the columns of all quantities and markers, likewise. */
+bool kt_columns_list_all(kt_columns *all, const kt_scene *scene, const kt_model *model);
 void kt_columns_free(kt_columns *columns);
 
 /* Adds the columns of output.columns. The scene must outlive the list. *record: the KT_RECORD_ bits that simulations

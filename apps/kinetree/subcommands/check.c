@@ -1,6 +1,7 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice/advice.h"
 #include "advice/angles.h"
+#include "advice/column_unit.h"
 #include "advice/idle.h"
 #include "advice/penetration.h"
 #include "records/output.h"
@@ -355,6 +356,7 @@ static int check_start(check *c) {
     check_driven_angles(c);
     check_meshes(c);
     c->warnings += kt_idle_warn(&warnings, c->scene);
+    c->warnings += kt_column_units_warn(&warnings, c->scene, c->model);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
     const char *jumping = kt_start_jumping(c->scene);

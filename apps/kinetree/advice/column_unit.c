@@ -1,0 +1,53 @@
+/* Own columns that copy another column, and state another unit. */
+#include "advice/column_unit.h"
+
+#include "records/columns.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Returns the SI unit of what a unit measures, if it is another one; NULL: it is an SI unit or not known. */
+static const char *si_unit_behind(const char *unit) {
+    static const struct {
+        const char *name, *si;
+    } units[] = {{"deg", "rad"},  {"\u00b0", "rad"}, {"deg/s", "rad/s"}, {"\u00b0/s", "rad/s"}, {"rpm", "rad/s"},
+                 {"mm", "m"},     {"cm", "m"},       {"um", "m"},        {"km", "m"},           {"mm/s", "m/s"},
+                 {"km/h", "m/s"}, {"ms", "s"},       {"min", "s"},       {"mN", "N"},           {"kN", "N"},
+                 {"N mm", "N m"}, {"N cm", "N m"},   {"kN m", "N m"},    {"mJ", "J"},           {"kJ", "J"},
+                 {"mW", "W"},     {"kW", "W"}};
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
+        if (strcmp(units[i].name, unit) == 0)
+            return units[i].si;
+    return NULL;
+}
+
+/* Returns the unit of the column with this name; NULL: there is none. */
+static const char *unit_of_column(const kt_columns *all, const char *name) {
+    char text[512];
+    for (size_t i = 0; i < all->count; i++) {
+        (void)kt_column_name(all, i, text, sizeof text);
+        if (strcmp(text, name) == 0 || (i == 0 && strcmp(name, "t") == 0))
+            return kt_column_quantity(all, i).unit;
+    }
+    return NULL;
+}
+
+int kt_column_units_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model) {
+    const kt_warning warning = kt_warning_of(
+        "column_unit", (double)NAN, NULL, "Convert in the formula, as in 'position.arm*180/pi', or correct the unit");
+    kt_columns all = {0};
+    int count = 0;
+    const bool fine = scene->column_count > 0 && kt_columns_list_all(&all, scene, model);
+    for (int k = 0; k < scene->column_count && fine; k++) {
+        const kt_scene_column *column = &scene->columns[k];
+        const char *si = column->unit != NULL ? si_unit_behind(column->unit) : NULL;
+        const char *own = si != NULL ? unit_of_column(&all, column->formula) : NULL;
+        if (own == NULL || strcmp(own, si) != 0)
+            continue;
+        kt_warn(warnings, &warning, "column '%s' has the numbers of '%s', in %s, and its unit is %s", column->name,
+                column->formula, own, column->unit);
+        count++;
+    }
+    kt_columns_free(&all);
+    return count;
+}
