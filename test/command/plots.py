@@ -307,4 +307,14 @@ with tempfile.TemporaryDirectory() as folder:
     legend = [text for _, text in re.findall(r"<text ([^>]*)>(?:<tspan[^>]*>)?([^<]*)", (path / "s.svg").read_text()) if "\u2026" in text]
     faults += [] if [text[-3:] for text in legend] == ["= 1", "= 2", "= 3"] else [f"legend: {legend}"]
     claim("no_label_of_a_plot_is_cut_where_it_differs_from_others", faults)
+
+with tempfile.TemporaryDirectory() as folder:
+    path = pathlib.Path(folder)
+    rows = ["time,a,b,note,status", "0,1,2,one,0", '1,oops,3,two,"a, b"', "2,3,,one,0", "3,4,x y,two,0", "4,5,z,one,0"]
+    (path / "words.csv").write_text("\n".join(rows) + "\n")
+    done = run(path, "plot", "words.csv", "--out", "words.svg")
+    told = [line for line in done.stderr.splitlines() if "warning" in line]
+    expected = ["kinetree: words.csv:3: warning: 'oops' in column 'a' is not a number and counts as an empty cell (1 cell in all)",
+                "kinetree: words.csv:5: warning: 'x y' in column 'b' is not a number and counts as an empty cell (2 cells in all)"]
+    claim("words_among_numbers_are_reported", [] if done.returncode == 0 and told == expected else [done.stderr])
 finish()

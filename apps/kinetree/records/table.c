@@ -56,8 +56,41 @@ static char *split_header(kt_table *table) {
     return lines;
 }
 
+/* The cells of a column. Words in quotes and empty cells are not counted: columns of messages have them. */
+typedef struct column_content {
+    size_t numbers, words, line; /* the line of the first word */
+    const char *first;           /* the first word in the text */
+    int length;
+} column_content;
+
+static void count_cell(column_content *content, bool is_number, const char *at, size_t length, size_t line) {
+    content->numbers += is_number;
+    if (is_number || length == 0 || *at == '"')
+        return;
+    if (content->words++ == 0) {
+        content->line = line;
+        content->first = at;
+        content->length = length < 40 ? (int)length : 40;
+    }
+}
+
+/* Reports words among the numbers of a column. A column without a number is one of words. */
+static void say_words(const char *path, const kt_table *table, const column_content *content) {
+    for (int i = 0; i < table->columns; i++) {
+        const column_content *c = &content[i];
+        char word[64];
+        if (c->words == 0 || c->numbers == 0)
+            continue;
+        (void)snprintf(word, sizeof word, "%.*s", c->length, c->first);
+        kt_say("%s:%zu: warning: '%s' in column '%s' is not a number and counts as an empty cell (%zu %s)", path,
+               c->line, kt_show(word).text, kt_show(table->names[i]).text, c->words,
+               c->words == 1 ? "cell in all" : "cells in all");
+    }
+}
+
 /* Reads one line into row `row`. Returns the start of the next line, or NULL after printing the error. */
-static const char *read_line(const char *path, kt_table *table, size_t row, size_t most, const char *at) {
+static const char *read_line(const char *path, kt_table *table, size_t row, size_t most, const char *at,
+                             column_content *content) {
     for (int column = 0; column < table->columns; column++) {
         char *end;
         const double value = strtod(at, &end);
@@ -70,10 +103,27 @@ static const char *read_line(const char *path, kt_table *table, size_t row, size
             return NULL;
         }
         table->cells[(size_t)column * most + row] = is_number ? value : (double)NAN;
+        count_cell(&content[column], is_number, at, length, row + 2);
         at += length + (is_last ? 0 : 1);
     }
     at += strspn(at, "\r");
     return *at == '\n' ? at + 1 : at;
+}
+
+/* Reads all lines. Returns -1, or KT_EXIT_SCENE after printing the error. */
+static int read_lines(const char *path, kt_table *table, size_t most, const char *lines) {
+    column_content *content = calloc((size_t)table->columns, sizeof *content);
+    if (content == NULL)
+        return say_no_memory();
+    const char *at = lines;
+    while (at != NULL && *at != '\0') {
+        at = read_line(path, table, table->rows, most, at, content);
+        table->rows += at != NULL;
+    }
+    if (at != NULL)
+        say_words(path, table, content);
+    free(content);
+    return at != NULL ? -1 : KT_EXIT_SCENE;
 }
 
 static int read_cells(const char *path, kt_table *table, const char *lines) {
@@ -88,12 +138,9 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
     table->cells = malloc(most * (size_t)table->columns * sizeof *table->cells);
     if (table->names == NULL || table->cells == NULL)
         return say_no_memory();
-    for (const char *at = lines; *at != '\0';) {
-        at = read_line(path, table, table->rows, most, at);
-        if (at == NULL)
-            return KT_EXIT_SCENE;
-        table->rows++;
-    }
+    const int code = read_lines(path, table, most, lines);
+    if (code >= 0)
+        return code;
     if (table->rows == 0) {
         kt_say("%s: there are no lines of numbers in it", path);
         return KT_EXIT_SCENE;
