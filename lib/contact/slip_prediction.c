@@ -48,8 +48,8 @@
  * this rate exceeds 2 / h only within the last step. Without a prediction, it does so A / a times as long. The turn of
  * a box next to its limit of rest would grow until it is as fast as the slip. Slip that friction alone stops, a = A,
  * keeps its present direction exactly. In evaluations, tau is at least that of adaptive steps. At events under fixed
- * steps, slip that grows keeps its present direction: a prediction changed no balance of pushed boxes there, and walks of
- * robots took up to 3 % more evaluations. */
+ * steps, slip that grows keeps its present direction: a prediction changed no balance of pushed boxes there, and walks
+ * of robots took up to 3 % more evaluations. */
 #include "contact/slip.h"
 #include "kinetree/algebra.h"
 
