@@ -71,6 +71,7 @@ static bool touches(open_contacts *c, size_t i, double *gap) {
     if (c->kernels == NULL) {
         c->kernels = kt_reduction_kernels_in_space(c->all);
         c->kernels->pose(c->all, c->data, c->q);
+        c->data->placed = c->all->n.planar == 0;
     }
     const double least = touching * (c->all->length > 1.0 ? c->all->length : 1.0);
     *gap = sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, NULL).residual;
@@ -108,6 +109,7 @@ kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t,
                                  kt_error *error) {
     open_contacts c = {.data = data, .t = t, .q = q, .v = v};
     kt_status status = KT_OK;
+    data->placed = false;
     for (size_t i = 0; status == KT_OK && KT_HAS_LOOPS && i < model->n.loop; i++) {
         const bool open = is_open_contact(&model->loop[i]);
         double gap;

@@ -30,16 +30,41 @@ static inline slip_end slip_end_of(const kt_link_kinematics *link, const kt_effe
                       .lever = arm};
 }
 
+/* find_slip of a sphere on a plane that is at rest. */
+static void find_slip_on_ground(const kt_link_kinematics *link, const kt_effect_record *effect, double s[2],
+                                kt_slip_frame *frame) {
+    const kt_mat3 *plane = &effect->frame[1].rotation;
+    const kt_vec3 at = effect->frame[1].position, down = kt_vec3_scale(-effect->radius, plane->z);
+    const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[0].position);
+    const kt_vec3 slip =
+        kt_vec3_add(kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm)), kt_vec3_cross(link->omega, down));
+    s[0] = kt_vec3_dot(plane->x, slip);
+    s[1] = kt_vec3_dot(plane->y, slip);
+    if (frame == NULL)
+        return;
+    const kt_vec3 on_plane = kt_vec3_sub(kt_vec3_add(kt_vec3_add(link->position, arm), down), at);
+    frame->axis[0] = plane->x;
+    frame->axis[1] = plane->y;
+    frame->arm[0] = kt_vec3_add(kt_mat3_apply(link->axes, effect->arm[0]), down);
+    frame->arm[1] = kt_vec3_add(effect->arm[1], on_plane);
+    frame->lever[0] = kt_vec3_add(arm, down);
+    frame->lever[1] = kt_vec3_add(at, on_plane);
+}
+
 /* Finds the slip velocity of a contact from the motion of both links, and unless frame is NULL the axes and arms of its
  * friction. */
 static void find_slip(const kt_link_kinematics *of_sphere, const kt_link_kinematics *of_plane,
                       const kt_effect_record *effect, double s[2], kt_slip_frame *frame) {
+    if (effect->link[1] == 0 && effect->link[0] != 0 && !effect->disc) {
+        find_slip_on_ground(of_sphere, effect, s, frame);
+        return;
+    }
     const slip_end centre = slip_end_of(of_sphere, effect, 0), plane = slip_end_of(of_plane, effect, 1);
     const kt_vec3 down = kt_contact_lowest(effect, centre.axes, plane.axes.z);
     const kt_vec3 lever = kt_vec3_sub(kt_vec3_add(centre.point, down), plane.point);
     const kt_vec3 on_sphere = kt_vec3_add(centre.velocity, kt_vec3_cross(centre.omega, down));
     const kt_vec3 on_plane = kt_vec3_add(plane.velocity, kt_vec3_cross(plane.omega, lever));
-    const kt_vec3 slip = effect->link[1] == 0 ? on_sphere : kt_vec3_sub(on_sphere, on_plane);
+    const kt_vec3 slip = kt_vec3_sub(on_sphere, on_plane);
     s[0] = kt_vec3_dot(plane.axes.x, slip);
     s[1] = kt_vec3_dot(plane.axes.y, slip);
     if (frame)
@@ -53,7 +78,9 @@ static bool set_poses_of_slip(const kt_model *model, kt_data *data, const double
     if (!KT_HAS_LOOPS || model->n.planar > 0)
         return false;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
-    kernels->pose(model, data, q);
+    if (!data->placed)
+        kernels->pose(model, data, q);
+    data->placed = false;
     kernels->move(model, data, v);
     return true;
 }

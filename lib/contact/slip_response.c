@@ -87,7 +87,6 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
     const size_t n = p->at->n, count = p->per * n;
     double *column = p->column, *change = p->change;
     find_unit_forces_of_slip(model, data, p);
-    memset(p->by_normal, 0, count * n * sizeof *p->by_normal);
     if (p->per == 2)
         memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -98,11 +97,13 @@ void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_
                   (model, data, g, p->force, (int)count, column, change, p->per == 2 ? p->by_rate : NULL));
         for (size_t k = 0; k < n; k++) {
             const kt_loop_record *loop = p->contact[kt_slip_index(p, k)].loop;
-            const int32_t slot = loop->group == (int32_t)g ? slot_of(model, loop) : -1;
-            const double *from = change + (slot >= 0 ? slot : 0);
+            if (loop->group != (int32_t)g)
+                continue;
+            const int32_t slot = slot_of(model, loop);
+            const double *from = change + (slot < 0 ? 0 : slot);
             double *to = p->by_normal + k, *end = to + count * n;
-            for (; slot >= 0 && to < end; to += n, from += rows)
-                *to = *from;
+            for (; to < end; to += n, from += rows)
+                *to = slot < 0 ? 0.0 : *from;
         }
         change += count * rows;
         column += kt_half_response_count((size_t)model->group[g].v_count, count);

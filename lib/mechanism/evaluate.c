@@ -29,13 +29,29 @@ kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt
     return accelerate_trusted(model, data, at, a, error);
 }
 
+#if KT_HAS_SWITCHES
+/* Checks open contacts before. Their poses serve the accelerations of slip, too, unless effects come between. */
+static kt_status accelerate_checked(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                    kt_error *error) {
+    kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
+    data->placed = data->placed && model->n.effect == 0;
+    if (status == KT_OK)
+        status = kt_acceleration_trusted(model, data, at, a, error);
+    data->placed = false;
+    return status;
+}
+#endif
+
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    const kt_status status = kt_open_contacts_reject(model, data, &at, error);
-    return status == KT_OK ? accelerate_trusted(model, data, &at, a, error) : status;
+#if KT_HAS_SWITCHES
+    if (model->variants != NULL && !data->followed)
+        return accelerate_checked(model, data, &at, a, error);
+#endif
+    return accelerate_trusted(model, data, &at, a, error);
 }
 
 #if KT_HAS_VARIABLE_MASS

@@ -172,8 +172,11 @@ static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_r
 KT_CHECKED static inline kt_status kt_open_contacts_reject(const kt_model *model, kt_data *data,
                                                            const kt_dynamic_state *at, kt_error *error) {
 #if KT_HAS_SWITCHES
-    if (model->variants != NULL && !data->followed)
-        return model->variants->check_open(model, data, at->t, at->q, at->v, error);
+    if (model->variants != NULL && !data->followed) {
+        const kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
+        data->placed = false; /* the caller may change the poses */
+        return status;
+    }
 #endif
     (void)model, (void)data, (void)at, (void)error;
     return KT_OK;

@@ -503,6 +503,7 @@ struct kt_data {
     bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
     double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (contact/slip.h) */
     bool posed;        /* poses and velocities of the spatial links are those of the next accelerations, once */
+    bool placed;       /* poses of the spatial links are those of the accelerations that are evaluated now (open.c) */
     bool dead;         /* the last projection was rejected at a dead point (closure/dead_point.c) */
     bool interpolated; /* the last accelerations are interpolated from neighbouring states: poses and equations are not
                           those of the state that was given */

@@ -233,7 +233,8 @@ KT_INLINE void add_applied(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *b) {
 }
 
 /* The half columns of a free joint. The wrench (n, f), unless p is NULL, accelerates the link, with the joint's own
- * forces if these are `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
+ * forces if these are `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are
+ * L^-1 (n - H M^-1 f) (aba.h). */
 KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
                          const kt_articulated *kept, bool applied, kt_v4 *column, const wrenches *p) {
     kt_v4 base[3], b[6];
@@ -361,9 +362,18 @@ static void find_right_side(const kt_group_work *w, const kt_half *h, int index)
     }
 }
 
-/* S x = x, with the factor of S, of one right side or of four. Few equations have loops of constant length. */
+/* Calls a function with the distance of the columns of S and the number of equations. If these are four at most, both
+ * are constants, so that loops are unrolled. */
+#define BY_RANK(h, function, ...)                                                                                      \
+    ((h)->rank == 3   ? function(LANES, 3, __VA_ARGS__)                                                                \
+     : (h)->rank == 1 ? function(LANES, 1, __VA_ARGS__)                                                                \
+     : (h)->rank == 2 ? function(LANES, 2, __VA_ARGS__)                                                                \
+     : (h)->rank == 4 ? function(LANES, 4, __VA_ARGS__)                                                                \
+                      : function(LANES * (size_t)(h)->n, (h)->rank, __VA_ARGS__))
+
+/* S x = x, with the factor of S, of one right side or of four. */
 #define SUBSTITUTE(name, type)                                                                                         \
-    KT_INLINE void name##_of(const double *l, size_t stride, int rank, type *x) {                                      \
+    KT_INLINE void name##_of(size_t stride, int rank, const double *l, type *x) {                                      \
         for (int j = 0; j < rank; j++) {                                                                               \
             x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
             for (int i = j + 1; i < rank; i++)                                                                         \
@@ -375,43 +385,12 @@ static void find_right_side(const kt_group_work *w, const kt_half *h, int index)
             x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
         }                                                                                                              \
     }                                                                                                                  \
-    static void name(const kt_half *h, type *x) {                                                                      \
-        const double *l = h->square;                                                                                   \
-        switch (h->rank) {                                                                                             \
-        case 1:                                                                                                        \
-            name##_of(l, LANES, 1, x);                                                                                 \
-            break;                                                                                                     \
-        case 2:                                                                                                        \
-            name##_of(l, LANES, 2, x);                                                                                 \
-            break;                                                                                                     \
-        case 3:                                                                                                        \
-            name##_of(l, LANES, 3, x);                                                                                 \
-            break;                                                                                                     \
-        case 4:                                                                                                        \
-            name##_of(l, LANES, 4, x);                                                                                 \
-            break;                                                                                                     \
-        default:                                                                                                       \
-            name##_of(l, LANES *(size_t)h->n, h->rank, x);                                                             \
-            break;                                                                                                     \
-        }                                                                                                              \
-    }
+    static void name(const kt_half *h, type *x) { BY_RANK(h, name##_of, h->square, x); }
 SUBSTITUTE(substitute, double)
 SUBSTITUTE(substitute_four, kt_v4)
 
-/* S becomes its factor; returns whether it is positive definite. */
-static bool factor_half_square(const kt_half *h) {
-    switch (h->rank) {
-    case 1:
-        return kt_dense_cholesky(h->square, LANES, 1, NULL);
-    case 2:
-        return kt_dense_cholesky(h->square, LANES, 2, NULL);
-    case 3:
-        return kt_dense_cholesky(h->square, LANES, 3, NULL);
-    case 4:
-        return kt_dense_cholesky(h->square, LANES, 4, NULL);
-    default:
-        return kt_dense_cholesky(h->square, LANES * (size_t)h->n, h->rank, NULL);
-    }
+KT_INLINE bool factor_half_square(size_t stride, int rank, double *square) {
+    return kt_dense_cholesky(square, stride, rank, NULL);
 }
 
 /* Solves S lambda = right by Cholesky's method. */
@@ -422,7 +401,7 @@ static bool find_half_multipliers(const kt_half *h) {
     bool independent = true;
     for (int j = 0; j < h->rank; j++)
         h->diagonal[j] = l[(size_t)j * (stride + 1)];
-    if (!factor_half_square(h))
+    if (!BY_RANK(h, factor_half_square, h->square))
         return false;
     for (int j = 0; j < h->rank; j++) {
         const double pivot = l[(size_t)j * (stride + 1)];
@@ -496,7 +475,8 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     }
     if (!find_half_multipliers(&h))
         return false;
-    memset(w.multiplier, 0, (size_t)w.k * sizeof *w.multiplier);
+    for (int r = 0; r < w.k && h.rank < w.k; r++)
+        w.multiplier[r] = 0.0;
     for (int r = 0; r < h.rank; r++)
         w.multiplier[h.slot[r]] = h.multiplier[r];
     memset(h.free, 0, (size_t)h.m * sizeof *h.free);
@@ -572,7 +552,8 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
     const size_t rows = (size_t)group->row_count;
     kt_half h;
     place(model, data, g, &h);
-    memset(change, 0, (size_t)count * rows * sizeof *change);
+    if (rows > (size_t)h.rank)
+        memset(change, 0, (size_t)count * rows * sizeof *change);
     for (int j = 0; j < count; j += LANES) {
         kt_v4 *u = (kt_v4 *)(void *)column + (size_t)j / LANES * (size_t)h.m, *x = h.change;
         const batch b = {.force = force + j, .forces = count - j < LANES ? count - j : LANES, .column = u};
@@ -588,14 +569,13 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
 
 /* The half column of the sum of so many forces, times factors. */
 static void combine_columns(const kt_half *h, const double *factor, int count, const kt_v4 *u, double *sum) {
-    memset(sum, 0, (size_t)h->m * sizeof *sum);
     for (int j = 0; j < count; j += LANES, u += h->m) {
         kt_v4 by = kt_v4_splat(0.0);
         for (int r = 0; r < LANES && j + r < count; r++)
             by[r] = factor[j + r];
         for (int l = 0; l < h->m; l++) {
             const kt_v4 x = by * u[l];
-            sum[l] += (x[0] + x[1]) + (x[2] + x[3]);
+            sum[l] = (j > 0 ? sum[l] : 0.0) + ((x[0] + x[1]) + (x[2] + x[3]));
         }
     }
 }
@@ -608,11 +588,12 @@ void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t 
     place(model, data, g, &h);
     combine_columns(&h, factor, count, (const kt_v4 *)(const void *)column, h.free);
     for (int r = 0; r < h.rank; r++) {
-        double sum = 0.0;
-        for (int j = 0; j < count; j++)
-            sum += factor[j] * change[(size_t)j * (size_t)group->row_count + (size_t)h.slot[r]];
-        w.multiplier[h.slot[r]] += sum;
-        h.multiplier[r] = *h.pending ? w.multiplier[h.slot[r]] : sum;
+        const double *from = change + h.slot[r];
+        double sum = 0.0, *lambda = w.multiplier + h.slot[r];
+        for (int j = 0; j < count; j++, from += group->row_count)
+            sum += factor[j] * *from;
+        *lambda += sum;
+        h.multiplier[r] = *h.pending ? *lambda : sum;
     }
     complete_responses(model, data, group, &h);
 }
