@@ -87,6 +87,17 @@ def test_a_run_that_fails_has_its_own_records(tmp_path):
     with pytest.raises(kt.ArgumentError, match="name a file"):
         scene.run(out="-")
     assert len(scene.run(out="/dev/null")) == 0
+    with pytest.raises(kt.ArgumentError, match="records in HDF5 are not read back"):
+        scene.run(out=tmp_path / "run.H5")
+    assert not (tmp_path / "run.H5").exists()
+
+
+def test_texts_of_a_dict_are_kept_beyond_the_basic_plane():
+    content = {"kinetree": 1, "name": "\U0001f600 rod \u65e5", "bodies": [{"name": "a", "joint": {"type": "revolute", "velocity": 1}, "mass": 1, "inertia": [1, 1, 1]}]}
+    assert kt.Scene(content).name == content["name"]
+    assert kt.Scene(content).run(duration=0.1).summary["scene"] == content["name"]
+    columns = {"x": {"value": "position.a", "unit": "\U0001f4d0"}}
+    assert "x [\U0001f4d0]" in kt.Scene(content).run(duration=0.1, set={"output": {"columns": columns}}).names
 
 
 def test_an_event_of_python_is_located(held):

@@ -68,7 +68,7 @@ def setting(name: str, value: Any) -> str:
     if value is None:
         raise ArgumentError(1, f"set: {name}", "expected a value, got None")
     if isinstance(value, (bool, list, tuple, Mapping)) or getattr(value, "ndim", 0) > 0:
-        return f"{name}={json.dumps(value, default=plain)}"
+        return f"{name}={json.dumps(value, default=plain, ensure_ascii=False)}"
     return f"{name}={number(value)}"
 
 

@@ -78,7 +78,7 @@ class Scene:
         if (content is None) == (path is None):
             raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
         if isinstance(content, dict):
-            content = json.dumps(content, default=command.plain, indent=1)
+            content = json.dumps(content, default=command.plain, indent=1, ensure_ascii=False)  # YAML knows no pairs of escapes
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
         self.path = None if path is None else os.fsdecode(path)
@@ -274,6 +274,9 @@ class Scene:
         for name, path in (("out", out), ("summary", summary)):
             if path is not None and os.fspath(path) in ("-", "", "."):
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the results are read back from files; name a file, or omit `out` and `summary`")
+        if out is not None and os.fsdecode(out).lower().endswith((".h5", ".hdf5")):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", "records in HDF5 are not read back; name a file of CSV, or write HDF5 with "
+                                "scene.command('run', out='FILE.h5')")
         with _folder() as folder:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
