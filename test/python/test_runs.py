@@ -90,6 +90,10 @@ def test_a_run_that_fails_has_its_own_records(tmp_path):
     with pytest.raises(kt.ArgumentError, match="records in HDF5 are not read back"):
         scene.run(out=tmp_path / "run.H5")
     assert not (tmp_path / "run.H5").exists()
+    with pytest.raises(kt.ArgumentError, match="omit `summary`"):
+        scene.run(summary="-")
+    with pytest.raises(kt.ArgumentError, match="omit `out`"):
+        scene.sweep(pole=[1, 2], out="-")
 
 
 def test_texts_of_a_dict_are_kept_beyond_the_basic_plane():

@@ -271,9 +271,8 @@ class Scene:
         StepError
             The integration failed. ``error.run`` has the records until then.
         """
-        for name, path in (("out", out), ("summary", summary)):
-            if path is not None and os.fspath(path) in ("-", "", "."):
-                raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the results are read back from files; name a file, or omit `out` and `summary`")
+        _check_file("out", out)
+        _check_file("summary", summary)
         if out is not None and os.fsdecode(out).lower().endswith((".h5", ".hdf5")):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", "records in HDF5 are not read back; name a file of CSV, or write HDF5 with "
                                 "scene.command('run', out='FILE.h5')")
@@ -318,6 +317,7 @@ class Scene:
         **values
             As `vary`, for names without a point.
         """
+        _check_file("out", out)
         varied = {**(vary or {}), **values}
         if not varied:
             raise ArgumentError(1, "sweep", "give the values to vary, as in sweep(L=[0.5, 1, 2])")
@@ -522,6 +522,11 @@ def _height(value: Any) -> float:
     if isinstance(value, bool):
         raise ArgumentError(1, "ground", f"expected a height in m, such as 0, got {value!r}")
     return finite(value, "ground")
+
+
+def _check_file(name: str, path: Optional[Path]) -> None:
+    if path is not None and os.fsdecode(path) in ("-", "", "."):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
 
 
 def _json(done: command.Completed) -> Json:
