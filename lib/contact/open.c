@@ -51,8 +51,7 @@ static kt_status reject_released_friction(const kt_model *model, size_t loop, do
                         "simulation, or compile with more contact_switches");
 }
 
-/* The state that is checked; with `kernels`, data with its poses, and with its velocities if `moves`. all: NULL at
- * first. */
+/* The state that is checked; with `kernels`, data with its poses, and with its velocities if `moves`. */
 typedef struct open_contacts {
     const kt_model *all;
     const kt_reduction_kernels *kernels;
@@ -105,22 +104,27 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
     return (on != 0 ? -rate : rate) <= parting ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
 }
 
-kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                                 kt_error *error) {
-    open_contacts c = {.data = data, .t = t, .q = q, .v = v};
+/* Checks open contacts and friction of joints from a loop on. */
+static kt_status check_from(const kt_model *model, open_contacts *c, size_t first, kt_error *error) {
     kt_status status = KT_OK;
-    data->placed = false;
-    for (size_t i = 0; status == KT_OK && KT_HAS_LOOPS && i < model->n.loop; i++) {
-        const bool open = is_open_contact(&model->loop[i]);
+    for (size_t i = first; status == KT_OK && i < model->n.loop; i++) {
         double gap;
-        if (!open && !is_joint_friction(&model->loop[i]))
-            continue;
-        if (c.all == NULL && (c.all = kt_variants_closed(model)) == NULL)
-            return KT_OK;
-        if (!open)
-            status = check_friction(model, c.all, i, t, v, error);
-        else if (touches(&c, i, &gap))
-            status = reject_open_contact(model, i, t, gap, error);
+        if (is_joint_friction(&model->loop[i]))
+            status = check_friction(model, c->all, i, c->t, c->v, error);
+        else if (is_open_contact(&model->loop[i]) && touches(c, i, &gap))
+            status = reject_open_contact(model, i, c->t, gap, error);
     }
     return status;
+}
+
+kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                 kt_error *error) {
+    size_t first = KT_HAS_LOOPS ? 0 : model->n.loop;
+    data->placed = false;
+    while (first < model->n.loop && !is_open_contact(&model->loop[first]) && !is_joint_friction(&model->loop[first]))
+        first++;
+    if (first == model->n.loop)
+        return KT_OK;
+    open_contacts c = {.all = kt_variants_closed(model), .data = data, .t = t, .q = q, .v = v};
+    return c.all != NULL ? check_from(model, &c, first, error) : KT_OK;
 }

@@ -48,14 +48,21 @@ static const double later = 4e-7;
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
-/* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
-static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
+/* The slip velocity s on the side of the direction d in which slip began. Its part across d counts from `still` on. */
+static void keep_side_of_slip(const double s[2], const double d[2], double *x, double *y) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
     const double beyond = fabs(across) > kt_slip_still ? fabs(across) - kt_slip_still : 0.0;
     const double side = copysign(beyond, along < 0.0 ? -across : across);
-    const bool has_begun = d[0] != 0.0 || d[1] != 0.0;
-    const double x = has_begun ? (fabs(along) + kt_slip_still) * d[0] - side * d[1] : s[0];
-    const double y = has_begun ? (fabs(along) + kt_slip_still) * d[1] + side * d[0] : s[1], norm = kt_hypot(x, y);
+    *x = (fabs(along) + kt_slip_still) * d[0] - side * d[1];
+    *y = (fabs(along) + kt_slip_still) * d[1] + side * d[0];
+}
+
+/* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
+static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
+    double x = s[0], y = s[1];
+    if (d[0] != 0.0 || d[1] != 0.0)
+        keep_side_of_slip(s, d, &x, &y);
+    const double norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;
 }

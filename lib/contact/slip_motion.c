@@ -96,7 +96,8 @@ static void follow_link(const kt_model *model, const kt_data *data, const double
         const kt_link_motion *m = &data->motion[i], *up = &data->motion[model->link[i].parent];
         kt_real3 angular, linear;
         position = kt_add3(position, m->offset);
-        velocity = kt_add3(velocity, kt_cross3(up->omega, m->offset));
+        if (model->link[i].parent != 0) /* the ground does not turn */
+            velocity = kt_add3(velocity, kt_cross3(up->omega, m->offset));
         if (kt_link_is_revolute(&model->link[i]))
             continue;
         kt_joint_twist(&model->link[i], up, m, v, &angular, &linear);

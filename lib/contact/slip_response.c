@@ -55,14 +55,16 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
 }
 
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
-    bool all = true;
+    const kt_slip_contact *contact = kt_slip_problem_of(data)->contact, *end = contact + model->n.slip;
     int32_t last = -1; /* contacts of a group follow each other */
-    for (size_t k = 0; k < model->n.slip && all; k++) {
-        const int32_t group = kt_slip_problem_of(data)->contact[k].loop->group;
-        all = group == last || kt_half_has_terms(model, data, (size_t)group);
-        last = group;
+    for (; contact < end; contact++) {
+        if (contact->loop->group == last)
+            continue;
+        last = contact->loop->group;
+        if (!kt_half_has_terms(model, data, (size_t)last))
+            return false;
     }
-    return all;
+    return true;
 }
 
 /* The slot of the normal force in the contact's group; -1: it carries none. */

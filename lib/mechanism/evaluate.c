@@ -36,7 +36,7 @@ static kt_status accelerate_checked(const kt_model *model, kt_data *data, const 
     kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
     data->placed = data->placed && model->n.effect == 0;
     if (status == KT_OK)
-        status = kt_acceleration_trusted(model, data, at, a, error);
+        status = accelerate_trusted(model, data, at, a, error);
     data->placed = false;
     return status;
 }
