@@ -545,7 +545,7 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 /* Names the last effect of the draft, if there is a name. */
 void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
 
-void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
+void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula);
 bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
 /* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */

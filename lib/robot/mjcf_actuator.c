@@ -149,6 +149,20 @@ static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator 
     return true;
 }
 
+static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins);
+static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to);
+
+/* The force of an actuator of a site, whose length is zero, by its activation. */
+static const char *force_at_site(kt_mjcf *m, const kt_element *e, action d) {
+    kt_mjcf_formula to = {.whole = true};
+    d.c[1] = d.c[2] = d.gain[1] = d.gain[2] = 0.0;
+    (void)kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", d.bounds);
+    put_bounded(&to, d.bounds, true);
+    put_force(m, &d, &to);
+    put_bounded(&to, d.bounds, false);
+    return kt_mjcf_keep_formula(m, &to);
+}
+
 /* Takes the activation of an actuator at the start from the numbers of a keyframe. */
 static double next_activation(const kt_mjcf_dynamics *dynamics, const double *numbers, int *used) {
     const int count = kt_mjcf_activations_of(dynamics), first = *used;
@@ -171,7 +185,8 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
     }
     if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_actuator_tag(m, e, "refsite") == NULL && !a.has_active &&
         !a.has_passive) {
-        kt_mjcf_act_at_site(m, e, &a, control);
+        activate(m, e, &a, control, initial, &d);
+        kt_mjcf_act_at_site(m, e, &a, control, d.activation != NULL ? force_at_site(m, e, d) : NULL);
         return;
     }
     if (kt_mjcf_act_in_free(m, e, &a, control) || !find_length_of(m, e, &d))

@@ -25,6 +25,27 @@ static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
 }
 
+/* A wrench on a body, in the axes of the body: the parts of `vectors` times a force by a formula. */
+static void add_driven_wrench(kt_mjcf *m, const kt_element *e, const kt_end *end, const kt_vec3 vectors[2],
+                              const char *force) {
+    const double parts[6] = {vectors[0].x, vectors[0].y, vectors[0].z, vectors[1].x, vectors[1].y, vectors[1].z};
+    kt_effect *effect = kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION);
+    if (effect == NULL)
+        return;
+    effect->between[0].body = end->body;
+    effect->between[0].at = end->at;
+    effect->end_count = 1;
+    effect->frame = KT_FRAME_BODY;
+    for (int k = 0; k < 6; k++) {
+        kt_mjcf_formula to = {.whole = true};
+        kt_mjcf_put_number(&to, parts[k]);
+        kt_mjcf_put(&to, "*");
+        kt_mjcf_put(&to, force);
+        effect->formula[k] = parts[k] != 0.0 ? kt_mjcf_keep_formula(m, &to) : NULL;
+    }
+    kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
+}
+
 static void read_gears(kt_mjcf *m, const kt_element *e, kt_vec3 gears[2]) {
     double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
@@ -42,20 +63,16 @@ static double bounded_force_of(kt_mjcf *m, const kt_element *e, double force) {
 }
 
 /* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
- * length is zero. */
-void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
+ * length is zero. The force is that of the control u, or `formula`, in brackets or as a call, if it is not NULL. */
+void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula) {
     const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
     const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
     double c[3];
     kt_vec3 gears[2];
     read_gears(m, e, gears);
-    kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, control), c);
-    if (c[2] != 0.0)
+    kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, u), c);
+    if (c[2] != 0.0 || (formula != NULL && a->has_affine_gain && a->gain[2] != 0.0))
         kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
-    if (kt_mjcf_is_dynamic(&a->dynamics))
-        kt_unknown_count(&m->changes, "activation of an actuator of a site, whose control acts at once", e);
-    if (a->dynamics.delay > 0.0)
-        kt_unknown_count(&m->changes, "delay of the control of an actuator of a site, which acts at once", e);
     c[0] = bounded_force_of(m, e, c[0]);
     if (site == NULL || site->body == 0)
         return;
@@ -63,8 +80,11 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
         kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a site moves, too", e);
     const kt_end end = {.body = kt_mjcf_body_at(m, site->body)->name, .at = site->pose.position};
     for (int i = 0; i < 2; i++)
-        add_half(m, e, i == 0 ? KT_EFFECT_FORCE : KT_EFFECT_TORQUE, &end, KT_FRAME_BODY,
-                 kt_mat3_apply(site->pose.rotation, gears[i]), c[0]);
+        gears[i] = kt_mat3_apply(site->pose.rotation, gears[i]);
+    for (int i = 0; i < 2 && formula == NULL; i++)
+        add_half(m, e, i == 0 ? KT_EFFECT_FORCE : KT_EFFECT_TORQUE, &end, KT_FRAME_BODY, gears[i], c[0]);
+    if (formula != NULL)
+        add_driven_wrench(m, e, &end, gears, formula);
     kt_left_count(&m->motors, e);
 }
 

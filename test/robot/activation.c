@@ -99,21 +99,24 @@ KT_TEST(activations_of_a_keyframe_need_a_number_each) {
 /* Before the delay of 0.5 s the control is zero; the activation of the second mass leaves its start then. */
 KT_TEST(delayed_controls_act_later) {
     static const char text[] = "<mujoco><option gravity='0 0 0'/><worldbody>" SLIDE("a") SLIDE("b") SLIDE(
-        "c") "</worldbody><actuator>"
+        "c") "<body name='d'><joint name='d' type='slide'/><geom size='.1' mass='2'/><site name='s'/></body>"
+             "</worldbody><actuator>"
              "<motor joint='a' gear='3' delay='.5' nsample='300'/><general joint='b' dyntype='filter' dynprm='.4' "
              "gainprm='3' "
-             "delay='.5' nsample='300'/><position joint='c' kp='8' delay='.5' nsample='300'/></actuator><keyframe>"
-             "<key name='k' ctrl='.7 .7 .2' act='.3'/></keyframe></mujoco>";
+             "delay='.5' nsample='300'/><position joint='c' kp='8' delay='.5' nsample='300'/>"
+             "<motor site='s' gear='0 0 3' delay='.5' nsample='300'/></actuator><keyframe>"
+             "<key name='k' ctrl='.7 .7 .2 .7' act='.3'/></keyframe></mujoco>";
     model_file file;
-    double q[3] = {(double)NAN, (double)NAN, (double)NAN};
+    double q[4] = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     const double t = 1.5, d = 0.5, s = t - d, T = 0.4, at = 0.3 * exp(-d / T);
-    if (!write_model(&file, text) || !run_model(file.path, t, 3, q))
+    if (!write_model(&file, text) || !run_model(file.path, t, 4, q))
         return;
     const double decay = 0.3 * (T * T * exp(-d / T) - T * T + T * d), speed = 0.3 * T * (1.0 - exp(-d / T));
     const double filter = decay + speed * s + 0.7 * s * s / 2.0 + (at - 0.7) * (T * T * exp(-s / T) - T * T + T * s);
     kt_check_near("motor", q[0], 1.5 * 0.7 * s * s / 2.0, 1e-9);
     kt_check_near("filter", q[1], 1.5 * filter, 1e-9);
     kt_check_near("servo", q[2], 0.2 * (1.0 - cos(2.0 * s)), 1e-9);
+    kt_check_near("motor of a site", q[3], 1.5 * 0.7 * s * s / 2.0, 1e-9);
     remove_model(&file);
 }
 
