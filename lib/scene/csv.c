@@ -320,6 +320,36 @@ static bool read_csv_rows(reading *f, const int column[2], const unit *const of[
     return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
 }
 
+/* The unit, other than that of SI, of values in `si` that a name without a unit seems to have: "y (deg)", "y[deg]". It
+ * would not be read, and the numbers would be taken as SI units. NULL: there is none. */
+static const unit *find_unread_unit(cell c, const char *si) {
+    cell in;
+    (void)header_name_of(c, &in);
+    const char last = c.to > c.from ? c.to[-1] : '\0';
+    if (si == NULL || in.to > in.from || (last != ')' && last != ']'))
+        return NULL;
+    const char *open = c.to - 1;
+    while (open > c.from && *open != (last == ')' ? '(' : '['))
+        open--;
+    const unit *of = open > c.from ? find_csv_unit(open + 1, (size_t)(c.to - open) - 2) : NULL;
+    return of != NULL && (of->divided != 1 || of->times != 1) && unit_fits(of, si) ? of : NULL;
+}
+
+/* Rejects a header that seems to have a unit, if the scene does not state one. */
+static bool check_unread_unit(const reading *f, const char *end, int column, const char *stated, const char *key,
+                              const char *si) {
+    const cell c = cell_at(f->begin, end, column);
+    const unit *of = stated == NULL ? find_unread_unit(c, si) : NULL;
+    kt_phrase phrase = {.length = 0};
+    if (of == NULL)
+        return true;
+    kt_phrase_add(
+        &phrase,
+        "the name states a unit that is not read; write [%s] after a blank in the header, or `%s: %s` in the scene",
+        of->name, key, of->name);
+    return fault(f, c.from, phrase.text);
+}
+
 /* The unit of a column measures another quantity than that of the values, with their SI unit. */
 static bool fault_unit(const reading *f, const char *end, int column, const unit *of, const char *si) {
     kt_phrase phrase = {.length = 0};
@@ -345,6 +375,9 @@ static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity q
     of[0] = csv_unit_of(f, end, column[0], choice->time_unit, "time_unit");
     of[1] = of[0] != NULL ? csv_unit_of(f, end, column[1], choice->unit, "unit") : NULL;
     if (of[1] == NULL)
+        return false;
+    if (!check_unread_unit(f, end, column[0], choice->time_unit, "time_unit", "s") ||
+        !check_unread_unit(f, end, column[1], choice->unit, "unit", f->r->scene->unit))
         return false;
     if (!unit_fits(of[0], "s"))
         return fault_unit(f, end, column[0], of[0], "s");

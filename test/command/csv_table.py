@@ -170,6 +170,26 @@ def fitting_units(folder):
     return problems
 
 
+BRACKETS = [  # header, choice, whether the numbers are taken as they are; rows of the position of a joint that turns
+    ("t,y (deg)", ', value: "y (deg)"', False), ("t,y[deg]", ', value: "y[deg]"', False), ("t,y(deg)", ', value: "y(deg)"', False),
+    ("t (ms),y", ', time: "t (ms)", value: y', False), ("t,y (rad)", ', value: "y (rad)"', True), ("t,y[2]", ', value: "y[2]"', True),
+    ("t,y (mean)", ', value: "y (mean)"', True), ("t,y (mm)", ', value: "y (mm)"', True), ("t,y[min]", ', value: "y[min]"', True),
+    ("t,y (deg)", ', value: "y (deg)", unit: rad', True), ("t (ms),y", ', time: "t (ms)", value: y, time_unit: s', True)]
+
+
+def brackets(folder):
+    problems = []
+    for header, choice, taken in BRACKETS:
+        (folder / "scenes/b.csv").write_text(header + "\n0,0\n1,0.5\n")
+        ran = run(folder, DRIVEN.format(position=f"{{table: b.csv{choice}}}", duration=1, interval=0.25))
+        if taken:
+            problems += [] if ran.returncode == 0 and worst(column(folder, "position.rotor"), lambda t: 0.5 * t) <= 1e-12 else [f"{header}: {ran.stderr}"]
+        elif ran.returncode != 2 or "states a unit that is not read" not in ran.stderr:
+            problems.append(f"{header}: status {ran.returncode}, {ran.stderr}")
+    note(f"{len(BRACKETS)} headers")
+    return problems
+
+
 def torques(folder):
     problems = []
     for unit, factor in (("N m", 1), ("N mm", 1e-3), ("N cm", 1e-2), ("mN m", 1e-3), ("kN m", 1e3)):
@@ -186,6 +206,7 @@ with tempfile.TemporaryDirectory() as name:
     claim("clamped_splines_of_files_are_the_polynomials_of_their_rows", polynomials(place))
     claim("columns_have_the_units_of_their_headers_or_of_the_scene", angles(place))
     claim("torques_of_files_have_the_units_of_mechanics", torques(place))
+    claim("a_unit_in_other_brackets_is_not_ignored", brackets(place))
     claim("a_unit_measures_the_quantity_that_the_function_is", fitting_units(place))
     claim("faults_of_files_are_told_with_line_and_column", faults(place))
 finish()
