@@ -91,3 +91,9 @@ def test_copies_of_a_batch_have_its_states():
         batch_next, other_next = (each.step(1e-3, 5, each.rows(each.q), each.rows(each.v)) for each in (batch, other))
         assert all(np.array_equal(a, b) for a, b in zip(batch_next, other_next))
         batch.step(1e-3, 5, Q, 0 * Q)
+
+
+def test_a_body_without_a_joint_is_fixed():
+    arm = kt.Body("arm", joint=kt.revolute("y"), mass=1, shape=kt.rod(to=[1, 0, 0]))
+    scene = kt.mechanism([arm, kt.Body("load", parent=arm, mass=2, com=[1, 0, 0])], gravity=[0, 0, -9.81])
+    assert scene.model.nv == 1 and scene.model.data().mass_matrix()[0, 0] == pytest.approx(1 / 3 + 2)

@@ -97,15 +97,15 @@ class Body:
     Parameters
     ----------
     name : str
-    joint : dict
-        ``kt.revolute("z")``, ``kt.joint.free()``, ...
+    joint : dict, optional
+        ``kt.revolute("z")``, ``kt.joint.free()``, ... Default: fixed, as in a scene.
     parent : str or Body, optional
         Default: the world.
     **values
         Other keys of a body in a scene: ``mass``, ``com``, ``inertia``, ``shape``, ``markers``, ...
     """
 
-    def __init__(self, name: str, joint: Json, parent: Any = None, **values: Any) -> None:
+    def __init__(self, name: str, joint: Optional[Json] = None, parent: Any = None, **values: Any) -> None:
         self.name, self.joint, self.parent, self.values = name, joint, parent, values
 
     def __repr__(self) -> str:
@@ -114,7 +114,8 @@ class Body:
     def as_dict(self) -> Json:
         """The body as the mapping that a scene file has."""
         parent = self.parent.name if isinstance(self.parent, Body) else self.parent
-        return {"name": self.name, "joint": self.joint, **({} if parent is None else {"parent": parent}), **self.values}
+        given = {"name": self.name, "joint": self.joint, "parent": parent}
+        return {**{key: value for key, value in given.items() if value is not None}, **self.values}
 
 
 def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects: Optional[List[Json]] = None,
