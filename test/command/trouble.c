@@ -107,6 +107,22 @@ KT_TEST(report_counts_the_records_that_the_disk_took) {
     kt_expect(0, NULL, "test ! -e o.csv; test ! -e o.csv.partial");
 }
 
+/* A sweep that fills the disk names the file with the finished runs, and how to go on. */
+KT_TEST(sweep_that_fills_the_disk_says_how_to_go_on) {
+    kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml; rm -f w.csv* all.csv*");
+    kt_expect(4,
+              "w.csv.partial holds the finished runs. To go on, free some space and repeat the command with --resume",
+              "trap '' XFSZ; ulimit -f 40; $K sweep p.yaml --vary bodies.link1.mass=1:2:200 --jobs 1 --quiet "
+              "--set simulate.duration=0.1 --out w.csv");
+    kt_expect(0, NULL, "test -s w.csv.partial; test ! -e w.csv");
+    for (int i = 0; i < 2; i++)
+        kt_expect(0, NULL,
+                  "$K sweep p.yaml --vary bodies.link1.mass=1:2:200 --jobs 1 --quiet --set simulate.duration=0.1 "
+                  "--out %s",
+                  i == 0 ? "w.csv --resume" : "all.csv");
+    kt_expect(0, NULL, "cmp w.csv all.csv");
+}
+
 #ifdef KT_HAS_HDF5
 /* The HDF5 file is made at the end. If the disk has no room for it, no message says that it has the records. */
 KT_TEST(hdf5_that_could_not_be_made_is_not_said_to_have_records) {

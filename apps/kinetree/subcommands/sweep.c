@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define KT_AT(member) offsetof(kt_sweep_arguments, member)
@@ -310,6 +311,11 @@ static int write_sweep_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *kee
     kt_interrupt_advise("To go on, repeat the command with --resume");
     code = write_runs(sweep, ranks, file, keep, kt_output_path(&output), out, first, end);
     kt_interrupt_end();
+    struct stat status;
+    if (code == KT_EXIT_INTEGRATION && output.partial != NULL && stat(output.partial, &status) == 0 &&
+        status.st_size > 0)
+        kt_say("sweep: %s holds the finished runs. To go on, free some space and repeat the command with --resume",
+               output.partial);
     if (fclose(file) != 0 && code == KT_EXIT_DONE) {
         kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
         code = KT_EXIT_INTEGRATION;
