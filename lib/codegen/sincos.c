@@ -92,8 +92,10 @@ static const char *const float_lines[] = {
     "}",
 };
 
-/* The type of several angles. Vectors of 64 bytes are not worth it: an Intel processor gives up one of the ports of
- * single numbers while it has one. */
+/* The type of several angles. Vectors of 64 bytes are worth it for many angles: an Intel processor gives up one of the
+ * ports of single numbers while it has one. */
+enum { ANGLES_MANY = 16 };
+
 static const char *const lane_lines[] = {
     "#define SINES_WIDTH 4",
     "#define SINES_TAKE(q, p) {(q)[(p)[0]], (q)[(p)[1]], (q)[(p)[2]], (q)[(p)[3]]}",
@@ -115,6 +117,11 @@ static const char *const lane_lines[] = {
     "#define SINES_ALL (SINES_WIDTH * LANES)",
     "",
 };
+
+static const char eight_angles[] =
+    "#elif defined(__AVX512F__)\n#define SINES_WIDTH 8\n"
+    "#define SINES_TAKE(q, p) \\\n"
+    "    {(q)[(p)[0]], (q)[(p)[1]], (q)[(p)[2]], (q)[(p)[3]], (q)[(p)[4]], (q)[(p)[5]], (q)[(p)[6]], (q)[(p)[7]]}\n";
 
 /* A sum of squares finds whether any angle may be wide. */
 static const char *const common_lines[] = {
@@ -162,8 +169,8 @@ void kt_code_print_sincos(FILE *file, const char *name, const kt_model *model) {
     fprintf(file,
             "/* ---- sines and cosines ---- */\n\n"
             "#if defined(%s_LANES) || !(defined(__SSE2__) || defined(__aarch64__))\n#define SINES_WIDTH 1\n"
-            "#define SINES_TAKE(q, p) (q)[(p)[0]]\n#elif defined(__AVX__) || defined(%s_FLOAT)\n",
-            name, name);
+            "#define SINES_TAKE(q, p) (q)[(p)[0]]\n%s#elif defined(__AVX__) || defined(%s_FLOAT)\n",
+            name, model->n.angle >= ANGLES_MANY ? eight_angles : "", name);
     kt_code_print_lines(file, lane_lines, sizeof lane_lines / sizeof *lane_lines);
     fprintf(file, "#ifdef %s_FLOAT\n\n", name);
     kt_code_print_lines(file, float_lines, sizeof float_lines / sizeof *float_lines);
