@@ -32,33 +32,18 @@ typedef struct code_pivot {
 typedef struct code_body {
     kt_code_moving moving;
     code_articulated own;
-    kt_op3 turning, carried; /* accelerations that the velocities cause: in the link's axes, and at rest */
     code_pivot pivot[KT_DOF_MAX];
 } code_body;
 
-/* ---- velocities -------------------------------------------------------------------------------------------------- */
+/* ---- without accelerations of joints ----------------------------------------------------------------------------- */
 
-static void start_body(kt_code_tree *tree, int i, code_body *all) {
+/* A link with its own inertia, and the wrench that it takes without accelerations of joints. */
+static void start_body(kt_code_tree *tree, int i, const kt_code_moving *moving, code_body *b) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
-    code_body *b = &all[i];
-    const kt_code_moving *p = &all[l->parent].moving;
-    kt_code_moving *m = &b->moving;
-    kt_op3 spin, shift;
-    kt_graph_section(g, "%s: velocity of link %d in its own axes\nw = R'w_p + s v", l->name, i);
-    m->frame = kt_code_frame_of(tree, i);
-    kt_code_rates(tree, i, KT_OP_RATE, &spin, &shift);
-    const kt_op3 omega = kt_code_rest_down(g, &m->frame, p->omega), before = kt_code_from_rest(g, &m->frame, omega);
-    const kt_op3 centripetal = kt_code_rest_down(g, &m->frame, kt_op33_apply(g, &p->u, m->frame.offset));
-    b->carried = kt_op3_add(g, centripetal, kt_op3_cross(g, kt_op3_scale(g, kt_op_number(g, 2.0), omega), shift));
-    b->turning = kt_op3_cross(g, before, spin);
-    m->omega = kt_op3_add(g, before, spin);
-    m->alpha = kt_op3_zero(g);
-    kt_op3_name(g, m->omega, "w", i);
-    kt_code_multiply_rates(g, m);
-    kt_graph_section(g, "%s: wrench of the velocities alone, n = w x J w,  f = w x (w x h)", l->name);
-    b->own.n = kt_code_spin_moment(g, l, m);
-    b->own.f = kt_op33_apply(g, &m->u, l->moment);
+    b->moving = *moving;
+    b->own.n = moving->moment;
+    b->own.f = moving->force;
     b->own.j = l->inertia;
     b->own.m = b->own.j;
     for (int k = 0; k < 6; k++)
@@ -146,15 +131,6 @@ static void eliminate_kind(kt_code_tree *tree, int i, bool turns, code_body *b, 
 
 /* ---- to the parent ----------------------------------------------------------------------------------------------- */
 
-/* Adds what accelerations cause: n = J al + H a, f = H' al + M a. */
-static void add_motion(kt_graph *g, code_articulated *x, kt_op3 alpha, kt_op3 linear) {
-    const kt_op3 h_a = kt_op33_apply(g, &x->h, linear), n = kt_op3_add(g, kt_op6_apply(g, &x->j, alpha), h_a);
-    const kt_op3 m_a = kt_op6_apply(g, &x->m, linear);
-    const kt_op3 f = kt_op3_add(g, kt_op33_apply_transposed(g, &x->h, alpha), m_a);
-    x->n = kt_op3_add(g, x->n, n);
-    x->f = kt_op3_add(g, x->f, f);
-}
-
 /* Moves the origin by -r: with a = a' + al x r, H' = H + [r] M and J' = J - H [r] + [r] H' - [r] M [r]. */
 static void shift_articulated(kt_graph *g, code_articulated *x, kt_op3 r) {
     kt_op33 half, mean;
@@ -194,7 +170,6 @@ static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_gu
     code_articulated *x = &all[i].own, *p = &all[l->parent].own;
     kt_graph_section(g, "%s: U = A s,  D = s . U + armature,  A -= U U' / D,  wrench += U y / D", l->name);
     eliminate_kind(tree, i, true, &all[i], guard);
-    add_motion(g, x, all[i].turning, kt_op3_zero(g));
     const bool translates = kt_code_motion(l) == KT_MOTION_PRISMATIC || kt_code_motion(l) == KT_MOTION_FREE;
     if (!translates && l->parent == 0)
         return;
@@ -203,7 +178,6 @@ static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_gu
     eliminate_kind(tree, i, false, &all[i], guard);
     if (l->parent == 0)
         return;
-    add_motion(g, x, kt_op3_zero(g), all[i].carried);
     rotate_articulated(g, frame, false, x);
     shift_articulated(g, x, frame->offset);
     p->j = kt_op6_add(g, &p->j, &x->j);
@@ -232,7 +206,12 @@ static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body 
         const bool is_plain = kt_op_is(g, *coefficient, 1.0);
         if (is_plain) /* own + qdd = y / D - the other products */
             *coefficient = kt_op_number(g, 0.0);
-        const kt_op rest = kt_op_subtract(g, pivot->y, kt_op3_add_dots(g, n, *alpha, f, *linear));
+        const int x = (k + 1) % 3, y = (k + 2) % 3;
+        const kt_op along = kt_op_add_products(g, n.x[k], alpha->x[k], f.x[k], linear->x[k]);
+        const kt_op turned = kt_op_add_products(g, n.x[x], alpha->x[x], n.x[y], alpha->x[y]);
+        const kt_op moved = kt_op_add_products(g, f.x[x], linear->x[x], f.x[y], linear->x[y]);
+        const kt_op early = kt_op_subtract(g, kt_op_subtract(g, pivot->y, along), turned);
+        const kt_op rest = kt_op_subtract(g, early, moved); /* the last to be known: two rotations make them */
         a[l->link->v + d] = is_plain ? kt_op_subtract(g, rest, *own) : rest;
         *own = is_plain ? rest : kt_op_add(g, *own, rest);
         if (turns)
@@ -245,35 +224,32 @@ static void respond_body(kt_code_tree *tree, int i, code_body *all, kt_op *a) {
     const kt_code_link *l = &tree->link[i];
     const kt_code_moving *p = &all[l->parent].moving;
     kt_code_moving *m = &all[i].moving;
-    kt_graph_section(g, "%s: acceleration (y - U . (al, a)) / D", l->name);
+    kt_graph_section(g, "%s: acceleration (y - U . (al, a)) / D; al, a: besides those above", l->name);
     const kt_op3 point = kt_op3_add(g, p->linear, kt_op3_cross(g, p->alpha, m->frame.offset));
-    kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, point), all[i].carried);
+    kt_op3 linear = kt_code_rest_down(g, &m->frame, point);
     kt_op3 alpha = kt_code_rest_down(g, &m->frame, p->alpha);
     respond_kind(tree, i, false, &all[i], &alpha, &linear, a);
     m->linear = kt_code_from_rest(g, &m->frame, linear);
-    m->alpha = kt_op3_add(g, kt_code_from_rest(g, &m->frame, alpha), all[i].turning);
+    m->alpha = kt_code_from_rest(g, &m->frame, alpha);
     respond_kind(tree, i, true, &all[i], &m->alpha, &m->linear, a);
-    kt_op3_name(g, m->alpha, "al", i);
-    kt_op3_name(g, m->linear, "a", i);
+    kt_op3_name(g, m->alpha, "dal", i);
+    kt_op3_name(g, m->linear, "da", i);
 }
 
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     code_body *all = calloc((size_t)tree->link_count, sizeof *all);
-    if (all == NULL) {
-        g->failed = true;
+    kt_code_moving *moving = calloc((size_t)tree->link_count, sizeof *moving);
+    g->failed |= all == NULL || moving == NULL;
+    if (g->failed) {
+        free(all);
+        free(moving);
         return;
     }
-    kt_code_moving *ground = &all[0].moving;
-    ground->omega = ground->alpha = kt_op3_zero(g);
-    for (int k = 0; k < 3; k++)
-        ground->linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
-    kt_code_multiply_rates(g, ground);
-    kt_graph_pass(g);
-    for (int i = 1; i < tree->link_count; i++) {
-        kt_graph_step(g);
-        start_body(tree, i, all);
-    }
+    kt_code_move_links(tree, false, moving);
+    for (int i = 0; i < tree->link_count; i++)
+        start_body(tree, i, &moving[i], &all[i]);
+    all[0].moving.alpha = all[0].moving.linear = kt_op3_zero(g); /* it has its acceleration already */
     kt_graph_pass(g);
     for (int i = tree->link_count - 1; i > 0; i--) {
         kt_graph_step(g);
@@ -286,4 +262,5 @@ void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *gu
     }
     kt_graph_pass(g);
     free(all);
+    free(moving);
 }

@@ -204,6 +204,21 @@ static bool may_have_loops(const kt_code_tree *tree, int k, const kt_code_functi
     return is_recursion && n.multiply + n.add > KEEPS_SIGNS_FROM;
 }
 
+/* Makes the nodes of a function again, such that equal links have equal operations. */
+static bool fill_for_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+    kt_code_tree turned;
+    kt_graph *g = tree->graph;
+    bool fine = kt_code_tree_turn(&turned, tree);
+    g->keeps_signs = true;
+    g->scope++;
+    fine = fine && fill_any(turned.is_uniform ? &turned : tree, k, work, f);
+    if (fine && !g->failed)
+        factor_function(g, f);
+    g->keeps_signs = false;
+    kt_code_tree_free_turned(&turned);
+    return fine;
+}
+
 bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
     const size_t nv = tree->model->n.v;
     const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
@@ -217,14 +232,8 @@ bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_fun
     if (fine && !tree->graph->failed)
         factor_function(tree->graph, f);
     f->may_roll = fine && !tree->graph->failed && rows == 0 && may_have_loops(tree, k, f);
-    if (f->may_roll) {
-        tree->graph->keeps_signs = true;
-        tree->graph->scope++;
-        fine = fill_any(tree, k, work, f);
-        if (fine && !tree->graph->failed)
-            factor_function(tree->graph, f);
-        tree->graph->keeps_signs = false;
-    }
+    if (f->may_roll)
+        fine = fill_for_loops(tree, k, work, f);
     free(work);
     return fine && !tree->graph->failed;
 }

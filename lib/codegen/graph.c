@@ -185,6 +185,10 @@ kt_op kt_op_negate(kt_graph *g, kt_op a) {
     return is_free_sign(g, a) ? g->node[a].a : find_operation(g, KT_OP_NEGATE, a, -1);
 }
 
+kt_op kt_op_opaque(kt_graph *g, kt_op a) {
+    return kt_op_is_constant(g, a) ? a : find_operation(g, KT_OP_ADD, a, kt_op_number(g, 0.0));
+}
+
 /* Replaces a node by its absolute part, and returns whether it had a negative sign. */
 static bool take_sign(kt_graph *g, kt_op *a) {
     const kt_op_node *n = &g->node[*a];

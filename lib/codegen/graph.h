@@ -124,6 +124,8 @@ kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b);
 kt_op kt_op_divide(kt_graph *g, kt_op a, kt_op b);
+/* a + 0, which is not simplified: an opaque number. Numbers that are made opaque in equal order have equal order. */
+kt_op kt_op_opaque(kt_graph *g, kt_op a);
 kt_op kt_op_negate(kt_graph *g, kt_op a);
 kt_op kt_op_scale(kt_graph *g, double s, kt_op a);
 /* a b + c d, and a b - c d */

@@ -1,4 +1,4 @@
-/* Origins of links.
+/* Origins and axes of links.
  *
  * The origin of a link may lie anywhere on the axis e of its joint. At the distance d from where the model has it,
  *
@@ -12,6 +12,13 @@
  * Source: Denavit & Hartenberg 1955, where one more component vanishes by a rotation about the axis.
  */
 #include "codegen/tree.h"
+
+#include <stdlib.h>
+
+enum {
+    CHAIN_LEAST = 16, /* links: a loop over fewer ones fills few vectors */
+    FIRST_LIKE = 3    /* link; those before have more zeros */
+};
 
 /* The coordinate of the parent's axes along which the axis of a joint points, and its sign; -1: there is none. */
 static int axis_in_parent(const kt_code_tree *tree, int i, double *sign) {
@@ -106,4 +113,80 @@ void kt_code_tree_place_origins(kt_code_tree *tree) {
         if (!kt_op_is(g, best, 0.0))
             move_origin(tree, i, row, sign, best);
     }
+}
+
+/* ---- axes -------------------------------------------------------------------------------------------------------- */
+
+/* Component k of a turned link was this one. */
+static int component_before(const kt_code_link *l, int k) {
+    return l->link != NULL && has_axis(l) ? (l->link->axis + 1 + k) % 3 : k;
+}
+
+static kt_op3 turn_vector(kt_graph *g, const kt_code_link *l, kt_op3 v) {
+    kt_op3 out;
+    for (int k = 0; k < 3; k++)
+        out.x[k] = kt_op_opaque(g, v.x[component_before(l, k)]);
+    return out;
+}
+
+/* Turns a link. parent: before it is turned. */
+static void turn_axes(kt_graph *g, const kt_code_link *from, const kt_code_link *parent, kt_link *record,
+                      kt_code_link *to) {
+    *to = *from;
+    to->moment = turn_vector(g, from, from->moment);
+    to->at = turn_vector(g, parent, from->at);
+    for (int i = 0; i < 3; i++) {
+        to->rest.row[i] = turn_vector(g, from, from->rest.row[component_before(parent, i)]);
+        for (int k = i; k < 3; k++)
+            to->inertia.x[kt_op6_index(i, k)] =
+                kt_op_opaque(g, from->inertia.x[kt_op6_index(component_before(from, i), component_before(from, k))]);
+    }
+    to->is_rotated = false;
+    for (int i = 0; i < 3; i++)
+        to->is_rotated |= !kt_op_is(g, to->rest.row[i].x[i], 1.0);
+    *record = *from->link;
+    record->axis = has_axis(from) ? 2 : record->axis;
+    record->rest = 0; /* its place is relative to the original */
+    to->link = record;
+}
+
+/* Whether two numbers are both parameters, or one constant. */
+static bool are_like_numbers(const kt_graph *g, const kt_op *a, const kt_op *b, int count) {
+    bool are_like = true;
+    for (int k = 0; k < count; k++)
+        are_like &= a[k] == b[k] || (!kt_op_is_constant(g, a[k]) && !kt_op_is_constant(g, b[k]));
+    return are_like;
+}
+
+/* Whether equal operations compute two links. */
+static bool are_like_links(const kt_graph *g, const kt_code_link *a, const kt_code_link *b) {
+    bool are_like = a->link->motion == b->link->motion && a->link->axis == b->link->axis;
+    for (int k = 0; k < 3; k++)
+        are_like &= are_like_numbers(g, a->rest.row[k].x, b->rest.row[k].x, 3);
+    return are_like && are_like_numbers(g, a->at.x, b->at.x, 3) && are_like_numbers(g, a->moment.x, b->moment.x, 3) &&
+           are_like_numbers(g, a->inertia.x, b->inertia.x, 6) && are_like_numbers(g, &a->mass, &b->mass, 1) &&
+           are_like_numbers(g, a->armature, b->armature, kt_link_dofs(a->link));
+}
+
+bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree) {
+    const int count = tree->link_count;
+    *turned = *tree;
+    turned->link = malloc((size_t)count * sizeof *turned->link);
+    turned->record = malloc((size_t)count * sizeof *turned->record);
+    turned->is_uniform = count > CHAIN_LEAST;
+    if (turned->link == NULL || turned->record == NULL)
+        return false;
+    turned->link[0] = tree->link[0];
+    for (int i = 1; i < count; i++) {
+        turn_axes(tree->graph, &tree->link[i], &tree->link[tree->link[i].parent], &turned->record[i], &turned->link[i]);
+        turned->is_uniform &= tree->link[i].parent == i - 1;
+        if (i > FIRST_LIKE && i < count - 1)
+            turned->is_uniform &= are_like_links(tree->graph, &turned->link[FIRST_LIKE], &turned->link[i]);
+    }
+    return true;
+}
+
+void kt_code_tree_free_turned(kt_code_tree *turned) {
+    free(turned->link);
+    free(turned->record);
 }

@@ -119,7 +119,8 @@ static void read_from_outside(kt_code_printer *p, kt_op i) {
     if (kt_code_is_leaf(p, i))
         return;
     if (r->loop[i] >= 0) {
-        (void)kt_code_roll_column(r, i);
+        if (!kt_code_roll_is_left(r, i))
+            (void)kt_code_roll_column(r, i);
         keep_in_loop(p, &r->plan[r->loop[i]], kt_code_roll_local(r, i));
     } else if (!is_sign(p, i)) {
         p->width[i] = 0;
@@ -211,7 +212,7 @@ static void read_across_loops(kt_code_printer *p, const kt_code_function *f) {
     }
 }
 
-/* Makes room for the prepared numbers of loops, each in a row of its iteration. */
+/* Makes room for the prepared numbers of loops, one for each iteration. */
 static bool prepare_loops(kt_code_printer *p) {
     for (int k = 0; k < p->roll.plan_count; k++) {
         kt_code_loop_plan *l = &p->roll.plan[k];
@@ -224,7 +225,7 @@ static bool prepare_loops(kt_code_printer *p) {
         l->prepared = p->prepared_count;
         for (int s = 0; s < l->slot_count; s++)
             for (int i = 0; i < l->count && l->slot[s].kind == KT_SLOT_PREPARED; i++) {
-                const int to = l->prepared + i * l->prepared_count + l->slot[s].base;
+                const int to = kt_code_roll_prepared(l, l->slot[s].base, i);
                 p->list[to] = l->slot[s].cell[i];
                 if (p->prepared[l->slot[s].cell[i]] < 0)
                     p->prepared[l->slot[s].cell[i]] = to;
@@ -248,10 +249,10 @@ static void note_reads(kt_code_printer *p, kt_op i, int part) {
     if (kt_code_is_leaf(p, i)) {
         if (n->kind != KT_OP_CONSTANT)
             p->needs[part] |= 1 << (n->kind == KT_OP_INPUT ? n->a : CODE_PREPARED);
-    } else if (p->roll.loop[i] >= 0) {
+    } else if (p->roll.loop[i] >= 0 && !kt_code_roll_is_left(&p->roll, i)) {
         p->needs[part] |= 1 << CODE_PLACES;
         hold_columns(&p->roll.plan[p->roll.loop[i]], part);
-    } else if (p->width[i] == 0) {
+    } else if (p->width[i] == 0 || p->roll.loop[i] >= 0) {
         if (p->part[i] == part)
             return;
         p->place[i] = part > p->place[i] ? part : p->place[i];
@@ -386,7 +387,7 @@ static void place_columns(kt_code_printer *p) {
 
 int kt_code_place(const kt_code_printer *p, kt_op i) {
     const int loop = kt_code_loop_of(p, i);
-    if (loop < 0)
+    if (loop < 0 || kt_code_roll_is_left(&p->roll, i))
         return p->place[i];
     const kt_code_loop_plan *l = &p->roll.plan[loop];
     return kt_code_roll_place(l, l->column[kt_code_roll_local(&p->roll, i)], kt_code_roll_iteration(&p->roll, i));

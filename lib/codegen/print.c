@@ -183,7 +183,7 @@ static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i)
     if (s->kind == KT_SLOT_INPUT)
         print_index(p, name_of_input(p, &p->graph->node[i]), s->base, s->step);
     else if (s->kind == KT_SLOT_PREPARED)
-        print_index(p, "k", own->prepared + s->base, own->prepared_count);
+        print_index(p, "k", kt_code_roll_prepared(own, s->base, 0), kt_code_roll_prepared_stride(own));
     else if (s->kind == KT_SLOT_CARRIED)
         fprintf(p->file, "carried%d", (int)s->base);
     else if (s->kind == KT_SLOT_SAME)
@@ -425,6 +425,12 @@ static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, 
     for (int k = 0; k < l->slot_count; k++)
         p->slot[l->slot[k].cell[1]] = NULL;
     fputs("    }\n", p->file);
+    for (int k = 0; k < l->slot_count; k++) {
+        const kt_code_slot *s = &l->slot[k];
+        const kt_op last = s->kind == KT_SLOT_CARRIED ? kt_code_roll_node(&p->roll, l, l->count - 1, s->base) : -1;
+        if (last >= 0 && p->place[last] >= 0 && kt_code_roll_is_left(&p->roll, last))
+            fprintf(p->file, "    w[%d] = carried%d;\n", (int)p->place[last], (int)s->base);
+    }
 }
 
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {

@@ -93,29 +93,33 @@ void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m) {
 
 /* ---- inverse dynamics -------------------------------------------------------------------------------------------- */
 
-/* The motion of link i from its parent's. */
-static void move_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_moving *all) {
+/* The rotation of link i from its parent's. The member `linear` becomes what the joint adds to the acceleration. */
+static void turn_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
     kt_code_moving *m = &all[i];
     const kt_code_moving *p = &all[tree->link[i].parent];
     kt_op3 spin, shift, turn = kt_op3_zero(g), gain = turn;
-    m->frame = kt_code_frame_of(tree, i);
     kt_code_rates(tree, i, KT_OP_RATE, &spin, &shift);
     if (has_acceleration)
         kt_code_rates(tree, i, KT_OP_GIVEN, &turn, &gain);
     const kt_op3 omega = kt_code_rest_down(g, &m->frame, p->omega);
     const kt_op3 before = kt_code_from_rest(g, &m->frame, omega);
-    const kt_op3 carried = kt_op3_add(g, p->linear, kt_op33_apply(g, &p->u, m->frame.offset));
     const kt_op3 coriolis = kt_op3_cross(g, kt_op3_scale(g, kt_op_number(g, 2.0), omega), shift);
-    gain = kt_op3_add(g, coriolis, gain);
-    const kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, carried), gain);
+    m->linear = kt_op3_add(g, coriolis, gain);
     m->omega = kt_op3_add(g, before, spin);
     turn = kt_op3_add(g, kt_op3_cross(g, before, spin), turn);
     m->alpha = kt_op3_add(g, kt_code_down(g, &m->frame, p->alpha), turn);
-    m->linear = kt_code_from_rest(g, &m->frame, linear);
-    kt_code_multiply_rates(g, m);
     kt_op3_name(g, m->omega, "w", i);
     kt_op3_name(g, m->alpha, "al", i);
+}
+
+/* The acceleration of its origin. */
+static void shift_link(kt_code_tree *tree, int i, kt_op3 u_r, kt_code_moving *all) {
+    kt_graph *g = tree->graph;
+    kt_code_moving *m = &all[i];
+    const kt_op3 carried = kt_op3_add(g, all[tree->link[i].parent].linear, u_r);
+    const kt_op3 linear = kt_op3_add(g, kt_code_rest_down(g, &m->frame, carried), m->linear);
+    m->linear = kt_code_from_rest(g, &m->frame, linear);
     kt_op3_name(g, m->linear, "a", i);
 }
 
@@ -137,27 +141,97 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
     return out;
 }
 
-void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all, kt_op *tau) {
+/* The wrench that link i takes, without the moment of its acceleration. */
+static void load_link(kt_code_tree *tree, int i, kt_code_moving *m) {
+    m->force = kt_op33_apply(tree->graph, &m->u, tree->link[i].moment);
+    m->moment = kt_code_spin_moment(tree->graph, &tree->link[i], m);
+}
+
+/* Adds the wrench of the acceleration of its origin. */
+static void load_shift(kt_code_tree *tree, int i, kt_code_moving *m) {
     kt_graph *g = tree->graph;
-    all[0].omega = all[0].alpha = all[0].force = all[0].moment = kt_op3_zero(g);
-    for (int k = 0; k < 3; k++)
-        all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
-    kt_code_multiply_rates(g, &all[0]);
+    const kt_code_link *l = &tree->link[i];
+    const kt_op3 h_a = kt_op3_cross(g, l->moment, m->linear);
+    m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), m->force);
+    m->moment = kt_op3_add(g, m->moment, h_a);
+}
+
+/* The motion of all links and their own wrenches, link by link. */
+static void move_tree(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
+    kt_graph *g = tree->graph;
     kt_graph_pass(g);
     for (int i = 1; i < tree->link_count; i++) {
-        const kt_code_link *l = &tree->link[i];
         kt_code_moving *m = &all[i];
         kt_graph_step(g);
         kt_graph_section(g,
                          "%s: motion of link %d in its own axes\n"
                          "w = R'w_p + s v,  al = R'al_p + R'w_p x s v%s,  a = R'(a_p + al_p x r + w_p x (w_p x r))",
-                         l->name, i, has_acceleration ? " + s a" : "");
-        move_link(tree, i, has_acceleration, all);
-        kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", l->name);
-        const kt_op3 u_h = kt_op33_apply(g, &m->u, l->moment), h_a = kt_op3_cross(g, l->moment, m->linear);
-        m->force = kt_op3_add(g, kt_op3_scale(g, l->mass, m->linear), u_h);
-        m->moment = kt_op3_add(g, kt_code_spin_moment(g, l, m), h_a);
+                         tree->link[i].name, i, has_acceleration ? " + s a" : "");
+        m->frame = kt_code_frame_of(tree, i);
+        const kt_op3 u_r = kt_op33_apply(g, &all[tree->link[i].parent].u, m->frame.offset);
+        turn_link(tree, i, has_acceleration, all);
+        shift_link(tree, i, u_r, all);
+        kt_code_multiply_rates(g, m);
+        kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", tree->link[i].name);
+        load_link(tree, i, m);
+        load_shift(tree, i, m);
     }
+}
+
+/* The same for a chain: all that no link waits for is a pass of its own, whose loop a compiler turns into vectors. */
+static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
+    kt_graph *g = tree->graph;
+    kt_op3 *u_r = calloc((size_t)tree->link_count, sizeof *u_r);
+    g->failed |= u_r == NULL;
+    kt_graph_pass(g);
+    for (int i = 1; i < tree->link_count && !g->failed; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: rotation of link %d in its own axes\nw = R'w_p + s v,  al = R'al_p + R'w_p x s v%s",
+                         tree->link[i].name, i, has_acceleration ? " + s a" : "");
+        all[i].frame = kt_code_frame_of(tree, i);
+        turn_link(tree, i, has_acceleration, all);
+    }
+    kt_graph_pass(g);
+    for (int i = 0; i < tree->link_count && !g->failed; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: U = [al] + [w][w],  f = U h,  n = J al + w x J w;  U r for the next link",
+                         i > 0 ? tree->link[i].name : "ground");
+        kt_code_multiply_rates(g, &all[i]);
+        if (i > 0)
+            load_link(tree, i, &all[i]);
+        if (i + 1 < tree->link_count)
+            u_r[i + 1] = kt_op33_apply(g, &all[i].u, all[i + 1].frame.offset);
+    }
+    kt_graph_pass(g);
+    for (int i = 1; i < tree->link_count && !g->failed; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: acceleration of link %d in its own axes\na = R'(a_p + U_p r)", tree->link[i].name, i);
+        shift_link(tree, i, u_r[i], all);
+    }
+    kt_graph_pass(g);
+    for (int i = 1; i < tree->link_count && !g->failed; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: f += m a,  n += h x a", tree->link[i].name);
+        load_shift(tree, i, &all[i]);
+    }
+    free(u_r);
+}
+
+void kt_code_move_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
+    kt_graph *g = tree->graph;
+    all[0].omega = all[0].alpha = all[0].force = all[0].moment = kt_op3_zero(g);
+    for (int k = 0; k < 3; k++)
+        all[0].linear.x[k] = kt_op_negate(g, tree->gravity.x[k]);
+    kt_code_multiply_rates(g, &all[0]);
+    if (tree->is_uniform)
+        move_chain(tree, has_acceleration, all);
+    else
+        move_tree(tree, has_acceleration, all);
+}
+
+void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all, kt_op *tau) {
+    kt_graph *g = tree->graph;
+    kt_code_move_links(tree, has_acceleration, all);
     kt_graph_pass(g);
     for (int i = tree->link_count - 1; i > 0; i--) {
         const kt_code_link *l = &tree->link[i];

@@ -19,6 +19,9 @@ void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m);
 /* J al + w x J w */
 kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_moving *m);
 
+/* The motion of all links, with the accelerations KT_OP_GIVEN or none, and the wrench that each takes alone. The ground
+ * accelerates against gravity. */
+void kt_code_move_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all);
 /* tau = M a + h for the accelerations KT_OP_GIVEN; or h alone. */
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
 /* The same, with the motion of all links, and the wrench on each one and all that it carries. */

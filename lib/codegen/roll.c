@@ -124,6 +124,19 @@ static bool is_carried(const kt_code_roll *r, const kt_code_loop_plan *l, const 
     return true;
 }
 
+/* Whether a slot is the node of the same iteration further back, which its column keeps. */
+static bool is_further_back(const kt_code_roll *r, const kt_code_loop_plan *l, const kt_op *cell) {
+    int back = 0;
+    while (back < l->count && r->at[cell[back]] < l->start)
+        back++;
+    if (back < 2 || back == l->count || r->at[cell[back]] >= l->start + l->size)
+        return false;
+    for (int i = back; i < l->count; i++)
+        if (cell[i] != kt_code_roll_node(r, l, i - back, r->at[cell[back]] - l->start))
+            return false;
+    return true;
+}
+
 static bool is_in_steps_of_input(const kt_graph *g, const kt_op *cell, int count) {
     const kt_op_node *first = &g->node[cell[0]], *second = &g->node[cell[1]];
     for (int i = 0; i < count; i++) {
@@ -174,6 +187,17 @@ static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
         r->copy[r->copy_count++] = copy;
 }
 
+bool kt_code_roll_is_left(const kt_code_roll *r, kt_op i) {
+    const kt_code_loop_plan *l = &r->plan[r->loop[i]];
+    const int local = kt_code_roll_local(r, i);
+    bool is_carried = false;
+    if (l->column[local] >= 0 || l->count < KT_ROLL_WIDE || kt_code_roll_iteration(r, i) < l->count - 1)
+        return false;
+    for (int k = 0; k < l->slot_count; k++)
+        is_carried |= l->slot[k].kind == KT_SLOT_CARRIED && l->slot[k].base == local;
+    return is_carried;
+}
+
 int kt_code_roll_column(kt_code_roll *r, kt_op i) {
     kt_code_loop_plan *l = &r->plan[r->loop[i]];
     int32_t *column = &l->column[kt_code_roll_local(r, i)];
@@ -187,10 +211,10 @@ static void place_slot(kt_code_roll *r, int32_t own, kt_code_slot *s) {
     const int count = r->plan[own].count;
     for (int first = 0; first < count; first++) {
         const int32_t loop = r->loop[s->cell[first]];
-        if (loop < 0 || loop == own)
+        if (loop < 0)
             continue;
         const int32_t local = kt_code_roll_local(r, s->cell[first]), row = kt_code_roll_iteration(r, s->cell[first]);
-        for (int step = 1; step >= -1; step -= 2) {
+        for (int step = 1; step >= (loop == own ? 1 : -1); step -= 2) {
             if (!is_column(r, loop, local, step, row - step * first, s->cell, count))
                 continue;
             s->loop = loop;
@@ -238,11 +262,11 @@ static bool classify_slot(const kt_code_roll *r, const kt_graph *g, kt_code_loop
         s->kind = KT_SLOT_CARRIED;
         return true;
     }
+    bool is_before = true;
     for (int i = 0; i < l->count; i++)
-        if (r->at[s->cell[i]] >= l->start)
-            return false;
+        is_before &= r->at[s->cell[i]] < l->start;
     s->kind = KT_SLOT_COLUMN;
-    return true;
+    return is_before || is_further_back(r, l, s->cell);
 }
 
 /* Adds the nodes of an operand. Returns false if two operands are equal in the pattern, but not in all iterations. */
@@ -351,7 +375,7 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
     const int32_t own = r->plan_count;
     kt_code_loop_plan *l = &r->plan[r->plan_count++];
     kt_op *cell = malloc((size_t)count * sizeof *cell);
-    *l = (kt_code_loop_plan){.start = start, .size = size, .count = count, .last_row = count - 1, .is_wide = true};
+    *l = (kt_code_loop_plan){.start = start, .size = size, .count = count, .last_row = count - 1};
     l->column = malloc((size_t)size * sizeof *l->column);
     l->is_written = calloc((size_t)size, sizeof *l->is_written);
     r->failed |= cell == NULL || l->column == NULL || l->is_written == NULL;
@@ -361,20 +385,22 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
         fine = read_node(r, g, l, local, cell);
     }
     fine = fine && read_guards(r, l, guard, guard_count, cell);
+    bool recurs = false;
     for (int k = 0; fine && k < l->slot_count; k++) {
         fine = classify_slot(r, g, l, &l->slot[k]);
-        l->is_wide &= l->slot[k].kind != KT_SLOT_CARRIED;
+        recurs |= l->slot[k].kind == KT_SLOT_CARRIED;
     }
+    l->is_wide = !recurs || count >= KT_ROLL_WIDE;
     free(cell);
     if (!fine) {
         drop_plan(r);
         return false;
     }
+    for (int32_t at = start; at < start + size * count; at++)
+        r->loop[r->order[at]] = own;
     for (int k = 0; k < l->slot_count; k++)
         if (l->slot[k].kind == KT_SLOT_COLUMN)
             place_slot(r, own, &l->slot[k]);
-    for (int32_t at = start; at < start + size * count; at++)
-        r->loop[r->order[at]] = own;
     return true;
 }
 

@@ -4,6 +4,8 @@
 
 #include "codegen/recursion.h"
 
+enum { KT_ROLL_WIDE = 8 /* iterations: fewer ones do not fill a vector */ };
+
 /* An operand of a loop that is not computed in the same iteration. */
 typedef enum kt_code_slot_kind {
     KT_SLOT_SAME,     /* one node in all iterations */
@@ -29,7 +31,7 @@ typedef struct kt_code_loop_plan {
     int32_t *column;  /* of each node of an iteration; -1: none */
     bool *is_written; /* whether it is written to the outputs at once */
     int32_t column_count, first_row, last_row;
-    bool is_wide;                  /* no iteration waits for another: columns are contiguous, for vectors */
+    bool is_wide;                  /* columns are contiguous, for vectors: of this loop, or of those that read them */
     int32_t place;                 /* of the first row, in the array of places */
     int32_t first_part, last_part; /* that write or read rows: beyond them, the places are free */
     int32_t prepared;              /* the first prepared number */
@@ -75,6 +77,10 @@ static inline int kt_code_roll_local(const kt_code_roll *r, kt_op i) {
     return (r->at[i] - l->start) % l->size;
 }
 
+/* Whether a node of a loop is left in the variable that its last iteration carries, and has no column: others read it
+ * behind the loop alone. */
+bool kt_code_roll_is_left(const kt_code_roll *r, kt_op i);
+
 /* The column of a node of a loop, which it gets if it has none. */
 int kt_code_roll_column(kt_code_roll *r, kt_op i);
 
@@ -86,5 +92,14 @@ static inline int kt_code_roll_place(const kt_code_loop_plan *l, int column, int
 
 /* The distance of rows there. */
 static inline int kt_code_roll_stride(const kt_code_loop_plan *l) { return l->is_wide ? 1 : l->column_count; }
+
+/* The place of a prepared number, and the distance of the next one. */
+static inline int kt_code_roll_prepared(const kt_code_loop_plan *l, int number, int iteration) {
+    const bool is_wide = l->count >= KT_ROLL_WIDE;
+    return l->prepared + (is_wide ? number * l->count + iteration : iteration * l->prepared_count + number);
+}
+static inline int kt_code_roll_prepared_stride(const kt_code_loop_plan *l) {
+    return l->count >= KT_ROLL_WIDE ? 1 : l->prepared_count;
+}
 
 #endif

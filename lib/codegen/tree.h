@@ -48,8 +48,10 @@ typedef struct kt_code_tree {
     const kt_model *model;
     kt_graph *graph;
     bool constant;
+    bool is_uniform; /* links of a long chain, which are alike */
     int link_count;
     kt_code_link *link;
+    kt_link *record; /* of the links, if they differ from those of the model */
     kt_code_parameter *parameter;
     int parameter_count;
     int32_t parameter_room;
@@ -77,6 +79,13 @@ void kt_code_tree_place_origins(kt_code_tree *tree);
 
 /* Moves to the parent what a joint cannot distinguish from the parent's own inertia. */
 void kt_code_tree_regroup(kt_code_tree *tree);
+
+/* Makes a copy of a long chain whose links have the axes of their joints as third axes, by cyclic permutations. Sets
+ * is_uniform if its links are then alike, apart from the first and the last ones: their numbers differ, but not their
+ * zeros. All but the links is shared with the original, which must live longer. Returns false if memory is
+ * insufficient; kt_code_tree_free_turned releases the copy in any case. */
+bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree);
+void kt_code_tree_free_turned(kt_code_tree *turned);
 
 /* Adds a rigid body at the position r: mass m, first moment h and inertia J about the body's origin. */
 void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const kt_op6 *j, kt_op3 r);

@@ -35,7 +35,7 @@ static const struct {
     const char *name;
     int bodies, loops[4];
 } repeated_kinds[REPEATED_KINDS] = {
-    [CHAIN] = {"a chain about x, y and z", 31, {3, 2, 20, 2}},
+    [CHAIN] = {"a chain about x, y and z", 31, {6, 5, 20, 5}},
     [MIXED_CHAIN] = {"a chain of several joints", 45, {3, 1, 15, 1}},
     [TURNED_CHAIN] = {"a chain whose frames are in quarter turns", 40, {3, 2, 38, 2}},
     [PLANAR_CHAIN] = {"a chain in a plane", 45, {3, 0, 38, 0}},
