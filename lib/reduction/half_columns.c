@@ -1,10 +1,7 @@
 /* Groups of closed contacts in range space: half_columns.h. */
 #include "reduction/half_columns.h"
 
-#include "linear/cholesky.h"
-
-/* The least square of the sine. */
-static const double independent_part = 1e-4;
+#include "reduction/half_square.h"
 
 enum { LANES = KT_HALF_LANES };
 
@@ -203,16 +200,18 @@ KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
     return (kt_v4){b->row[0][at], b->row[1][at], b->row[2][at], b->row[3][at]};
 }
 
-/* Subtracts the wrenches that act on a link; returns whether there are any. */
-static bool load_link(const batch *b, int32_t link, wrenches *p) {
+/* Adds the wrenches that act on a link, times 1 or -1; returns whether there are any. */
+static bool load_link(const batch *b, int32_t link, double sign, kt_v4 *moment, kt_v4 *force_sum) {
     bool any = false;
     for (int r = 0; r < b->forces; r++)
         for (int end = 0; end < 2; end++) {
             const kt_half_force *force = &b->force[r];
             if (force->link[end] != link)
                 continue;
-            for (int c = 0; c < 6; c++)
-                p->x[c][r] -= force->wrench[end][c];
+            for (int c = 0; c < 3; c++) {
+                moment[c][r] += sign * force->wrench[end][c];
+                force_sum[c][r] += sign * force->wrench[end][c + 3];
+            }
             any = true;
         }
     return any;
@@ -226,38 +225,36 @@ KT_INLINE void reduce3(kt_v4 l, kt_v4 *b) {
     b[2] -= kt_v4_splat(l[1]) * b[0] + kt_v4_splat(l[2]) * b[1];
 }
 
-/* b += axes x */
-KT_INLINE void add_applied(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *b) {
+/* y = axes x */
+KT_INLINE void apply_axes(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *y) {
     for (int c = 0; c < 3; c++)
-        b[c] += kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
+        y[c] = kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
 }
 
-/* The half columns of a free joint. The wrench (n, f), unless p is NULL, accelerates the link, with the joint's own
- * forces if these are `applied`. With the factor L of M they are L^-1 f. With that of J - H M^-1 G they are
- * L^-1 (n - H M^-1 f) (aba.h). */
-KT_INLINE void take_free(const kt_link *link, const kt_link_motion *m, const kt_v4 ground[3],
-                         const kt_articulated *kept, bool applied, kt_v4 *column, const wrenches *p) {
-    kt_v4 base[3], b[6];
-    for (int c = 0; c < 6; c++)
-        b[c] = p ? -p->x[(c + 3) % 6] : kt_v4_splat(0.0);
-    if (applied) {
-        kt_rest_axes(link, ground, base);
-        add_applied(base, column, b);
-        add_applied(m->axes, column + 3, b + 3);
-    }
+/* The force and the moment on a link by the forces of its free joint. */
+KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, const kt_v4 *joint, kt_v4 *b) {
+    kt_v4 base[3];
+    kt_rest_axes(link, data->motion[0].axes, base);
+    apply_axes(base, joint, b);
+    apply_axes(data->motion[i].axes, joint + 3, b + 3);
+}
+
+/* The half columns of a free joint, whose link the force f = b and the moment n = b + 3 accelerate. With the factor L
+ * of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
+KT_INLINE void take_free(const kt_articulated *kept, kt_v4 *b, kt_v4 *column) {
     for (int c = 0; c < 3; c++)
         b[c + 3] -= along_half(kept->g[c], b);
     reduce3(kept->m[0], b);
     reduce3(kept->j[0], b + 3);
-    memcpy(column, b, sizeof b);
+    memcpy(column, b, 6 * sizeof *b);
 }
 
-/* The half columns of one link; p are the wrenches on it, and then those on its parent. `loaded`: whether they may
- * differ from zero. */
-KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, bool loaded,
-                         kt_v4 *column, wrenches *p) {
+/* The half columns of one link; p are the wrenches on it, and then those on its parent. The joint's own forces act,
+ * too, if these are `applied`. */
+KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
+                         wrenches *p) {
     const kt_link *link = &model->link[i];
-    const kt_articulated *kept = &data->articulated[link->articulated];
+    kt_v4 b[6], own[6];
     if (link->motion != KT_MOTION_FREE) {
         const kt_response *y = &data->response[i];
         kt_v4 n, f;
@@ -267,10 +264,30 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
         add_gain(y->gain_angular, y->gain_linear, column[0], p);
         return;
     }
-    if (loaded)
-        take_free(link, &data->motion[i], data->motion[0].axes, kept, applied, column, p);
-    else
-        take_free(link, &data->motion[i], data->motion[0].axes, kept, true, column, NULL);
+    if (applied)
+        apply_free(link, data, i, column, own);
+    for (int c = 0; c < 6; c++)
+        b[c] = applied ? own[c] - p->x[(c + 3) % 6] : -p->x[(c + 3) % 6];
+    take_free(&data->articulated[link->articulated], b, column);
+}
+
+/* The same of a free link on which no other link of the group acts. Returns whether its half columns are not zero. */
+static __attribute__((noinline)) bool take_free_leaf(const kt_model *model, const kt_data *data, int32_t i,
+                                                     const batch *b, kt_v4 *column) {
+    const kt_link *link = &model->link[i];
+    kt_v4 x[6] = {{0.0}};
+    bool live = false;
+    for (int c = 0; c < 6; c++) {
+        column[c] = b->forces ? x[c] : entries(b, link->local + c);
+        live = live || (!b->forces && !is_zero(column[c]));
+    }
+    if (b->forces)
+        live = load_link(b, i, 1.0, x + 3, x);
+    else if (live)
+        apply_free(link, data, i, column, x);
+    if (live)
+        take_free(&data->articulated[link->articulated], x, column);
+    return live;
 }
 
 KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
@@ -289,12 +306,17 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         const kt_link *at = &model->link[link[l]];
         const int32_t local = at->local, up = at->parent;
         kt_v4 *column = b->column + local;
+        if (at->motion == KT_MOTION_FREE && !from_child && !h->given[local]) { /* its parent is the ground */
+            const bool any = take_free_leaf(model, data, link[l], b, column);
+            if (b->live)
+                memset(b->live + local, any, 6);
+            continue;
+        }
         for (int c = 0; c < 6 && !from_child; c++)
             p.x[c] = kt_v4_splat(0.0);
         for (int c = 0; c < 6 && h->given[local]; c++)
             p.x[c] += h->flow[6 * local + c];
-        const bool loaded = load_link(b, link[l], &p) || from_child || h->given[local];
-        bool live = loaded;
+        bool live = load_link(b, link[l], -1.0, p.x, p.x + 3) || from_child || h->given[local];
         for (int k = 0; k < kt_link_dofs(at); k++) {
             column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
             live = live || (!b->forces && !is_zero(column[k]));
@@ -302,7 +324,7 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         if (b->live)
             memset(b->live + local, live, (size_t)kt_link_dofs(at));
         if (live)
-            take_link(model, data, link[l], b->forces == 0, loaded, column, &p);
+            take_link(model, data, link[l], b->forces == 0, column, &p);
         from_child = live && l > 0 && up == link[l - 1];
         if (live && !from_child && up != 0)
             pass_on(h, model->link[up].local, &p);
@@ -360,57 +382,6 @@ static void find_right_side(const kt_group_work *w, const kt_half *h, int index)
         const int32_t slot = h->slot[LANES * index + r];
         h->multiplier[LANES * index + r] = slot >= 0 ? w->right[slot] - sum[r] : 0.0;
     }
-}
-
-/* Calls a function with the distance of the columns of S and the number of equations. If these are four at most, both
- * are constants, so that loops are unrolled. */
-#define BY_RANK(h, function, ...)                                                                                      \
-    ((h)->rank == 3   ? function(LANES, 3, __VA_ARGS__)                                                                \
-     : (h)->rank == 1 ? function(LANES, 1, __VA_ARGS__)                                                                \
-     : (h)->rank == 2 ? function(LANES, 2, __VA_ARGS__)                                                                \
-     : (h)->rank == 4 ? function(LANES, 4, __VA_ARGS__)                                                                \
-                      : function(LANES * (size_t)(h)->n, (h)->rank, __VA_ARGS__))
-
-/* S x = x, with the factor of S, of one right side or of four. */
-#define SUBSTITUTE(name, type)                                                                                         \
-    KT_INLINE void name##_of(size_t stride, int rank, const double *l, type *x) {                                      \
-        for (int j = 0; j < rank; j++) {                                                                               \
-            x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
-            for (int i = j + 1; i < rank; i++)                                                                         \
-                x[i] -= l[(size_t)j * stride + (size_t)i] * x[j];                                                      \
-        }                                                                                                              \
-        for (int j = rank - 1; j >= 0; j--) {                                                                          \
-            for (int i = j + 1; i < rank; i++)                                                                         \
-                x[j] -= l[(size_t)j * stride + (size_t)i] * x[i];                                                      \
-            x[j] /= l[(size_t)j * (stride + 1)];                                                                       \
-        }                                                                                                              \
-    }                                                                                                                  \
-    static void name(const kt_half *h, type *x) { BY_RANK(h, name##_of, h->square, x); }
-SUBSTITUTE(substitute, double)
-SUBSTITUTE(substitute_four, kt_v4)
-
-KT_INLINE bool factor_half_square(size_t stride, int rank, double *square) {
-    return kt_dense_cholesky(square, stride, rank, NULL);
-}
-
-/* Solves S lambda = right by Cholesky's method. */
-static bool find_half_multipliers(const kt_half *h) {
-    const size_t stride = LANES * (size_t)h->n;
-    const double *l = h->square;
-    double sum = 0.0;
-    bool independent = true;
-    for (int j = 0; j < h->rank; j++)
-        h->diagonal[j] = l[(size_t)j * (stride + 1)];
-    if (!BY_RANK(h, factor_half_square, h->square))
-        return false;
-    for (int j = 0; j < h->rank; j++) {
-        const double pivot = l[(size_t)j * (stride + 1)];
-        independent = independent && pivot * pivot > independent_part * h->diagonal[j];
-    }
-    substitute(h, h->multiplier);
-    for (int j = 0; j < h->rank; j++)
-        sum += h->multiplier[j];
-    return independent && isfinite(sum);
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
@@ -473,7 +444,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
         for (int j = 0; j <= b; j++)
             find_half_block(&h, b, j);
     }
-    if (!find_half_multipliers(&h))
+    if (!kt_half_find_multipliers(&h))
         return false;
     for (int r = 0; r < w.k && h.rank < w.k; r++)
         w.multiplier[r] = 0.0;
@@ -516,7 +487,7 @@ static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *cha
     else
         for (int b = 0; b < h->n; b++)
             find_right_sides(h, u, b, LANES, change);
-    substitute_four(h, change);
+    kt_half_substitute_four(h, change);
 }
 
 /* Adds f_i' M^-1 (f_j + A' change), which is symmetric, for four forces j from `first` on and all forces i up to them.
