@@ -122,7 +122,7 @@ typedef struct actions_read {
     kt_scene_set *sets;
 } actions_read;
 
-bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, const char **value) {
+bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, bool may_turn, const char **value) {
     kt_node *inner = kt_pool_take(&r->scratch, 1, sizeof *inner);
     const kt_symbols symbols = {.find = find_event_symbol, .list = list_event_symbol, .user = r};
     if (node->kind != KT_NODE_TEXT || node->count == 0)
@@ -135,7 +135,7 @@ bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, con
         inner->of.text++;
         inner->column++;
     }
-    const bool good = kt_read_formula(r, scope, inner, &symbols, true, value);
+    const bool good = kt_read_formula(r, scope, inner, &symbols, may_turn, value);
     node->faulty = node->faulty || inner->faulty;
     return good;
 }
@@ -188,7 +188,9 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         set->name = kt_pool_text(&r->keep, key->of.text, key->count);
         if (set->name == NULL)
             return kt_reader_out_of_memory(r);
-        if (!kt_event_value_read(r, &here, key->next, &set->value))
+        const bool may_turn = variable.type != KT_VARIABLE_VELOCITY ||
+                              kt_joint_quantity(r, key->of.text + strlen("velocity.")) == KT_QUANTITY_ANGLE;
+        if (!kt_event_value_read(r, &here, key->next, may_turn, &set->value))
             return false;
         event->set_count++;
     }

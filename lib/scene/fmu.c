@@ -131,7 +131,7 @@ static bool read_ports(kt_reader *r, const kt_scope *scope, kt_node *map, read_p
 }
 
 static bool read_input(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port) {
-    return kt_event_value_read(r, scope, value, &port->text);
+    return kt_event_value_read(r, scope, value, true, &port->text);
 }
 
 static bool read_inputs(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {

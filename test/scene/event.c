@@ -264,6 +264,12 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         {"parameters: {F: 1}\nevents: [{name: a, when: position.arm, then: {set: {F: -F}}},\n"
          "  {name: b, when: F + 0.5, then: stop}]",
          "x:6:19", "so the event never happens; use them next to t, position.JOINT"},
+        {"  - {name: cart, joint: {type: prismatic}, mass: 1}\n"
+         "events: [{name: a, when: position.arm, then: {set: {velocity.cart: 30 deg}}}]",
+         "x:5:68", "expected a number, found the angle '30 deg'"},
+        {"  - {name: box, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+         "events: [{name: a, when: position.arm, then: {set: {\"velocity.box[2]\": 30 deg}}}]",
+         "x:5:72", "expected a number, found the angle '30 deg'"},
     };
     char text[512];
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
@@ -276,5 +282,23 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         kt_check_equal_int("faults", (long long)faults.count, 1);
         kt_check_text("place", faults.first.where, wrong[i].place);
         kt_check_contains("words", faults.first.message, wrong[i].words);
+    }
+}
+
+/* Degrees for the rate of an angle are per second, as in the joint. */
+KT_TEST(rates_of_angles_are_set_in_degrees) {
+    static const char *const sets[] = {"velocity.arm: 30 deg", "\"velocity.box[4]\": 30 deg", "velocity.cart: 0.5",
+                                       "velocity.cart: 30 deg/1 rad"};
+    for (size_t i = 0; i < sizeof sets / sizeof sets[0]; i++) {
+        char text[512];
+        kt_scene scene;
+        snprintf(text, sizeof text,
+                 "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+                 "  - {name: cart, joint: {type: prismatic}, mass: 1}\n"
+                 "  - {name: box, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+                 "events: [{name: a, when: position.arm, then: {set: {%s}}}]\n",
+                 sets[i]);
+        if (kt_check_true(sets[i], parse(text, &scene)))
+            kt_scene_free(&scene);
     }
 }
