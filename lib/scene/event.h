@@ -12,8 +12,8 @@ extern const kt_kind kt_kind_until; /* `simulate.until`, of a kt_scene */
 /* Whether a formula of this description's variables, kept as kt_read_formula gives it, is a comparison. */
 bool kt_formula_is_comparison(const kt_description *description, const char *text);
 
-/* Reads the formula of a new value, or of an input; a number and an expression are formulas, too. may_turn: the value may
- * be an angle. */
+/* Reads the formula of a new value, or of an input. A number and an expression are formulas, too. may_turn: the value
+ * may be an angle. */
 bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, bool may_turn, const char **value);
 
 /* Reports a formula, whose names have been checked, that can never change its sign (crossing.c). `known`: its
