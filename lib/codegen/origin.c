@@ -122,7 +122,7 @@ static int component_before(const kt_code_link *l, int k) {
     return l->link != NULL && has_axis(l) ? (l->link->axis + 1 + k) % 3 : k;
 }
 
-static kt_op3 turn_vector(kt_graph *g, const kt_code_link *l, kt_op3 v) {
+static kt_op3 turn_code_vector(kt_graph *g, const kt_code_link *l, kt_op3 v) {
     kt_op3 out;
     for (int k = 0; k < 3; k++)
         out.x[k] = kt_op_opaque(g, v.x[component_before(l, k)]);
@@ -130,13 +130,13 @@ static kt_op3 turn_vector(kt_graph *g, const kt_code_link *l, kt_op3 v) {
 }
 
 /* Turns a link. parent: before it is turned. */
-static void turn_axes(kt_graph *g, const kt_code_link *from, const kt_code_link *parent, kt_link *record,
-                      kt_code_link *to) {
+static void turn_code_link(kt_graph *g, const kt_code_link *from, const kt_code_link *parent, kt_link *record,
+                           kt_code_link *to) {
     *to = *from;
-    to->moment = turn_vector(g, from, from->moment);
-    to->at = turn_vector(g, parent, from->at);
+    to->moment = turn_code_vector(g, from, from->moment);
+    to->at = turn_code_vector(g, parent, from->at);
     for (int i = 0; i < 3; i++) {
-        to->rest.row[i] = turn_vector(g, from, from->rest.row[component_before(parent, i)]);
+        to->rest.row[i] = turn_code_vector(g, from, from->rest.row[component_before(parent, i)]);
         for (int k = i; k < 3; k++)
             to->inertia.x[kt_op6_index(i, k)] =
                 kt_op_opaque(g, from->inertia.x[kt_op6_index(component_before(from, i), component_before(from, k))]);
@@ -178,7 +178,8 @@ bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree) {
         return false;
     turned->link[0] = tree->link[0];
     for (int i = 1; i < count; i++) {
-        turn_axes(tree->graph, &tree->link[i], &tree->link[tree->link[i].parent], &turned->record[i], &turned->link[i]);
+        turn_code_link(tree->graph, &tree->link[i], &tree->link[tree->link[i].parent], &turned->record[i],
+                       &turned->link[i]);
         turned->is_uniform &= tree->link[i].parent == i - 1;
         if (i > FIRST_LIKE && i < count - 1)
             turned->is_uniform &= are_like_links(tree->graph, &turned->link[FIRST_LIKE], &turned->link[i]);

@@ -142,13 +142,13 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
 }
 
 /* The wrench that link i takes, without the moment of its acceleration. */
-static void load_link(kt_code_tree *tree, int i, kt_code_moving *m) {
+static void load_code_link(kt_code_tree *tree, int i, kt_code_moving *m) {
     m->force = kt_op33_apply(tree->graph, &m->u, tree->link[i].moment);
     m->moment = kt_code_spin_moment(tree->graph, &tree->link[i], m);
 }
 
 /* Adds the wrench of the acceleration of its origin. */
-static void load_shift(kt_code_tree *tree, int i, kt_code_moving *m) {
+static void load_code_shift(kt_code_tree *tree, int i, kt_code_moving *m) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
     const kt_op3 h_a = kt_op3_cross(g, l->moment, m->linear);
@@ -173,8 +173,8 @@ static void move_tree(kt_code_tree *tree, bool has_acceleration, kt_code_moving 
         shift_link(tree, i, u_r, all);
         kt_code_multiply_rates(g, m);
         kt_graph_section(g, "%s: f = m a + al x h + w x (w x h),  n = J al + w x J w + h x a", tree->link[i].name);
-        load_link(tree, i, m);
-        load_shift(tree, i, m);
+        load_code_link(tree, i, m);
+        load_code_shift(tree, i, m);
     }
 }
 
@@ -198,7 +198,7 @@ static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving
                          i > 0 ? tree->link[i].name : "ground");
         kt_code_multiply_rates(g, &all[i]);
         if (i > 0)
-            load_link(tree, i, &all[i]);
+            load_code_link(tree, i, &all[i]);
         if (i + 1 < tree->link_count)
             u_r[i + 1] = kt_op33_apply(g, &all[i].u, all[i + 1].frame.offset);
     }
@@ -212,7 +212,7 @@ static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving
     for (int i = 1; i < tree->link_count && !g->failed; i++) {
         kt_graph_step(g);
         kt_graph_section(g, "%s: f += m a,  n += h x a", tree->link[i].name);
-        load_shift(tree, i, &all[i]);
+        load_code_shift(tree, i, &all[i]);
     }
     free(u_r);
 }
