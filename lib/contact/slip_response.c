@@ -80,9 +80,11 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
     return w.multiplier[slot];
 }
 
-/* Whether group g is in the present island, in range space. */
+/* Whether group g is in the present island, in range space. Joints at open stops are groups without an equation. Forces
+ * at contacts do not act on their links, and kt_half_solve leaves nothing for them. */
 static bool is_part(const kt_model *model, const kt_data *data, const kt_slip_problem *p, size_t g) {
-    return model->group[g].island == p->at->index && kt_half_has_terms(model, data, g);
+    const kt_group *group = &model->group[g];
+    return group->island == p->at->index && group->rank[KT_ROWS_ALL] > 0 && kt_half_has_terms(model, data, g);
 }
 
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
