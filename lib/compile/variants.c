@@ -364,7 +364,7 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
     if (!variants)
         return KT_ERROR_MEMORY;
     memset(variants, 0, head);
-    variants->check_open = kt_open_contacts_check;
+    variants->check_open = kt_open_contacts_place;
     variants->switches = c->switches;
     memcpy(variants->at + models, c->item, (size_t)c->switches.count * sizeof *c->item);
     memcpy((int32_t *)(uintptr_t)kt_variants_switch_of_loop(variants), c->loop_switch,

@@ -117,7 +117,7 @@ static kt_status check_from(const kt_model *model, open_contacts *c, size_t firs
     return status;
 }
 
-kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
     size_t first = KT_HAS_LOOPS ? 0 : model->n.loop;
     data->placed = false;
@@ -127,4 +127,11 @@ kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t,
         return KT_OK;
     open_contacts c = {.all = kt_variants_closed(model), .data = data, .t = t, .q = q, .v = v};
     return c.all != NULL ? check_from(model, &c, first, error) : KT_OK;
+}
+
+kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                 kt_error *error) {
+    const kt_status status = kt_open_contacts_place(model, data, t, q, v, error);
+    data->placed = false; /* the next evaluation is that of any state */
+    return status;
 }

@@ -8,8 +8,13 @@
 #if KT_HAS_SWITCHES
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out.
  * Data keep all results. kt_open_contacts_reject (mechanism/evaluate.h) exempts data of an owner that follows
- * contacts. */
+ * contacts.
+ *
+ * kt_open_contacts_place also sets kt_data.placed if the poses of the spatial links are those of q. The caller
+ * evaluates accelerations in this state next, or resets it. */
 KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
+                                            const double *v, kt_error *error);
+KT_CHECKED kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t, const double *q,
                                             const double *v, kt_error *error);
 #else
 static inline kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,

@@ -7,6 +7,9 @@
  */
 #include "../dynamics/tree.h"
 
+#include "contact/open.h"
+#include "mechanism/evaluate.h"
+
 #include "kinetree/control.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -370,4 +373,47 @@ KT_TEST(boxes_slide_together_as_each_alone) {
         return;
     for (int i = 0; i < 12; i++)
         kt_check_near("acceleration", both[i], alone[i], 1e-13);
+}
+
+/* A box on one corner that slips, with another one in the air. */
+static const kt_model *compile_corner(boxes *b, kt_model **made) {
+    kt_description d = kt_description_default();
+    kt_model_options options = kt_model_options_default();
+    kt_error e = {0};
+    add_box(b, 0, 0);
+    b->effect[1].between[0].at.z = 0.4;
+    d.bodies = b->body;
+    d.body_count = 1;
+    d.effects = b->effect;
+    d.effect_count = CORNERS;
+    options.contact_switches = 2 * CORNERS;
+    return kt_tree_fine("box", kt_model_compile(&d, &options, made, &e), &e)
+               ? kt_model_switched(*made, kt_switch_bits(*made, 0))
+               : NULL;
+}
+
+/* Poses of a check for open contacts serve the accelerations of its own call alone. Linearisations check the last state,
+ * and then go on with others. */
+KT_TEST(checks_of_open_contacts_leave_accelerations_elsewhere) {
+    boxes b;
+    kt_model *made = NULL;
+    kt_data *data[2] = {NULL, NULL};
+    kt_error e = {0};
+    double a[2][6], other[7];
+    const kt_model *model = compile_corner(&b, &made);
+    bool good = model != NULL;
+    memcpy(other, b.q, sizeof other);
+    other[3] = 0.8;
+    other[4] = 0.6;
+    for (int i = 0; i < 2 && good; i++) {
+        const kt_dynamic_state at = {.q = other, .v = b.v};
+        good = kt_tree_fine("data", kt_data_create(model, &data[i], &e), &e) &&
+               kt_tree_fine("check", i ? kt_open_contacts_check(model, data[i], 0.0, b.q, b.v, &e) : KT_OK, &e) &&
+               kt_tree_fine("acceleration", kt_acceleration_trusted(model, data[i], &at, a[i], &e), &e);
+    }
+    for (int i = 0; i < 6 && good; i++)
+        kt_check_near("acceleration behind a check", a[1][i], a[0][i], 0.0);
+    kt_data_free(data[0]);
+    kt_data_free(data[1]);
+    kt_model_free(made);
 }
