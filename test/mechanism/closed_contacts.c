@@ -392,8 +392,8 @@ static const kt_model *compile_corner(boxes *b, kt_model **made) {
                : NULL;
 }
 
-/* Poses of a check for open contacts serve the accelerations of its own call alone. Linearisations check the last state,
- * and then go on with others. */
+/* Poses of a check for open contacts serve the accelerations of its own call alone. Linearisations check the last
+ * state, and then go on with others. */
 KT_TEST(checks_of_open_contacts_leave_accelerations_elsewhere) {
     boxes b;
     kt_model *made = NULL;
