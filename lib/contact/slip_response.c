@@ -54,6 +54,12 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
     }
 }
 
+/* Whether a group has equations, and is in range space. Joints at open stops are groups without an equation. Forces at
+ * contacts do not act on their links, and kt_half_solve leaves nothing for them. */
+static bool has_equations_in_range(const kt_model *model, const kt_data *data, size_t g) {
+    return model->group[g].rank[KT_ROWS_ALL] > 0 && kt_half_has_terms(model, data, g);
+}
+
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
     const kt_slip_contact *contact = kt_slip_problem_of(data)->contact, *end = contact + model->n.slip;
     int32_t last = -1; /* contacts of a group follow each other */
@@ -61,7 +67,7 @@ bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
         if (contact->loop->group == last)
             continue;
         last = contact->loop->group;
-        if (!kt_half_has_terms(model, data, (size_t)last))
+        if (!has_equations_in_range(model, data, (size_t)last))
             return false;
     }
     return true;
@@ -80,11 +86,9 @@ double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_l
     return w.multiplier[slot];
 }
 
-/* Whether group g is in the present island, in range space. Joints at open stops are groups without an equation. Forces
- * at contacts do not act on their links, and kt_half_solve leaves nothing for them. */
+/* Whether group g is in the present island, in range space. */
 static bool is_part(const kt_model *model, const kt_data *data, const kt_slip_problem *p, size_t g) {
-    const kt_group *group = &model->group[g];
-    return group->island == p->at->index && group->rank[KT_ROWS_ALL] > 0 && kt_half_has_terms(model, data, g);
+    return model->group[g].island == p->at->index && has_equations_in_range(model, data, g);
 }
 
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
