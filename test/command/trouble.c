@@ -91,16 +91,27 @@ KT_TEST(disk_that_fills_up_leaves_whole_lines) {
     kt_check_below("bytes", (double)strlen(text), 40.0 * 512.0);
 }
 
-/* Records that the disk did not take are not among those that the report counts. */
+/* The number of records in the report of a run, before the words; -1: there is none. */
+static int find_record_count(const char *report, const char *words) {
+    const char *said = strstr(report, words);
+    while (said != NULL && said > report && said[-1] >= '0' && said[-1] <= '9')
+        said--;
+    return said != NULL ? atoi(said) : -1;
+}
+
+/* Records that the disk did not take are not among those that the report counts. Standard output may be appended to a
+ * file. */
 KT_TEST(report_counts_the_records_that_the_disk_took) {
     kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");
     const kt_ran ran = kt_shell("rm -f o.csv*; trap '' XFSZ; ulimit -f 40; $K run p.yaml --out o.csv");
-    const char *said = strstr(ran.err, " records: o.csv");
     kt_check_equal_int("code", ran.code, 4);
-    while (said != NULL && said > ran.err && said[-1] >= '0' && said[-1] <= '9')
-        said--;
-    if (kt_check_true("the report counts records", said != NULL))
-        kt_check_equal_int("records", atoi(said), kt_count_lines(kt_read_file("o.csv")) - 1);
+    kt_check_equal_int("records", find_record_count(ran.err, " records: o.csv"),
+                       kt_count_lines(kt_read_file("o.csv")) - 1);
+    const kt_ran added = kt_shell("seq 3000 | tr '\\n' , >a.csv; trap '' XFSZ; ulimit -f 40; "
+                                  "$K run p.yaml --out - >>a.csv");
+    kt_check_equal_int("code", added.code, 4);
+    kt_check_equal_int("records behind other text", find_record_count(added.err, " records: standard output"),
+                       kt_count_lines(kt_read_file("a.csv")) - 1);
     const kt_ran none = kt_shell("rm -f o.csv*; trap '' XFSZ; ulimit -f 0; $K run p.yaml --out o.csv");
     kt_check_equal_int("code", none.code, 4);
     kt_check_true("no line about records", strstr(none.err, "records") == NULL);

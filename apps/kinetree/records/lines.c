@@ -67,6 +67,8 @@ void kt_lines_start(kt_lines *lines, int file, const char *path, long long writt
     struct stat status;
     *lines = (kt_lines){.file = file, .path = path, .written = written, .last = kt_clock()};
     lines->is_regular = fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+    if (lines->is_regular && file == STDOUT_FILENO) /* which may be appended to a file */
+        lines->before = status.st_size;
     (void)signal(SIGXFSZ, SIG_IGN); /* exceeding the file size limit becomes an error of write */
     (void)signal(SIGCHLD, SIG_DFL); /* waitpid works even if SIGCHLD was inherited as ignored */
 }
@@ -100,7 +102,7 @@ static long long count_lines_after(const kt_lines *lines, size_t done) {
  * returns no number. */
 static size_t measure_written(const kt_lines *lines) {
     const off_t end = lseek(lines->file, 0, SEEK_END);
-    const long long done = end - lines->written;
+    const long long done = end - lines->before - lines->written;
     return done < 0 ? 0 : done > (long long)lines->whole ? lines->whole : (size_t)done;
 }
 

@@ -11,6 +11,7 @@ typedef struct kt_lines {
     const char *path;
     bool is_regular;   /* a regular file: lines are buffered */
     long long written; /* bytes in the file */
+    long long before;  /* bytes of another program in standard output if it is a regular file */
     double last;       /* s, time of the last write (kt_clock) */
     char *text;        /* buffer: `whole` bytes of whole lines, then the line being built */
     size_t whole, used, room;
