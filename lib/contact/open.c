@@ -119,8 +119,10 @@ static kt_status check_from(const kt_model *model, open_contacts *c, size_t firs
 
 kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                  kt_error *error) {
-    size_t first = KT_HAS_LOOPS ? 0 : model->n.loop;
+    size_t first = 0;
     data->placed = false;
+    if (!KT_HAS_LOOPS) /* there are no kernels of loops to call */
+        return KT_OK;
     while (first < model->n.loop && !is_open_contact(&model->loop[first]) && !is_joint_friction(&model->loop[first]))
         first++;
     if (first == model->n.loop)

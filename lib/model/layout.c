@@ -12,11 +12,16 @@ KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
 /* NOLINTNEXTLINE(readability-function-size): it is one list of fields, of four statements each */
 KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
 
-/* FNV-1a over the lengths of all arrays of the data: data of one model serve another one if these are equal. */
+/* FNV-1a over the lengths of all arrays of the data: data of one model serve another one if these are equal. Arrays
+ * within `slip_work` follow from the sizes of islands. */
 static uint64_t shape_of(const kt_counts *n) {
     uint64_t hash = 14695981039346656037U;
 #define KT_ARENA_HASH(type, name, count, meaning) hash = (hash ^ (uint64_t)(count)) * 1099511628211U;
     KT_DATA_FIELDS(KT_ARENA_HASH)
+#if KT_HAS_SWITCHES
+    KT_ARENA_HASH(size_t, island_v, n->island_v, "of an island, the most")
+    KT_ARENA_HASH(size_t, island_row, n->island_row, "likewise")
+#endif
 #undef KT_ARENA_HASH
     return hash;
 }
