@@ -408,7 +408,7 @@ typedef struct kt_slip_frame {
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "scratch: wrenches on bodies, with friction (kt_slip_load)") \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
-    X(char, slip_work, n->slip_work, "scratch: directions of slow slip")
+    X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out at its first use (contact/slip.h)")
 #else
 #define KT_DATA_SLIP_FIELDS(X)
 #endif
