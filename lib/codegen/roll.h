@@ -77,8 +77,8 @@ static inline int kt_code_roll_local(const kt_code_roll *r, kt_op i) {
     return (r->at[i] - l->start) % l->size;
 }
 
-/* Whether a node of a loop is left in the variable that its last iteration carries, and has no column: others read it
- * behind the loop alone. */
+/* Whether a node has no column, and stays in the variable that the last iteration of its loop carries. Others then read
+ * it behind the loop alone. */
 bool kt_code_roll_is_left(const kt_code_roll *r, kt_op i);
 
 /* The column of a node of a loop, which it gets if it has none. */

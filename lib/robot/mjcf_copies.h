@@ -7,8 +7,8 @@
 /* Replaces each <replicate> with its copies, after the compiler's settings have been read. */
 void kt_mjcf_replicate(kt_mjcf *m, int document);
 
-/* kt_mjcf.copies has the outermost copies of the model itself (kt_mjcf_copy). kt_mjcf.moved_actuators has the places in
- * the file of actuators that act on copies (int). */
+/* kt_mjcf.copies has the outermost copies of the model itself (kt_mjcf_copy). Some actuators act on copies:
+ * kt_mjcf.moved_actuators has their places in the file (int). */
 
 /* A copy: the <frame> around it, and what its names end in. */
 typedef struct kt_mjcf_copy {

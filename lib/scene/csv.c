@@ -13,6 +13,7 @@
 
 #include "base/decimal.h"
 #include "document/file.h"
+#include "document/unit.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,62 +43,9 @@ const char *kt_path_near(kt_reader *r, const char *name) {
 
 /* ---- units ------------------------------------------------------------------------------------------------------- */
 
-static const double pi = 3.14159265358979323846;
-
-typedef struct unit {
-    const char *name, *si; /* the SI unit of what it measures; "1": of any quantity */
-    double divided, times; /* a number of it is number * times / divided in SI units */
-} unit;
-
-/* Exact factors stay exact: `20 ms` are `20/1000 s`. */
-static const unit *find_csv_unit(const char *name, size_t length) {
-    static const unit units[] = {{"1", "1", 1, 1},
-                                 {"s", "s", 1, 1},
-                                 {"ms", "s", 1e3, 1},
-                                 {"us", "s", 1e6, 1},
-                                 {"min", "s", 1, 60},
-                                 {"h", "s", 1, 3600},
-                                 {"m", "m", 1, 1},
-                                 {"mm", "m", 1e3, 1},
-                                 {"cm", "m", 1e2, 1},
-                                 {"um", "m", 1e6, 1},
-                                 {"km", "m", 1, 1e3},
-                                 {"m/s", "m/s", 1, 1},
-                                 {"mm/s", "m/s", 1e3, 1},
-                                 {"km/h", "m/s", 3.6, 1},
-                                 {"m/s^2", "m/s^2", 1, 1},
-                                 {"mm/s^2", "m/s^2", 1e3, 1},
-                                 {"N", "N", 1, 1},
-                                 {"mN", "N", 1e3, 1},
-                                 {"kN", "N", 1, 1e3},
-                                 {"N m", "N m", 1, 1},
-                                 {"Nm", "N m", 1, 1},
-                                 {"mN m", "N m", 1e3, 1},
-                                 {"N mm", "N m", 1e3, 1},
-                                 {"N cm", "N m", 1e2, 1},
-                                 {"kN m", "N m", 1, 1e3},
-                                 {"kg", "kg", 1, 1},
-                                 {"g", "kg", 1e3, 1},
-                                 {"W", "W", 1, 1},
-                                 {"kW", "W", 1, 1e3},
-                                 {"V", "V", 1, 1},
-                                 {"A", "A", 1, 1},
-                                 {"Pa", "Pa", 1, 1},
-                                 {"bar", "Pa", 1, 1e5},
-                                 {"rad", "rad", 1, 1},
-                                 {"deg", "rad", 180, pi},
-                                 {"rad/s", "rad/s", 1, 1},
-                                 {"deg/s", "rad/s", 180, pi},
-                                 {"rpm", "rad/s", 30, pi}};
-    for (int i = 0; i < KT_COUNT_OF(units); i++)
-        if (strlen(units[i].name) == length && strncmp(units[i].name, name, length) == 0)
-            return &units[i];
-    return NULL;
-}
-
-/* Whether a unit measures values with this SI unit, which ends at a '|' or its end; NULL: not known. Numbers of a scene
- * may be degrees for rates, too: "30 deg" is per second. */
-static bool unit_fits(const unit *of, const char *si) {
+/* Whether a unit measures the quantity of values in this SI unit. `si` ends at a '|' or its end; NULL: any quantity is
+ * right. Degrees also measure rates: "30 deg" is per second. */
+static bool unit_fits(const kt_unit *of, const char *si) {
     const size_t length = si != NULL ? strcspn(si, "|") : 0;
     return si == NULL || strcmp(of->si, "1") == 0 || (strlen(of->si) == length && strncmp(of->si, si, length) == 0) ||
            (strcmp(of->si, "rad") == 0 && length == 5 && strncmp(si, "rad/s", length) == 0);
@@ -255,13 +203,13 @@ static bool choose_csv_column(const reading *f, const char *end, const char *key
 }
 
 /* The unit of a column, by its header, by the scene, or 1. */
-static const unit *csv_unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
+static const kt_unit *csv_unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
     const cell c = cell_at(f->begin, end, column);
     cell in;
     kt_phrase phrase = {.length = 0};
     (void)header_name_of(c, &in);
-    const unit *by_header = in.to > in.from ? find_csv_unit(in.from, (size_t)(in.to - in.from)) : NULL;
-    const unit *by_scene = stated != NULL ? find_csv_unit(stated, strlen(stated)) : NULL;
+    const kt_unit *by_header = in.to > in.from ? kt_unit_find(in.from, (size_t)(in.to - in.from)) : NULL;
+    const kt_unit *by_scene = stated != NULL ? kt_unit_find(stated, strlen(stated)) : NULL;
     if (stated != NULL && by_scene == NULL)
         kt_phrase_add(&phrase, "there is no unit %s; take s, ms, rad, deg, m, mm, N, kN, 'N m', rad/s, rpm or the like",
                       kt_name_quote(stated).text);
@@ -273,14 +221,14 @@ static const unit *csv_unit_of(const reading *f, const char *end, int column, co
         kt_phrase_add(&phrase, "the header states the unit '%s', and `%s` states '%s'; remove one of them",
                       by_header->name, key, by_scene->name);
     else
-        return by_header != NULL ? by_header : by_scene != NULL ? by_scene : find_csv_unit("1", 1);
+        return by_header != NULL ? by_header : by_scene != NULL ? by_scene : kt_unit_find("1", 1);
     (void)fault(f, in.to > in.from ? in.from : c.from, phrase.text);
     return NULL;
 }
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
 
-static bool read_cell(const reading *f, const char *end, int column, const unit *of, double *value) {
+static bool read_cell(const reading *f, const char *end, int column, const kt_unit *of, double *value) {
     kt_phrase phrase = {.length = 0};
     const int count = count_cells(f->begin, end);
     if (column >= count) {
@@ -302,7 +250,7 @@ static bool read_cell(const reading *f, const char *end, int column, const unit 
     return true;
 }
 
-static bool read_csv_rows(reading *f, const int column[2], const unit *const of[2], double *rows, int *count) {
+static bool read_csv_rows(reading *f, const int column[2], const kt_unit *const of[2], double *rows, int *count) {
     const char *end;
     *count = 0;
     while (next_csv_line(f, &end)) {
@@ -322,7 +270,7 @@ static bool read_csv_rows(reading *f, const int column[2], const unit *const of[
 
 /* The unit, other than that of SI, of values in `si` that a name without a unit seems to have: "y (deg)", "y[deg]". It
  * would not be read, and the numbers would be taken as SI units. NULL: there is none. */
-static const unit *find_unread_unit(cell c, const char *si) {
+static const kt_unit *find_unread_unit(cell c, const char *si) {
     cell in;
     (void)header_name_of(c, &in);
     const char last = c.to > c.from ? c.to[-1] : '\0';
@@ -331,15 +279,15 @@ static const unit *find_unread_unit(cell c, const char *si) {
     const char *open = c.to - 1;
     while (open > c.from && *open != (last == ')' ? '(' : '['))
         open--;
-    const unit *of = open > c.from ? find_csv_unit(open + 1, (size_t)(c.to - open) - 2) : NULL;
-    return of != NULL && (of->divided != 1 || of->times != 1) && unit_fits(of, si) ? of : NULL;
+    const kt_unit *of = open > c.from ? kt_unit_find(open + 1, (size_t)(c.to - open) - 2) : NULL;
+    return of != NULL && !kt_unit_is_si(of) && unit_fits(of, si) ? of : NULL;
 }
 
 /* Rejects a header that seems to have a unit, if the scene does not state one. */
 static bool check_unread_unit(const reading *f, const char *end, int column, const char *stated, const char *key,
                               const char *si) {
     const cell c = cell_at(f->begin, end, column);
-    const unit *of = stated == NULL ? find_unread_unit(c, si) : NULL;
+    const kt_unit *of = stated == NULL ? find_unread_unit(c, si) : NULL;
     kt_phrase phrase = {.length = 0};
     if (of == NULL)
         return true;
@@ -351,7 +299,7 @@ static bool check_unread_unit(const reading *f, const char *end, int column, con
 }
 
 /* The unit of a column measures another quantity than that of the values, with their SI unit. */
-static bool fault_unit(const reading *f, const char *end, int column, const unit *of, const char *si) {
+static bool fault_unit(const reading *f, const char *end, int column, const kt_unit *of, const char *si) {
     kt_phrase phrase = {.length = 0};
     kt_phrase_add(&phrase,
                   "the values here are in %.*s, and '%s' measures another quantity; state the right unit, or "
@@ -364,7 +312,7 @@ static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity q
                           int *count) {
     const char *end;
     int column[2];
-    const unit *of[2];
+    const kt_unit *of[2];
     if (strncmp(f->at, "\xEF\xBB\xBF", 3) == 0)
         f->at += 3;
     if (!next_csv_line(f, &end))
@@ -383,7 +331,7 @@ static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity q
         return fault_unit(f, end, column[0], of[0], "s");
     if (!unit_fits(of[1], f->r->scene->unit))
         return fault_unit(f, end, column[1], of[1], f->r->scene->unit);
-    if (f->r->scene->unit == NULL && strncmp(of[1]->si, "rad", 3) == 0 && of[1]->divided != 1 &&
+    if (f->r->scene->unit == NULL && strncmp(of[1]->si, "rad", 3) == 0 && !kt_unit_is_si(of[1]) &&
         quantity != KT_QUANTITY_ANGLE && quantity != KT_QUANTITY_RATE)
         return fault(f, cell_at(f->begin, end, column[1]).from,
                      "the unit is that of an angle, and this function is none; state another unit");

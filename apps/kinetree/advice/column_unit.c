@@ -1,24 +1,16 @@
 /* Own columns that copy another column, and state another unit. */
 #include "advice/column_unit.h"
 
+#include "document/unit.h"
 #include "records/columns.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Returns the SI unit of what a unit measures, if it is another one; NULL: it is an SI unit or not known. */
-static const char *si_unit_behind(const char *unit) {
-    static const struct {
-        const char *name, *si;
-    } units[] = {{"deg", "rad"},  {"\u00b0", "rad"}, {"deg/s", "rad/s"}, {"\u00b0/s", "rad/s"}, {"rpm", "rad/s"},
-                 {"mm", "m"},     {"cm", "m"},       {"um", "m"},        {"km", "m"},           {"mm/s", "m/s"},
-                 {"km/h", "m/s"}, {"ms", "s"},       {"min", "s"},       {"mN", "N"},           {"kN", "N"},
-                 {"N mm", "N m"}, {"N cm", "N m"},   {"kN m", "N m"},    {"mJ", "J"},           {"kJ", "J"},
-                 {"mW", "W"},     {"kW", "W"}};
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
-        if (strcmp(units[i].name, unit) == 0)
-            return units[i].si;
-    return NULL;
+/* Returns the SI unit that a unit is converted to. NULL: it is an SI unit, or not known. */
+static const char *si_unit_behind(const char *name) {
+    const kt_unit *unit = kt_unit_find(name, strlen(name));
+    return unit != NULL && !kt_unit_is_si(unit) ? unit->si : NULL;
 }
 
 /* Returns the unit of the column with this name; NULL: there is none. */
