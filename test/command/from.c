@@ -156,6 +156,43 @@ KT_TEST(times_and_limits_of_events_that_begin_anew_are_reported) {
     }
 }
 
+/* Masses, rest positions and thrusts that are functions of time begin anew, too. A scene that `run --scene` writes has
+ * the same parts. Both were continued in silence. */
+KT_TEST(parts_that_begin_anew_are_reported_for_both_ways_to_go_on) {
+    static const char scene[] = "kinetree: 1\n"
+                                "bodies: [{name: a, joint: {type: prismatic}, mass: %s}]\n"
+                                "%s"
+                                "simulate: {duration: 1}\n";
+    static const char functions[] = "functions of time begin anew", mass[] = "the mass of 'a' is a function of time",
+                      ramp[] = "{ramp: {from: 2, to: 1, start: 0, end: 1}}";
+    static const struct {
+        const char *mass, *more, *expected;
+    } cases[] = {
+        {ramp, "", mass},
+        {"1", "effects: [{type: joint_spring, joint: a, stiffness: 1, rest: \"sin(t)\"}]\n", functions},
+        {"1", "effects: [{type: thrust, at: a, mass: \"2 - t\", exhaust: [0, 0, 1]}]\n", functions},
+        {"1", "loops: [{name: m, type: motion, joint: a, position: \"t^2\"}]\n", functions},
+        {"1", "events: [{name: e, when: t - 2, then: stop}]\n", "the time in 'e' begins anew"},
+        {"1", "events: [{name: e, when: position.a - 2, then: stop, limit: 1}]\n", "the limit of 'e' counts from 0"},
+        {"1", "effects: [{type: joint_spring, joint: a, stiffness: 1, rest: 2}]\n", NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[1024];
+        snprintf(text, sizeof text, scene, cases[i].mass, cases[i].more);
+        kt_write_file("anew.yaml", text);
+        const kt_ran ran[] = {
+            kt_shell("$K run anew.yaml --duration 0.5 --out /dev/null --scene l.yaml --summary e.json"),
+            kt_shell("$K run anew.yaml --from e.json --duration 0.1 --out /dev/null")};
+        for (int k = 0; k < 2; k++) {
+            kt_check_equal_int("exit code", ran[k].code, 0);
+            if (cases[i].expected != NULL)
+                kt_check_contains(k == 0 ? "--scene" : "--from", ran[k].err, cases[i].expected);
+            else
+                kt_check_true("nothing begins anew", strstr(ran[k].err, "t = 0") == NULL);
+        }
+    }
+}
+
 /* A four-bar whose rocker's angle is but a guess. */
 static const char fourbar[] =
     "kinetree: 1\n"

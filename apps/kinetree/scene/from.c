@@ -2,6 +2,7 @@
 #include "scene/from.h"
 #include "picture/picture.h"
 #include "records/keep.h"
+#include "scene/anew.h"
 #include "scene/released.h"
 #include "scene/start.h"
 #include "text/json.h"
@@ -253,81 +254,7 @@ static void say_unknown_joints(const source *s, const kt_model *model) {
     }
 }
 
-/* Returns whether a formula reads t: the name that consists of this letter alone. */
-static bool formula_reads_time(const char *formula) {
-    const char *const in_names = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
-    for (const char *at = formula; at != NULL && *at != '\0';) {
-        const size_t length = strspn(at, in_names);
-        if (length == 1 && *at == 't')
-            return true;
-        at += length > 0 ? length : 1;
-    }
-    return false;
-}
-
-static bool has_formulas_of_time(const kt_description *d) {
-    for (int i = 0; i < d->effect_count; i++)
-        for (int k = 0; k < 6; k++)
-            if (d->effects[i].type == KT_EFFECT_EXPRESSION && formula_reads_time(d->effects[i].formula[k]))
-                return true;
-    for (int i = 0; i < d->state_count; i++)
-        if (formula_reads_time(d->states[i].rate))
-            return true;
-    return false;
-}
-
-static bool has_functions_of_time(const kt_scene *scene) {
-    const kt_description *d = &scene->description;
-    bool any = false;
-    for (int i = 0; i < d->loop_count; i++)
-        any =
-            any || (d->loops[i].function.type != KT_FUNCTION_NONE && d->loops[i].function.type != KT_FUNCTION_CONSTANT);
-    for (int i = 0; i < d->effect_count; i++) {
-        const kt_effect *e = &d->effects[i];
-        const kt_function *all[] = {&e->torque, &e->target, &e->value[0], &e->value[1], &e->value[2]};
-        for (size_t k = 0; k < sizeof all / sizeof *all; k++)
-            any = any || (all[k]->type != KT_FUNCTION_NONE && all[k]->type != KT_FUNCTION_CONSTANT);
-    }
-    return any;
-}
-
-/* Returns whether `when` of an event, or a value that it sets, reads t. */
-static bool event_reads_time(const kt_scene_event *event) {
-    bool any = formula_reads_time(event->when);
-    for (int i = 0; event->fmu == NULL && i < event->set_count; i++)
-        any = any || formula_reads_time(event->sets[i].value);
-    return any;
-}
-
-/* Names of events, "'a', 'b'": at most three, and then "...". */
-typedef struct event_names {
-    char text[800];
-    size_t used;
-    int count;
-} event_names;
-
-static void append_event_name(event_names *list, const char *name) {
-    const int number = list->count++;
-    if (number <= 3)
-        list->used += (size_t)snprintf(list->text + list->used, sizeof list->text - list->used, "%s%s",
-                                       number > 0 ? ", " : "", number < 3 ? kt_name_quote(name).text : "...");
-}
-
-/* Prints that times and counts of events, and FMUs, begin anew: no result has them. */
-static void say_events_begin_anew(const kt_scene *scene, const char *path) {
-    event_names timed = {.count = 0}, limited = {.count = 0};
-    for (int i = 0; i < scene->event_count - scene->fmu_count; i++) {
-        if (event_reads_time(&scene->events[i]))
-            append_event_name(&timed, scene->events[i].name);
-        if (scene->events[i].limit > 0)
-            append_event_name(&limited, scene->events[i].name);
-    }
-    if (formula_reads_time(scene->until.when))
-        append_event_name(&timed, "until");
-    if (timed.count > 0)
-        kt_say("the motion starts at t = 0 from the state of %s: the time in %s begins anew", path, timed.text);
-    if (limited.count > 0)
-        kt_say("%s has no counts of events: the limit of %s counts from 0", path, limited.text);
+static void say_fmus_anew(const kt_scene *scene, const char *path) {
     if (scene->fmu_count > 0)
         kt_say("%s has no states of FMUs: the FMU %s%s anew", path, kt_name_quote(scene->fmus[0].name).text,
                scene->fmu_count > 1 ? " and others start" : " starts");
@@ -378,11 +305,10 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
     }
     if (missing[0] != '\0')
         kt_say("%s has no state of %s: the values of the scene stay", s->path, missing);
-    if (has_functions_of_time(scene) || has_formulas_of_time(&scene->description))
-        kt_say("the motion starts at t = 0 from the state of %s: functions of time begin anew, and driven joints are "
-               "moved to their first values",
-               s->path);
-    say_events_begin_anew(scene, s->path);
+    char start[1100];
+    (void)snprintf(start, sizeof start, "the motion starts at t = 0 from the state of %s", s->path);
+    kt_say_anew(scene, start, s->path);
+    say_fmus_anew(scene, s->path);
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
     if (status == KT_OK)
         take_released(scene, s);

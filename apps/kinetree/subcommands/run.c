@@ -7,7 +7,6 @@
 #include "native/native.h"
 #include "plot/run.h"
 #include "scene/play.h"
-#include "scene/released.h"
 #include "view/glb.h"
 #include "view/view.h"
 
@@ -247,30 +246,6 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
     return code;
 }
 
-/* Writes the scene with the end of the run as its initial state. */
-static int write_end_scene(const kt_outcome *outcome, const char *path) {
-    kt_scene end = *outcome->scene; /* it shares the contents with the scene, and owns its later allocations */
-    kt_error error = {0};
-    end.memory = NULL;
-    kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
-                                           kt_simulation_velocities(outcome->simulation), &error);
-    if (status == KT_OK)
-        status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
-    json_t *released = kt_released_list(outcome->scene, outcome->simulation);
-    if (status == KT_OK && kt_json_is_short())
-        status = KT_ERROR_MEMORY; /* the list would lack released loops and effects */
-    if (status == KT_OK)
-        kt_released_apply(&end, released);
-    json_decref(released);
-    if (status == KT_OK)
-        status = kt_write_scene(&end, path, &error);
-    kt_scene_free(&end);
-    if (status == KT_OK)
-        return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));
-    return KT_EXIT_INTEGRATION;
-}
-
 /* Resumes from a checkpoint. Also sets the numbers of the model again that events had set before the checkpoint. */
 static int resume(const kt_run_arguments *arguments, kt_outcome *outcome, kt_checkpoint *checkpoint) {
     kt_error error;
@@ -349,7 +324,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_frames(outcome, results.motion);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
-            code = write_end_scene(outcome, arguments->scene);
+            code = kt_run_write_end(outcome, arguments->scene, arguments->quiet);
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);

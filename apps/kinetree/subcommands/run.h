@@ -151,6 +151,10 @@ typedef struct kt_outcome {
     kt_warnings warnings;
 } kt_outcome;
 
+/* Writes the scene with the end of the run as its initial state. Unless `quiet`, prints what begins anew in the written
+ * scene (kt_say_anew). Returns an exit code after printing an error. */
+int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet);
+
 /* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added. It returns -1,
  * or an exit code after printing the error. The function kt_run_keep_end makes the HDF5 file from the side file, and
  * does nothing if there is no side file. It returns 0, or -1 after printing the error. */
