@@ -354,7 +354,24 @@ KT_TEST(run_that_is_killed_at_random_times_ends_with_the_same_bytes) {
     kt_check_above("breaks", breaks, 5.0);
 }
 
-KT_TEST(checkpoint_that_cannot_be_written_ends_the_run) {
+/* The folder of the checkpoint disappears during the run, as a share of a network does. The run lost its motion. */
+KT_TEST(run_outlives_a_checkpoint_that_cannot_be_written) {
+    static const char line[] = "$K run chain.yaml --quiet --duration 20 --interval 0.01 --out";
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; %s whole.csv", line);
+    const kt_ran ran =
+        kt_shell("mkdir d; %s lost.csv --summary lost.json --checkpoint d/x --checkpoint-interval 1e-3 & "
+                 "while test ! -s d/x && kill -0 $!; do :; done; mv d e; wait $!",
+                 line);
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("warning", ran.err,
+                      "checkpoint d/x cannot be written: No such file or directory; the last one is");
+    const char *first = strstr(ran.err, "cannot be written");
+    kt_check_true("once", first != NULL && strstr(first + 1, "cannot be written") == NULL);
+    kt_expect(0, NULL, "cmp whole.csv lost.csv && grep -q '\"code\": \"checkpoint\"' lost.json");
+    kt_expect(0, NULL, "%s lost.csv --resume e/x && cmp whole.csv lost.csv", line);
+}
+
+KT_TEST(checkpoint_that_cannot_be_written_ends_the_run_at_its_start) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
     kt_expect(4, "none/x cannot be written: No such file",
               "$K run chain.yaml --quiet --out o.csv --checkpoint none/x --checkpoint-interval 1e-9");

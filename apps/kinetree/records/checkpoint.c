@@ -241,15 +241,39 @@ static bool sum_records(kt_checkpoint *checkpoint, const kt_lines *lines) {
     return true;
 }
 
-static bool write_checkpoint_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,
-                                  const kt_extremes *extremes, const char *words) {
-    const bool fine = write_and_rename(checkpoint, so_far, extremes, words);
-    if (!fine)
-        kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
-    return fine;
+/* Reports that a checkpoint cannot be written, once in a run. The motion and its records are sound without it. */
+static void warn_of_lost_checkpoint(kt_checkpoint *checkpoint, kt_outcome *outcome, int reason) {
+    char text[1200], last[64] = "this run has written none";
+    if (checkpoint->is_lost)
+        return;
+    checkpoint->is_lost = true;
+    if (checkpoint->is_written)
+        snprintf(last, sizeof last, "the last one is of t = %.9g s", checkpoint->time);
+    snprintf(text, sizeof text, "checkpoint %s cannot be written: %s; %s", kt_show(checkpoint->path).text,
+             strerror(reason), last);
+    const kt_warning warning = {.code = "checkpoint",
+                                .time = kt_simulation_time(outcome->simulation),
+                                .value = (double)NAN,
+                                .is_said = outcome->warnings.quiet,
+                                .remedy = "The run goes on, and tries again at each interval of checkpoints"};
+    if (warning.is_said)
+        kt_say("warning: %s. %s", text, warning.remedy);
+    kt_warn(&outcome->warnings, &warning, "%s", text);
 }
 
-int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines) {
+/* Returns 0 if the file is written, else 1. */
+static int write_checkpoint_file(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, kt_outcome *outcome,
+                                 const char *words) {
+    if (write_and_rename(checkpoint, so_far, &outcome->extremes, words)) {
+        checkpoint->is_written = true;
+        checkpoint->time = kt_simulation_time(outcome->simulation);
+        return 0;
+    }
+    warn_of_lost_checkpoint(checkpoint, outcome, errno);
+    return 1;
+}
+
+int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt_lines *lines) {
     json_t *reported = kt_marks_save(&outcome->marks);
     json_object_set_new(reported, "warnings", kt_warnings_describe(&outcome->warnings));
     kt_error error = {0};
@@ -261,6 +285,7 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
     char *words = json_dumps(reported, JSON_COMPACT | JSON_REAL_PRECISION(17));
     bool fine = (words != NULL && !kt_json_is_short()) || say_no_memory();
     kt_progress_so_far so_far;
+    int code = -1;
     json_decref(reported);
     fine = fine && sum_records(checkpoint, lines);
     if (fine) {
@@ -281,11 +306,11 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, co
         kt_simulation_save(outcome->simulation, checkpoint->block);
         if (checkpoint->modes != NULL)
             kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
-        fine = write_checkpoint_file(checkpoint, &so_far, &outcome->extremes, words);
+        code = write_checkpoint_file(checkpoint, &so_far, outcome, words);
     }
     free(words);
     checkpoint->last = kt_clock();
-    return fine ? 0 : -1;
+    return code;
 }
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */

@@ -12,6 +12,9 @@ typedef struct kt_checkpoint {
     char *new_path;       /* FILE.new, which becomes `file` when it is complete; NULL: none */
     int lock;             /* descriptor of `file`, or of `new_path` before the first checkpoint; -1: none */
     bool has_file;        /* the lock is on `file` */
+    bool is_lost;         /* a checkpoint could not be written, which is reported once */
+    bool is_written;      /* this run has written a checkpoint, */
+    double time;          /* the last one at this time of the motion, s */
     double interval;      /* s between two checkpoints, measured by kt_clock */
     double last;          /* s, value of kt_clock when the last one was written */
     uint64_t scene;       /* fingerprint of the scene */
@@ -35,9 +38,10 @@ void kt_checkpoint_close(kt_checkpoint *checkpoint);
 bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 
 /* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. All records
- * in `lines` must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0, or -1 after
- * printing the error. */
-int kt_checkpoint_write(kt_checkpoint *checkpoint, const kt_outcome *outcome, const kt_lines *lines);
+ * in `lines` must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0. Returns 1 if the
+ * file cannot be written, with a warning the first time; the last checkpoint stays, and the run can go on. Returns -1
+ * after printing an error of the records, of an FMU or of memory. */
+int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt_lines *lines);
 
 /* Returns false if a file is certainly no checkpoint. An empty file counts as a checkpoint before its first record. A
  * file that is not regular counts as one, too: the error of reading it describes it. */

@@ -97,11 +97,13 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
         if (!sinks.pauses)
             break;
         sinks.pauses = false;
-        sinks.failed = kt_lines_flush(&results->csv.lines) != 0 ||
-                       kt_checkpoint_write(checkpoint, outcome, &results->csv.lines) != 0;
+        const bool is_flushed = kt_lines_flush(&results->csv.lines) == 0;
+        const int written = is_flushed ? kt_checkpoint_write(checkpoint, outcome, &results->csv.lines) : -1;
+        sinks.failed = written < 0;
         if (sinks.failed)
             break;
-        advise_resume(checkpoint->path);
+        if (written == 0)
+            advise_resume(checkpoint->path);
     }
     kt_progress_end(&progress);
     if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
