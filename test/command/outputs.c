@@ -304,6 +304,9 @@ KT_TEST(records_do_not_replace_those_that_they_start_from) {
     kt_expect(1, "run: p.csv is the result to start from; give the results another file",
               "$K run p.yaml --quiet --from p.csv:0.05");
     kt_expect(1, "run: p.json is the result to start from", "$K run p.yaml --quiet --from p.json --summary p.json");
+    kt_expect(1, "run: p.csv is written as p.csv.partial first, which is the result to start from; give the results",
+              "cp p.csv p.csv.partial; $K run p.yaml --quiet --from p.csv.partial --out p.csv");
+    kt_expect(0, NULL, "cmp p.csv p.csv.partial; rm p.csv.partial");
     kt_check_text("records", kt_read_file("p.csv"), records);
     kt_expect(0, NULL, "$K run p.yaml --quiet --from p.csv:0.05 --duration 0.1 --out rest.csv");
     free(records);

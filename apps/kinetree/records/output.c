@@ -294,6 +294,24 @@ static bool collides(const kt_file_use *a, const kt_file_use *b) {
     return same;
 }
 
+/* Prints that a result would overwrite an input: at its end, or with its partial file during the command. */
+static void say_overwrites_input(const char *command, const kt_file_use *result, const char *input,
+                                 const char *itself) {
+    char *partial = files_are_same(result->path, input) ? NULL : kt_partial_name(result->path);
+    if (partial == NULL)
+        kt_say("%s: %s is %s; give the results another file", command, kt_show(result->path).text, itself);
+    else
+        kt_say("%s: %s is written as %s first, which is %s; give the results another file", command,
+               kt_show(result->path).text, kt_show(partial).text, itself);
+    free(partial);
+}
+
+static void say_overwrites_scene(const char *command, const kt_file_use *result, const kt_file_use *input) {
+    char itself[256];
+    (void)snprintf(itself, sizeof itself, "%s itself", input->what);
+    say_overwrites_input(command, result, input->path, itself);
+}
+
 /* The inputs that only a scene names, and the results of a command, until the program ends. Either may become known
  * first. */
 typedef struct noted_file {
@@ -310,7 +328,7 @@ static int note_file(const char *what, const char *path, bool is_written) {
         const kt_file_use *result = is_written ? &use : &other, *input = is_written ? &other : &use;
         if (!collides(result, input))
             continue;
-        kt_say("%s: %s is %s; give the results another file", result->what, kt_show(result->path).text, input->what);
+        say_overwrites_input(result->what, result, input->path, input->what);
         return KT_EXIT_USAGE;
     }
     noted_file *noted = malloc(sizeof *noted + strlen(path) + 1);
@@ -335,7 +353,7 @@ int kt_check_files(const char *command, const kt_file_use *uses, int count) {
                 kt_say("%s: %s and %s are one file, %s; give each result a file of its own", command, b->what, a->what,
                        a->path);
             else
-                kt_say("%s: %s is %s itself; give the results another file", command, a->path, b->what);
+                say_overwrites_scene(command, a, b);
             return KT_EXIT_USAGE;
         }
     for (int i = 0; i < count; i++) {
