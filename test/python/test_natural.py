@@ -16,6 +16,13 @@ bodies:
 simulate: {duration: 0.1, tolerance: 1e-9}
 """
 
+BALL = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies: [{name: ball, joint: {type: prismatic, axis: z, position: 2}, mass: 1, shape: {type: sphere, radius: 0.1}}]
+simulate: {duration: 1}
+"""
+
 
 def test_values_of_set_are_those_of_a_scene(tmp_path):
     """A uniform rod at angle q has the acceleration -3 g cos(q) / (2 L)."""
@@ -97,3 +104,44 @@ def test_a_body_without_a_joint_is_fixed():
     arm = kt.Body("arm", joint=kt.revolute("y"), mass=1, shape=kt.rod(to=[1, 0, 0]))
     scene = kt.mechanism([arm, kt.Body("load", parent=arm, mass=2, com=[1, 0, 0])], gravity=[0, 0, -9.81])
     assert scene.model.nv == 1 and scene.model.data().mass_matrix()[0, 0] == pytest.approx(1 / 3 + 2)
+
+
+def test_texts_that_are_no_characters_are_rejected(tmp_path):
+    """Half of a pair of surrogates raised an error of Python. A zero byte ended a value in silence."""
+    half = "\ud83d"
+    scene = kt.Scene(BALL)
+    calls = {
+        "the text of a scene": lambda: kt.Scene(BALL + f"name: {half}"),
+        "a dict": lambda: kt.Scene({"kinetree": 1, "name": half}),
+        "a value": lambda: kt.Scene(BALL, set={"gravity": half}),
+        "a name of set": lambda: kt.Scene(BALL, set={half: 1}),
+        "a path": lambda: kt.load(tmp_path / f"{half}.yaml"),
+        "a name": lambda: scene.model.copy().get(half),
+        "a method": lambda: scene.simulation(integrator=half),
+        "an option": lambda: scene.run(integrator=half),
+        "a folder": lambda: kt.load(tmp_path / "x.urdf", search=half),
+        "a value with a zero byte": lambda: kt.Scene(BALL, set={"gravity[2]": "-1\0 5"}),
+    }
+    for what, call in calls.items():
+        with pytest.raises(kt.ArgumentError, match="no character|no zero byte"):
+            print("       " + what)
+            call()
+
+
+def test_a_scene_keeps_its_file_if_the_program_changes_its_folder(tmp_path, monkeypatch):
+    """Another file of the same name in the new folder was run in silence."""
+    for name, height in (("first", 2.0), ("second", 5.0)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "ball.yaml").write_text(BALL.replace("position: 2", f"position: {height}"))
+    monkeypatch.chdir(tmp_path / "first")
+    scene = kt.load("ball.yaml")
+    monkeypatch.chdir(tmp_path / "second")
+    assert scene.run(duration=0.1)["position.ball"][0] == 2.0 == scene.model.data().q[0]
+
+
+def test_an_export_warns_of_parts_that_it_leaves_out(recwarn):
+    damped = BALL + "events: [{name: e, when: position.ball, then: record}]\n"
+    kt.Scene(BALL).export()
+    assert not recwarn.list
+    with pytest.warns(kt.KinetreeWarning, match="left out or changed: events"):
+        assert "<mujoco" in kt.Scene(damped).export()

@@ -119,7 +119,16 @@ def name_of(word: Any, what: str) -> bytes:
     """The bytes of a name; a name has no zero byte."""
     if not isinstance(word, str) or "\0" in word:
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a name as a str, got {word!r}")
-    return word.encode("utf8")
+    return encoded(word, what)
+
+
+def encoded(word: str, what: str) -> bytes:
+    """The bytes of a text. Half of a pair of surrogates is no character."""
+    try:
+        return word.encode("utf8")
+    except UnicodeEncodeError as fault:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"{word[fault.start]!r} at place {fault.start} of the text is no character: Unicode has it as "
+                            "half of a pair only") from None
 
 
 def method_of(word: Any, what: str) -> Any:

@@ -67,9 +67,19 @@ def setting(name: str, value: Any) -> str:
     """A word of ``--set``: vectors, mappings and truth values as a scene writes them."""
     if value is None:
         raise ArgumentError(1, f"set: {name}", "expected a value, got None")
-    if isinstance(value, (bool, list, tuple, Mapping)) or getattr(value, "ndim", 0) > 0:
-        return f"{name}={json.dumps(value, default=plain, ensure_ascii=False)}"
-    return f"{name}={number(value)}"
+    is_json = isinstance(value, (bool, list, tuple, Mapping)) or getattr(value, "ndim", 0) > 0
+    word = json.dumps(value, default=plain, ensure_ascii=False) if is_json else number(value)
+    if "\0" in name + word:  # the value would end there
+        raise ArgumentError(1, f"set: {name!r}", "a value has no zero byte")
+    return f"{name}={word}"
+
+
+def file_name(word: str, what: str) -> bytes:
+    """The bytes of a word or a path for the system, which may hold bytes that are no text."""
+    try:
+        return os.fsencode(word)
+    except UnicodeEncodeError as fault:
+        raise ArgumentError(1, what, f"{word[fault.start]!r} is no character: Unicode has it as half of a pair only") from None
 
 
 def plain(value: Any) -> Any:
@@ -136,8 +146,10 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
         The command ended with another exit status than those in `ok`.
     """
     import subprocess
-    if any("\0" in word for word in arguments):
-        raise SceneError(1, subcommand, "a word of a command has no zero byte")
+    for word in arguments:
+        if "\0" in word:
+            raise SceneError(1, subcommand, "a word of a command has no zero byte")
+        file_name(word, subcommand)
     words = [path(), subcommand, *arguments]
     if show and not os.isatty(2):
         done = _relayed(words, text)

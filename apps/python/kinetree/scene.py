@@ -12,7 +12,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, ffi, fail, finite, lib, text
+from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, encoded, ffi, fail, finite, lib, text
 from .callbacks import Force
 from .model import Model
 from .records import Run, Table, read_csv
@@ -82,6 +82,7 @@ class Scene:
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
         self.path = None if path is None else os.fsdecode(path)
+        self._place = self.path and os.path.abspath(self.path)  # the file, also if the program changes its folder later
         self._robot = self.path is not None and _is_robot(self.path)
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
@@ -93,13 +94,13 @@ class Scene:
     # ---- reading ----------------------------------------------------------------------------------------------------
 
     def _read(self) -> None:
-        settings = [ffi.new("char[]", command.setting(name, value).encode()) for name, value in self.set.items()]
+        settings = [ffi.new("char[]", encoded(command.setting(name, value), "set")) for name, value in self.set.items()]
         array = ffi.new("char *[]", settings)
         faults: List[Any] = []
         handle = ffi.new_handle(faults)
         error = ffi.new("kt_error *")
-        where = b"scene" if self.path is None else os.fsencode(self.path)
-        content = b"" if self.text is None else self.text.encode("utf8")
+        where = b"scene" if self.path is None else command.file_name(self.path, "path")
+        content = b"" if self.text is None else encoded(self.text, "Scene")
         if b"\0" in where:
             raise ArgumentError(1, "path", "a path has no zero byte")
         if self.is_robot:
@@ -138,7 +139,7 @@ class Scene:
                   "contacts": "contacts"}
         for name, value in self.options.items():
             if name in ("keyframe", "search"):
-                keep.append(ffi.new("char[]", str(value).encode()))
+                keep.append(ffi.new("char[]", command.file_name(str(value), name)))
                 setattr(chosen, name, keep[-1])
             elif name == "ground":
                 chosen.ground, chosen.has_ground = _height(value), True
@@ -149,7 +150,7 @@ class Scene:
         return keep, chosen
 
     def __reduce__(self) -> Any:
-        return _again, (self.text, self.path and os.path.abspath(self.path), self.set, self.options)
+        return _again, (self.text, self._place, self.set, self.options)
 
     # ---- the model --------------------------------------------------------------------------------------------------
 
@@ -229,8 +230,15 @@ class Scene:
         if self.is_robot and self.options:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
-        place = "-" if self.path is None else (self.path if not self.path.startswith("-") else "./" + self.path)
+        place = self._file()
         return command.run(subcommand, *settings, *command.words(options), *words, place, text=self.text, show=show, ok=ok)
+
+    def _file(self) -> str:
+        """The file for the command: as it was given, or with its folder if this program works in another one by now."""
+        if self.path is None or self._place is None:
+            return "-"
+        given = self.path if not self.path.startswith("-") else "./" + self.path
+        return given if os.path.abspath(given) == self._place else self._place
 
     def _without(self, names: Iterable[str]) -> "Scene":
         """This scene without the settings of values that vary."""
@@ -241,7 +249,7 @@ class Scene:
 
     def _as_scene(self) -> "Scene":
         chosen = {name: value for name, value in self.options.items()}
-        done = command.run("import", *command.words(chosen), self.path or "")
+        done = command.run("import", *command.words(chosen), self._file())
         return Scene(done.stdout)
 
     def run(self, *, out: Optional[Path] = None, summary: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
@@ -444,7 +452,9 @@ class Scene:
             file = kept if kept is not None and kept.suffix == suffix else pathlib.Path(folder) / f"result{suffix}"
             for each in dict.fromkeys([kept or file, file]):
                 chosen: Dict[str, Any] = {option: each, **options}
-                self.command(subcommand, **chosen)
+                done = self.command(subcommand, **chosen)
+            if subcommand == "export" and done.stderr:
+                warnings.warn(done.stderr.strip(), KinetreeWarning, stacklevel=3)
             return file.read_text(encoding="utf8")
 
     def draw(self, *, out: Optional[Path] = None, **options: Any) -> "Picture":
@@ -482,7 +492,7 @@ class Scene:
         return self._written("view", "view", ".html", keep=out, quiet=True, **options)
 
     def export(self, format: str = "mjcf") -> str:
-        """The scene as a robot.
+        """The scene as a robot. A KinetreeWarning lists the parts that the format does not have.
 
         Parameters
         ----------
