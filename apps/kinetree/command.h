@@ -63,9 +63,16 @@ const kt_subcommand *kt_subcommand_find(const char *name);
 
 /* Prints "kinetree: ..." and a newline on standard error. Characters that a terminal would obey are escaped. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
+/* Does the same, and returns the exit code: `code`, or KT_EXIT_USAGE for a wrong command line. */
+int kt_reject(int code, const char *format, ...) KT_PRINTF(2, 3);
+int kt_misuse(const char *format, ...) KT_PRINTF(1, 2);
+/* Prints the error in the same form. */
 void kt_say_error(const kt_error *error);
 /* Does the same, with the position in the file if the scene has it (kt_scene_locate). */
 void kt_say_located(const kt_scene *scene, kt_error *error);
+
+/* Prints the error unless the status is KT_OK. Returns the exit code of the status. */
+int kt_say_status(kt_status status, const kt_error *error);
 
 /* Prints that there is not enough memory, with the name of the result that is not made unless that is NULL. Returns the
  * exit status. */

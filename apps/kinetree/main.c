@@ -21,10 +21,8 @@ int main(int argc, char **argv) {
     static char help[] = "help";
     ask_for_one_thread();
     kt_json_watch_memory();
-    if (argc < 2) {
-        kt_say("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' lists scenes to run");
-        return KT_EXIT_USAGE;
-    }
+    if (argc < 2)
+        return kt_misuse("a subcommand is missing; 'kinetree --help' lists them, 'kinetree demo' lists scenes to run");
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)
         return kt_command_help(1, (char *[]){help, NULL});
     if (strcmp(argv[1], "--version") == 0) {

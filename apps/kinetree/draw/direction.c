@@ -11,8 +11,7 @@
 static const double degree = 3.14159265358979323846 / 180.0;
 
 static int reject_view(const char *view) {
-    kt_say("draw: --view takes x, y, z, iso or AZIMUTH,ELEVATION in degrees, such as 35,25, not '%s'", view);
-    return KT_EXIT_USAGE;
+    return kt_misuse("draw: --view takes x, y, z, iso or AZIMUTH,ELEVATION in degrees, such as 35,25, not '%s'", view);
 }
 
 static kt_view_words name_angles(double azimuth, double elevation) {

@@ -58,8 +58,7 @@ static int reject_native(const char *command, const kt_scene *scene, const kt_mo
     const char *why = why_not_native(scene, model);
     if (why == NULL)
         return -1;
-    kt_say("%s: --native cannot compute this scene: %s; leave --native out", command, why);
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE, "%s: --native cannot compute this scene: %s; leave --native out", command, why);
 }
 
 /* Planar trees: each link of a generated file waits for a division of the next one, while the library takes 25 ns for a
@@ -87,15 +86,13 @@ static int generate_native(const char *command, const kt_model *model, native_te
         return -1;
     if (status == KT_ERROR_MEMORY)
         return kt_say_no_memory(NULL);
-    if (status == KT_OK) {
-        kt_say("%s: --native cannot compute this scene: its code has %.1f MB, which compilers take minutes for, and is "
-               "slower than the library; leave --native out",
-               command, 1e-6 * (double)size[0]);
-        return KT_EXIT_SCENE;
-    }
-    kt_say("%s: --native cannot compute this scene: %s%s%s; leave --native out", command, error.where,
-           error.where[0] != '\0' ? ": " : "", error.message);
-    return KT_EXIT_SCENE;
+    if (status == KT_OK)
+        return kt_reject(KT_EXIT_SCENE,
+                         "%s: --native cannot compute this scene: its code has %.1f MB, which compilers take minutes "
+                         "for, and is slower than the library; leave --native out",
+                         command, 1e-6 * (double)size[0]);
+    return kt_reject(KT_EXIT_SCENE, "%s: --native cannot compute this scene: %s%s%s; leave --native out", command,
+                     error.where, error.where[0] != '\0' ? ": " : "", error.message);
 }
 
 /* Writes the name of the compiled file, made of two sums. */

@@ -7,8 +7,7 @@
 bool kt_plot_is_possible(void) { return false; }
 
 int kt_plot_check(const char *path) {
-    kt_say("%s cannot be drawn: this kinetree was built without cairo", path);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s cannot be drawn: this kinetree was built without cairo", path);
 }
 
 int kt_plot_draw(const kt_plot *plot, const char *path) {

@@ -452,8 +452,8 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
     if (fine)
         return KT_EXIT_DONE;
     const bool by_system = j.status == CAIRO_STATUS_WRITE_ERROR && j.reason != 0;
-    kt_say("%s cannot be written: %s", path, by_system ? strerror(j.reason) : cairo_status_to_string(j.status));
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
+                     by_system ? strerror(j.reason) : cairo_status_to_string(j.status));
 }
 
 char *kt_paper_svg(int width, int height, void (*draw)(cairo_t *c, const void *what), const void *what) {

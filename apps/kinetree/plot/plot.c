@@ -132,8 +132,7 @@ bool kt_plot_is_possible(void) { return true; }
 int kt_plot_check(const char *path) {
     if (ends_in(path, ".svg") || ends_in(path, ".png") || ends_in(path, ".pdf"))
         return kt_check_writable(path);
-    kt_say("%s cannot be drawn: a picture's name ends in .svg, .png or .pdf", path);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s cannot be drawn: a picture's name ends in .svg, .png or .pdf", path);
 }
 
 static void draw_plot(cairo_t *c, const void *what) { draw_all(c, what); }

@@ -23,7 +23,6 @@ int kt_plot_size_read(const char *command, const char *text, kt_plot_size *size)
     if (end != NULL && *end == '\0' && size->width >= LEAST && size->width <= MOST && size->height >= LEAST &&
         size->height <= MOST)
         return -1;
-    kt_say("%s: --size takes WIDTHxHEIGHT from %d to %d, such as 1200x800, not '%s'", command, LEAST, MOST,
-           kt_show(text).text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: --size takes WIDTHxHEIGHT from %d to %d, such as 1200x800, not '%s'", command, LEAST, MOST,
+                     kt_show(text).text);
 }

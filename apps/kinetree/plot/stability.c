@@ -215,10 +215,8 @@ int kt_stability_draw(const kt_stability_subject *subject, const char *path, boo
         step = kt_spectrum_limit(subject->spectrum, subject->method, subject->duration, 0.0).step;
         about = ", the largest that is stable";
     }
-    if (fastest < 0 || !isfinite(step)) {
-        kt_say("stability: no mode bounds the step, so there is nothing to draw; give a --step");
-        return KT_EXIT_USAGE;
-    }
+    if (fastest < 0 || !isfinite(step))
+        return kt_misuse("stability: no mode bounds the step, so there is nothing to draw; give a --step");
     const kt_mode mode = kt_spectrum_at(subject->spectrum, fastest).mode;
     kt_stability s;
     int stages = kt_stability_stages(subject->method, step * hypot(mode.real, mode.imaginary));

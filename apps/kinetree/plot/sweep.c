@@ -178,10 +178,10 @@ static int check_curves(const picture *p) {
     const size_t count = sort_values(sweep_column_of(p, chart->by), p->rows, true, p->numbers);
     if (count <= CURVES_MAX)
         return -1;
-    kt_say("plot: --by: '%s' has %zu values, and a picture has %d curves at most; --map %s,%s shows all as colours",
-           chart->table->names[chart->by], count, CURVES_MAX, chart->table->names[chart->x],
-           chart->table->names[chart->by]);
-    return KT_EXIT_USAGE;
+    return kt_misuse(
+        "plot: --by: '%s' has %zu values, and a picture has %d curves at most; --map %s,%s shows all as colours",
+        chart->table->names[chart->by], count, CURVES_MAX, chart->table->names[chart->x],
+        chart->table->names[chart->by]);
 }
 
 /* ---- histograms -------------------------------------------------------------------------------------------------- */

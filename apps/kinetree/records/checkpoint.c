@@ -428,10 +428,9 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
     struct stat status;
     const bool is_other = stat(path, &status) == 0 && !S_ISREG(status.st_mode);
     FILE *file = is_other ? NULL : fopen(path, "rb");
-    if (file == NULL) {
-        kt_say("checkpoint %s cannot be read: %s", path, is_other ? "it is not a file" : strerror(errno));
-        return KT_EXIT_SCENE;
-    }
+    if (file == NULL)
+        return kt_reject(KT_EXIT_SCENE, "checkpoint %s cannot be read: %s", path,
+                         is_other ? "it is not a file" : strerror(errno));
     read_checkpoint_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);
     if (content.wrong[0] == '\0')
@@ -440,6 +439,5 @@ int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome
     free(content.extremes);
     if (content.wrong[0] == '\0')
         return -1;
-    kt_say("checkpoint %s: %s", path, content.wrong);
-    return KT_EXIT_USAGE;
+    return kt_misuse("checkpoint %s: %s", path, content.wrong);
 }

@@ -17,8 +17,8 @@ bool kt_keep_is_meant(const char *path) {
 int kt_keep_check(const char *path) {
     if (kt_hdf5_is_there)
         return -1;
-    kt_say("%s: this kinetree was built without HDF5; build it with libhdf5-dev and -Dhdf5=enabled, or take CSV", path);
-    return KT_EXIT_USAGE;
+    return kt_misuse(
+        "%s: this kinetree was built without HDF5; build it with libhdf5-dev and -Dhdf5=enabled, or take CSV", path);
 }
 
 static int say(const kt_keep *keep, const char *what) {
@@ -33,16 +33,14 @@ int kt_keep_open(kt_keep *keep, const char *path, bool resume) {
         code = kt_output_start(&keep->output, path);
     if (code >= 0)
         return code;
-    if (keep->output.partial == NULL) {
-        kt_say("%s: HDF5 is written to a file alone, not to a stream or a device", path);
-        return KT_EXIT_USAGE;
-    }
+    if (keep->output.partial == NULL)
+        return kt_misuse("%s: HDF5 is written to a file alone, not to a stream or a device", path);
     const int descriptor = kt_output_open(&keep->output, O_CREAT | O_RDWR);
     keep->file = descriptor >= 0 ? fdopen(descriptor, "r+") : NULL;
     if (keep->file != NULL && (resume || ftruncate(descriptor, 0) == 0))
         return -1;
-    kt_say("%s cannot be written: %s", path, errno == EBUSY ? "another run is writing it" : strerror(errno));
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
+                     errno == EBUSY ? "another run is writing it" : strerror(errno));
 }
 
 int kt_keep_resume(kt_keep *keep, int64_t first, int64_t end, int64_t *next) {

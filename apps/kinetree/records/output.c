@@ -232,8 +232,7 @@ int kt_check_ending(const char *option, const char *path, const char *ending) {
     if (path == NULL || (length > end && strcasecmp(path + length - end, ending) == 0) ||
         (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
         return -1;
-    kt_say("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
 }
 
 /* An ending of the results of another option. */
@@ -248,8 +247,7 @@ static int check_other_endings(const char *writes, const char *path, const other
         const size_t end = strlen(other[i].ending);
         if (length < end || strcasecmp(path + length - end, other[i].ending) != 0)
             continue;
-        kt_say("%s, not '%s'; did you mean %s?", writes, path, other[i].option);
-        return KT_EXIT_USAGE;
+        return kt_misuse("%s, not '%s'; did you mean %s?", writes, path, other[i].option);
     }
     return -1;
 }

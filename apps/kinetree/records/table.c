@@ -11,10 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int say_no_memory(void) {
-    kt_say("there is not enough memory for the table");
-    return KT_EXIT_SCENE;
-}
+static int say_no_memory(void) { return kt_reject(KT_EXIT_SCENE, "there is not enough memory for the table"); }
 
 /* Returns the length of words in quotes. A quote within the words is doubled. */
 static size_t length_of_quoted(const char *at) {
@@ -128,11 +125,10 @@ static int read_lines(const char *path, kt_table *table, size_t most, const char
 
 static int read_cells(const char *path, kt_table *table, const char *lines) {
     size_t most = 1;
-    if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t") != NULL) {
-        kt_say("%s:1: the first line is the single name '%s'; put commas between names and between cells", path,
-               kt_show(table->names[0]).text);
-        return KT_EXIT_SCENE;
-    }
+    if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t") != NULL)
+        return kt_reject(KT_EXIT_SCENE,
+                         "%s:1: the first line is the single name '%s'; put commas between names and between cells",
+                         path, kt_show(table->names[0]).text);
     for (const char *c = lines; *c != '\0'; c++)
         most += *c == '\n';
     table->cells = malloc(most * (size_t)table->columns * sizeof *table->cells);
@@ -141,10 +137,8 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
     const int code = read_lines(path, table, most, lines);
     if (code >= 0)
         return code;
-    if (table->rows == 0) {
-        kt_say("%s: there are no lines of numbers in it", path);
-        return KT_EXIT_SCENE;
-    }
+    if (table->rows == 0)
+        return kt_reject(KT_EXIT_SCENE, "%s: there are no lines of numbers in it", path);
     for (int column = 1; column < table->columns; column++)
         memmove(table->cells + (size_t)column * table->rows, table->cells + (size_t)column * most,
                 table->rows * sizeof *table->cells);
@@ -162,10 +156,8 @@ int kt_table_read_file(const char *path, kt_table *table) {
     const int reason = errno;
     if (file != NULL && !is_input)
         fclose(file);
-    if (table->text == NULL) {
-        kt_say("%s cannot be read: %s", path, strerror(reason != 0 ? reason : ENOENT));
-        return KT_EXIT_SCENE;
-    }
+    if (table->text == NULL)
+        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(reason != 0 ? reason : ENOENT));
     const char *lines = split_header(table);
     int code = read_cells(path, table, lines);
     if (code >= 0)
@@ -221,8 +213,8 @@ int kt_table_join(kt_table *table, kt_table *below, const char *name) {
         table->rows = 0;
         below->columns = table->columns;
     } else if (!has_same_columns(table, below)) {
-        kt_say("plot: %s has other columns than %s; draw them one by one", name, table->parts[0].name);
-        return KT_EXIT_SCENE;
+        return kt_reject(KT_EXIT_SCENE, "plot: %s has other columns than %s; draw them one by one", name,
+                         table->parts[0].name);
     }
     kt_table_part *parts = realloc(table->parts, (table->part_count + 1) * sizeof *parts);
     table->parts = parts != NULL ? parts : table->parts;

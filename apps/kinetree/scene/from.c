@@ -73,18 +73,13 @@ static bool is_scene_file(const char *path) {
 static int read_summary_state(source *s) {
     json_error_t error;
     s->root = json_load_file(s->path, 0, &error);
-    if (s->root == NULL) {
-        kt_say("%s:%d:%d: it is no result: %s", s->path, error.line, error.column, error.text);
-        return KT_EXIT_SCENE;
-    }
+    if (s->root == NULL)
+        return kt_reject(KT_EXIT_SCENE, "%s:%d:%d: it is no result: %s", s->path, error.line, error.column, error.text);
     const double end = json_number_value(json_object_get(s->root, "time"));
-    if (!isnan(s->time) && s->time != end) {
-        kt_say(
-            "%s is a summary, which has the state at its end alone, t = %.9g s, not that at %.9g s; take the records "
-            "of that run (CSV)",
-            s->path, end, s->time);
-        return KT_EXIT_USAGE;
-    }
+    if (!isnan(s->time) && s->time != end)
+        return kt_misuse("%s is a summary, which has the state at its end alone, t = %.9g s, not that at %.9g s; take "
+                         "the records of that run (CSV)",
+                         s->path, end, s->time);
     return KT_EXIT_DONE;
 }
 
@@ -92,16 +87,13 @@ static int read_last_record(source *s) {
     const int code = kt_table_read_files(&s->path, 1, &s->table);
     if (code >= 0)
         return code;
-    if (s->table.part_count > 1) {
-        kt_say("%s has the records of %zu runs, and --from takes those of one run", s->path, s->table.part_count);
-        return KT_EXIT_SCENE;
-    }
+    if (s->table.part_count > 1)
+        return kt_reject(KT_EXIT_SCENE, "%s has the records of %zu runs, and --from takes those of one run", s->path,
+                         s->table.part_count);
     const double *time = kt_table_column(&s->table, "time");
     s->row = s->table.rows - 1;
-    if (time == NULL) {
-        kt_say("%s has no column 'time': it is no result of a run", s->path);
-        return KT_EXIT_SCENE;
-    }
+    if (time == NULL)
+        return kt_reject(KT_EXIT_SCENE, "%s has no column 'time': it is no result of a run", s->path);
     for (size_t i = 0; !isnan(s->time) && i < s->table.rows; i++)
         if (fabs(time[i] - s->time) < fabs(time[s->row] - s->time))
             s->row = i;
@@ -148,12 +140,10 @@ static int open_source(source *s, const kt_scene *scene, const char *result, con
     const int code = kt_check_input("the result to start from", path);
     if (code >= 0)
         return code;
-    if (is_scene_file(path)) {
-        kt_say("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) or the "
-               "records (CSV) of a run",
-               path);
-        return KT_EXIT_USAGE;
-    }
+    if (is_scene_file(path))
+        return kt_misuse("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) "
+                         "or the records (CSV) of a run",
+                         path);
     return is_json(path) ? read_summary_state(s) : read_last_record(s);
 }
 
@@ -299,10 +289,8 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
         return KT_EXIT_SCENE;
     if (s->root != NULL)
         say_unknown_joints(s, model);
-    if (found == 0) {
-        kt_say("%s has the state of no joint of the scene: %s", s->path, missing);
-        return KT_EXIT_SCENE;
-    }
+    if (found == 0)
+        return kt_reject(KT_EXIT_SCENE, "%s has the state of no joint of the scene: %s", s->path, missing);
     if (missing[0] != '\0')
         kt_say("%s has no state of %s: the values of the scene stay", s->path, missing);
     char start[1100];
@@ -314,9 +302,7 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
         take_released(scene, s);
     if (status == KT_OK && kt_own_state_count(model) > 0)
         status = take_auxiliary_states(scene, s, model, &error);
-    if (status != KT_OK)
-        kt_say_error(&error);
-    return kt_exit_code(status);
+    return kt_say_status(status, &error);
 }
 
 int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
@@ -331,8 +317,7 @@ int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
         if (q != NULL && v != NULL) {
             code = take_given_state(scene, &s, model, q, v);
         } else {
-            kt_say("there is not enough memory");
-            code = KT_EXIT_INTEGRATION;
+            code = kt_say_no_memory(NULL);
         }
         free(q);
         free(v);

@@ -14,12 +14,6 @@
 /* The dense matrices have twice as many rows; larger ones would take minutes. */
 enum { COORDINATES_MOST = 500 };
 
-static int fail_linear(kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_say_error(error);
-    return kt_exit_code(status);
-}
-
 int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings) {
     kt_error error = {0};
     memset(motion, 0, sizeof *motion);
@@ -35,11 +29,11 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     const char *name = kt_model_name(model);
     kt_say_fmus_left_out(&motion->scene);
     motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
-    if (kt_model_nv(model) > COORDINATES_MOST) {
-        kt_say("the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",
-               kt_model_nv(model), COORDINATES_MOST);
-        return KT_EXIT_INTEGRATION;
-    }
+    if (kt_model_nv(model) > COORDINATES_MOST)
+        return kt_reject(
+            KT_EXIT_INTEGRATION,
+            "the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",
+            kt_model_nv(model), COORDINATES_MOST);
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
     motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
     if (motion->q == NULL || motion->v == NULL || motion->name == NULL)
@@ -51,7 +45,7 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
         status = kt_data_create(model, &motion->data, &error);
     if (status == KT_OK)
         return kt_start_assemble(&motion->scene, model, motion->data, motion->q, motion->v);
-    return fail_linear(status, &error);
+    return kt_say_status(status, &error);
 }
 
 void kt_small_motion_close(kt_small_motion *motion) {
@@ -136,7 +130,7 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
         status = kt_modes_evaluate(motion->modes, kt_linearization_system(motion->linearization), &error);
     if (status == KT_OK && motion->lacks_contacts)
         check_contacts_of_state(motion);
-    return fail_linear(status, &error);
+    return kt_say_status(status, &error);
 }
 
 /* Names a direction in a joint's frame: "z" or "-x". If it lies along no axis, the name is its vector, as in `[0.6, 0,

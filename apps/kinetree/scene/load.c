@@ -60,10 +60,10 @@ int kt_reject_contacts(const char *command, const kt_model *model) {
     const int count = count_contacts(model, &first);
     if (count == 0)
         return -1;
-    kt_say("%s: '%s'%s: a study does not compare methods for hard stops, contacts, slack ropes or friction that "
-           "sticks; compare runs at several tolerances, or make them elastic (stiffness)",
-           command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE,
+                     "%s: '%s'%s: a study does not compare methods for hard stops, contacts, slack ropes or friction "
+                     "that sticks; compare runs at several tolerances, or make them elastic (stiffness)",
+                     command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
 }
 
 /* Releases the hard parts of copies of a scene's loops and effects, with the same indices. Friction that sticks keeps
@@ -140,9 +140,9 @@ void kt_say_fmus_left_out(const kt_scene *scene) {
 int kt_reject_fmus(const char *command, const kt_scene *scene) {
     if (scene->fmu_count == 0)
         return -1;
-    kt_say("%s: FMU '%s': a file of this kind cannot contain the FMUs of a scene; remove it from `effects`", command,
-           kt_show(scene->fmus[0].name).text);
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE,
+                     "%s: FMU '%s': a file of this kind cannot contain the FMUs of a scene; remove it from `effects`",
+                     command, kt_show(scene->fmus[0].name).text);
 }
 
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {

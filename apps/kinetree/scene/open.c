@@ -89,10 +89,9 @@ bool kt_is_robot_scene(const kt_scene *scene) {
 static int reject_settings(const char *path, const kt_settings *settings) {
     if (settings == NULL || settings->count == 0)
         return -1;
-    kt_say(
+    return kt_misuse(
         "%s: --set %s: a robot in URDF, MJCF or SDF has no keys of a scene; write it as one by 'kinetree import' first",
         path, settings->text[0]);
-    return KT_EXIT_USAGE;
 }
 
 /* ---- robots ------------------------------------------------------------------------------------------------------ */
@@ -220,10 +219,8 @@ static int read_any(const char *path, bool is_robot, const kt_robot_options *opt
     if (strcmp(path, "-") == 0) {
         kt_bytes input = {0};
         errno = 0;
-        if (!kt_bytes_read(&input, stdin, INPUT_MOST)) {
-            kt_say("standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
-            return KT_EXIT_SCENE;
-        }
+        if (!kt_bytes_read(&input, stdin, INPUT_MOST))
+            return kt_reject(KT_EXIT_SCENE, "standard input cannot be read: %s", strerror(errno != 0 ? errno : ENOMEM));
         const char *const name = standard_input;
         is_robot = is_robot || is_xml(input.text, input.used);
         input_is_robot = is_robot;
@@ -260,10 +257,8 @@ static int read_with(const char *path, bool is_robot, const kt_robot_options *op
                      kt_scene *scene) {
     kt_robot_options with = *options;
     char *search = compose_search_path(options->search);
-    if (search == NULL) {
-        kt_say("there is not enough memory");
-        return KT_EXIT_SCENE;
-    }
+    if (search == NULL)
+        return kt_reject(KT_EXIT_SCENE, "there is not enough memory");
     with.search = search;
     const int code = read_any(path, is_robot, &with, settings, scene);
     free(search);

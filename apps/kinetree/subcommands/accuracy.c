@@ -111,10 +111,8 @@ static int read_methods(kt_accuracy_arguments *arguments) {
     char text[512];
     char *rest = text;
     bool wanted[KT_ACCURACY_METHODS_MAX] = {false};
-    if ((size_t)snprintf(text, sizeof text, "%s", arguments->integrator_list) >= sizeof text) {
-        kt_say("accuracy: --integrators: the list is too long");
-        return KT_EXIT_USAGE;
-    }
+    if ((size_t)snprintf(text, sizeof text, "%s", arguments->integrator_list) >= sizeof text)
+        return kt_misuse("accuracy: --integrators: the list is too long");
     for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
         const kt_method *method = kt_method_find(word);
         if (method == NULL)
@@ -127,8 +125,7 @@ static int read_methods(kt_accuracy_arguments *arguments) {
             arguments->methods[arguments->method_count++] = kt_method_at(i);
     if (arguments->method_count > 0)
         return -1;
-    kt_say("accuracy: --integrators: the list is empty");
-    return KT_EXIT_USAGE;
+    return kt_misuse("accuracy: --integrators: the list is empty");
 }
 
 static int read_lists(kt_accuracy_arguments *a) {
@@ -136,21 +133,15 @@ static int read_lists(kt_accuracy_arguments *a) {
     if (code >= 0)
         return code;
     if (a->vary.count > 0 && (a->baselines || a->formulations || a->prices || a->plot != NULL || a->plot_dark != NULL ||
-                              a->reference != NULL)) {
-        kt_say("accuracy: --vary writes a line for each value; --plot, --reference, --prices, --formulations and "
-               "--baselines are of a single study");
-        return KT_EXIT_USAGE;
-    }
-    if (a->peers && (a->vary.count > 0 || a->baselines || a->formulations)) {
-        kt_say("accuracy: --peers is of a single study, without --vary, --formulations and --baselines");
-        return KT_EXIT_USAGE;
-    }
+                              a->reference != NULL))
+        return kt_misuse("accuracy: --vary writes a line for each value; --plot, --reference, --prices, --formulations "
+                         "and --baselines are of a single study");
+    if (a->peers && (a->vary.count > 0 || a->baselines || a->formulations))
+        return kt_misuse("accuracy: --peers is of a single study, without --vary, --formulations and --baselines");
     if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
-                         a->plot_dark != NULL || a->prices || a->tolerance_list != NULL)) {
-        kt_say("accuracy: --baselines has a table of its own: it takes --steps, --duration and --reference, and no "
-               "other choice of runs and outputs");
-        return KT_EXIT_USAGE;
-    }
+                         a->plot_dark != NULL || a->prices || a->tolerance_list != NULL))
+        return kt_misuse("accuracy: --baselines has a table of its own: it takes --steps, --duration and --reference, "
+                         "and no other choice of runs and outputs");
     if (a->baselines) { /* the study needs one run of its own */
         a->methods[0] = kt_method_find("dopri5");
         a->method_count = 1;
@@ -279,10 +270,8 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
     kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
     kt_progress_end(&progress);
-    if (status != KT_OK) {
-        kt_say_error(&error);
-        return kt_exit_code(status);
-    }
+    if (status != KT_OK)
+        return kt_say_status(status, &error);
     findings.results = kt_accuracy_get(findings.study);
     int code = KT_EXIT_DONE;
     if (arguments->along != NULL)
@@ -384,8 +373,7 @@ int kt_command_accuracy(int argc, char **argv) {
     char *csv = base != NULL ? default_name(base, ".csv") : NULL,
          *picture = base != NULL ? default_name(base, ".svg") : NULL;
     if (csv == NULL || picture == NULL) {
-        kt_say("there is not enough memory");
-        code = KT_EXIT_INTEGRATION;
+        code = kt_say_no_memory(NULL);
     } else {
         choose_files(&arguments, csv, picture);
         code = check_results(&arguments, argv[1]);

@@ -109,11 +109,9 @@ static int check_varied_values(const kt_accuracy_arguments *arguments, const kt_
     const int64_t runs = kt_sweep_plan_runs(plan), most = runs < 1000 ? runs : 1000;
     kt_sweep_texts texts;
     kt_scene scene;
-    if (strcmp(path, "-") == 0) {
-        kt_say(
+    if (strcmp(path, "-") == 0)
+        return kt_misuse(
             "accuracy: --vary reads the scene anew for each value, and standard input can be read once; name a file");
-        return KT_EXIT_USAGE;
-    }
     for (int64_t run = 0; run < most; run++) {
         const kt_settings settings = settings_of_run(arguments, plan, run, &texts);
         kt_scene_options options = kt_scene_options_default();
@@ -143,16 +141,12 @@ int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_st
     int code = kt_sweep_plan_make(&sweep, &plan);
     code = code < 0 ? check_varied_values(arguments, &plan, path) : code;
     FILE *file = code >= 0 ? NULL : to_stream ? stdout : fopen(arguments->out, "w");
-    if (code < 0 && file == NULL) {
-        kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (code < 0 && file == NULL)
+        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", arguments->out, strerror(errno));
     if (code < 0)
         code = write_all_studies(arguments, &plan, file, study, path, base);
-    if (file != NULL && !to_stream && fclose(file) != 0) {
-        kt_say("%s cannot be written: %s", arguments->out, strerror(errno));
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (file != NULL && !to_stream && fclose(file) != 0)
+        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", arguments->out, strerror(errno));
     kt_sweep_plan_free(&plan);
     return to_stream ? kt_finish_output(code) : code;
 }

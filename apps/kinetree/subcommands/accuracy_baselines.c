@@ -74,10 +74,8 @@ static int print_formulation(const kt_findings *findings, kt_formulation formula
                 printf("  %s\n", error.message);
                 return KT_EXIT_DONE;
             }
-            if (status != KT_OK) {
-                kt_say_error(&error);
-                return kt_exit_code(status);
-            }
+            if (status != KT_OK)
+                return kt_say_status(status, &error);
         }
     return KT_EXIT_DONE;
 }

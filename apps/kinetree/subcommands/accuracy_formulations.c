@@ -139,10 +139,8 @@ static int print_formulations(const kt_findings *findings, const kt_accuracy_cur
         kt_error error = {0};
         const kt_status status = kt_accuracy_measure(findings->study, &results->variants[i], curve->method,
                                                      curve->adaptive, chosen->setting, &points[i], &error);
-        if (status != KT_OK) {
-            kt_say_error(&error);
-            return kt_exit_code(status);
-        }
+        if (status != KT_OK)
+            return kt_say_status(status, &error);
         print_formulation_row(kinds[i].label, &points[i], results->duration);
     }
     for (int i = 1; i < KT_COMPARED_FORMULATIONS; i++) {

@@ -282,16 +282,13 @@ static int make_files(kt_peer_session *s) {
     for (int i = 0; i < FILES; i++)
         (void)snprintf(s->path[i], PATH_ROOM, "%s/%s", s->folder, files[i]);
     FILE *file = fopen(s->path[FILE_SCENE], "w");
-    if (file == NULL) {
-        kt_say("accuracy: --peers: %s cannot be written: %s", s->path[FILE_SCENE], strerror(errno));
-        return KT_EXIT_INTEGRATION;
-    }
+    if (file == NULL)
+        return kt_reject(KT_EXIT_INTEGRATION, "accuracy: --peers: %s cannot be written: %s", s->path[FILE_SCENE],
+                         strerror(errno));
     const kt_status status = kt_robot_write_scene(s->work->scene, KT_ROBOT_MJCF, s->folder, file, say_lost_by_peer,
                                                   (void *)(uintptr_t)s->work, &error);
-    if (fclose(file) != 0 || status != KT_OK) {
-        kt_say("accuracy: --peers: the scene cannot be written as MJCF: %s", error.message);
-        return KT_EXIT_SCENE;
-    }
+    if (fclose(file) != 0 || status != KT_OK)
+        return kt_reject(KT_EXIT_SCENE, "accuracy: --peers: the scene cannot be written as MJCF: %s", error.message);
     return -1;
 }
 
@@ -307,12 +304,10 @@ static int measure_peers(kt_peer_session *s) {
     if (code >= 0)
         return code;
     search_peers(s);
-    if (s->peers->count == 0) {
-        kt_say("accuracy: --peers: no program %sNAME is on the PATH; 'bench/run engines SCENE' builds those of MuJoCo, "
-               "ODE, Simbody and SUNDIALS",
-               prefix);
-        return KT_EXIT_USAGE;
-    }
+    if (s->peers->count == 0)
+        return kt_misuse("accuracy: --peers: no program %sNAME is on the PATH; 'bench/run engines SCENE' builds those "
+                         "of MuJoCo, ODE, Simbody and SUNDIALS",
+                         prefix);
     kt_progress progress = kt_progress_start(s->work->is_quiet);
     s->share = s->work->budget / s->peers->count;
     for (int i = 0; i < s->peers->count; i++) {

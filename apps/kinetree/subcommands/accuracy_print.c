@@ -346,10 +346,8 @@ int kt_findings_print_prices(const kt_findings *findings) {
         kt_error error = {0};
         kt_status status = kt_accuracy_measure(findings->study, &variants[i], curve->method, curve->adaptive,
                                                point->setting, &measured, &error);
-        if (status != KT_OK) {
-            kt_say_error(&error);
-            return kt_exit_code(status);
-        }
+        if (status != KT_OK)
+            return kt_say_status(status, &error);
         if (i == 0)
             base = measured.cpu;
         printf("  %-26s ", variants[i].label);

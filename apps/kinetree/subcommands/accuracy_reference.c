@@ -29,15 +29,12 @@ static void name_column(char name[256], const char *kind, const char *joint, int
 static int take_reference_column(const char *path, const kt_table *table, size_t count, const char *name,
                                  double *states, size_t width) {
     const double *column = kt_table_column(table, name);
-    if (column == NULL) {
-        kt_say("%s has no column '%s': is it of this scene, written by 'kinetree run'?", path, name);
-        return KT_EXIT_SCENE;
-    }
+    if (column == NULL)
+        return kt_reject(KT_EXIT_SCENE, "%s has no column '%s': is it of this scene, written by 'kinetree run'?", path,
+                         name);
     for (size_t row = 0; row < count; row++) {
-        if (!isfinite(column[row])) {
-            kt_say("%s:%zu: '%s' is no number", path, row + 2, name);
-            return KT_EXIT_SCENE;
-        }
+        if (!isfinite(column[row]))
+            return kt_reject(KT_EXIT_SCENE, "%s:%zu: '%s' is no number", path, row + 2, name);
         states[row * width] = column[row];
     }
     return -1;
@@ -79,8 +76,7 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
     }
     file->states = malloc(count * (nq + nv + 1) * sizeof *file->states);
     if (file->states == NULL) {
-        kt_say("there is not enough memory for %s", path);
-        code = KT_EXIT_INTEGRATION;
+        code = kt_reject(KT_EXIT_INTEGRATION, "there is not enough memory for %s", path);
     } else {
         code = fill_reference(path, &table, count, model, file->states, file->states + count * nq);
         file->reference = (kt_reference){time[1], (int)count, file->states, file->states + count * nq};

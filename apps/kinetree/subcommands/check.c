@@ -421,10 +421,8 @@ int kt_command_check(int argc, char **argv) {
     int operands, code = kt_arguments_read(&kt_usage_check, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
-    if (arguments.view != NULL && operands > 1) {
-        kt_say("check: --view shows one scene; give one");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments.view != NULL && operands > 1)
+        return kt_misuse("check: --view shows one scene; give one");
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--view", arguments.view, true}};
     code = arguments.view != NULL ? kt_check_files("check", uses, 2) : -1;
     code = code < 0 ? kt_check_ending("--view", arguments.view, ".html") : code;

@@ -131,10 +131,8 @@ int kt_command_demo(int argc, char **argv) {
     if (!kt_bundled_find(folder, sizeof folder, true))
         return KT_EXIT_SCENE;
     int count = scandir(folder, &entries, is_demo_scene, alphasort);
-    if (count < 0) {
-        kt_say("demo: %s cannot be read", folder);
-        return KT_EXIT_SCENE;
-    }
+    if (count < 0)
+        return kt_reject(KT_EXIT_SCENE, "demo: %s cannot be read", folder);
     int code = argc < 2 ? list_demos(folder, entries, count) : run_demo(argc, argv, forces, folder, entries, count);
     for (int i = 0; i < count; i++)
         free(entries[i]);

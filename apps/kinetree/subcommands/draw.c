@@ -110,27 +110,17 @@ typedef struct motion {
     char *name;
 } motion;
 
-static int fail_draw(kt_status status, const kt_error *error) {
-    kt_say_error(error);
-    return kt_exit_code(status);
-}
-
 static int reject_times(const char *list) {
-    kt_say("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
-    return KT_EXIT_USAGE;
+    return kt_misuse("draw: --at takes times in rising order, such as 0,0.5,1, not '%s'", list);
 }
 
 static int read_times(const char *list, motion *m) {
     m->state_count = kt_numbers_read(list, m->times, STATES_MOST);
-    if (m->state_count > STATES_MOST) {
-        kt_say("draw: --at takes up to %d times", STATES_MOST);
-        return KT_EXIT_USAGE;
-    }
+    if (m->state_count > STATES_MOST)
+        return kt_misuse("draw: --at takes up to %d times", STATES_MOST);
     for (int i = 0; i < m->state_count; i++) {
-        if (m->times[i] < 0.0) {
-            kt_say("draw: --at takes times from 0 on, and %g s is negative", m->times[i]);
-            return KT_EXIT_USAGE;
-        }
+        if (m->times[i] < 0.0)
+            return kt_misuse("draw: --at takes times from 0 on, and %g s is negative", m->times[i]);
         if (i > 0 && m->times[i] <= m->times[i - 1])
             return reject_times(list);
     }
@@ -158,28 +148,19 @@ static int count_frames(double seconds) {
 
 /* Chooses the times of all states. Returns -1, or an exit code after printing the error. */
 static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
-    if (arguments->at != NULL && arguments->strobe > 0) {
-        kt_say("draw: --at and --strobe exclude each other");
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->animate && (arguments->at != NULL || arguments->strobe >= 0)) {
-        kt_say("draw: --animate shows the whole run; leave out --at and --strobe");
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->speed > 0.0 && !arguments->animate) {
-        kt_say("draw: --speed is that of an animation; give --animate, or leave it out");
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->strobe == 0 || arguments->strobe > STATES_MOST) {
-        kt_say("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST, arguments->strobe);
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->at != NULL && arguments->strobe > 0)
+        return kt_misuse("draw: --at and --strobe exclude each other");
+    if (arguments->animate && (arguments->at != NULL || arguments->strobe >= 0))
+        return kt_misuse("draw: --animate shows the whole run; leave out --at and --strobe");
+    if (arguments->speed > 0.0 && !arguments->animate)
+        return kt_misuse("draw: --speed is that of an animation; give --animate, or leave it out");
+    if (arguments->strobe == 0 || arguments->strobe > STATES_MOST)
+        return kt_misuse("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST,
+                         arguments->strobe);
     if (arguments->until > 0.0 &&
-        (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL && !arguments->animate))) {
-        kt_say("draw: --until is the end of --strobe or --trace without --at, or of --animate; give one of these, or "
-               "leave it out");
-        return KT_EXIT_USAGE;
-    }
+        (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL && !arguments->animate)))
+        return kt_misuse("draw: --until is the end of --strobe or --trace without --at, or of --animate; give one of "
+                         "these, or leave it out");
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
     m->state_count = arguments->animate      ? count_frames(until / film_speed_of(arguments))
@@ -422,7 +403,7 @@ static int draw_open(motion *m, const kt_draw_arguments *arguments, const char *
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
-        return fail_draw(status, &error);
+        return kt_say_status(status, &error);
     const int code = write_picture(m, arguments, true, path);
     if (code == KT_EXIT_DONE)
         kt_say("%s shows the given state", path);
@@ -437,7 +418,7 @@ static int draw_run_states(motion *m, const kt_draw_arguments *arguments, const 
     if (status == KT_OK)
         status = create_picture(m, arguments, &error);
     if (status != KT_OK)
-        return fail_draw(status, &error);
+        return kt_say_status(status, &error);
     kt_bounds bounds = kt_bounds_empty();
     for (int i = 0; i < m->state_count; i++)
         bounds = kt_picture_widen(m->picture, m->poses + (ptrdiff_t)i * kt_model_body_count(m->model), bounds);
@@ -475,7 +456,7 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
         return kt_say_no_memory("the picture");
     const kt_status status = kt_data_create(m->model, &m->data, &error);
     if (status != KT_OK)
-        return fail_draw(status, &error);
+        return kt_say_status(status, &error);
     code = kt_start_assemble(&m->scene, m->model, m->data, m->q, m->v);
     if (code == KT_EXIT_ASSEMBLY)
         return draw_open(m, arguments, path);

@@ -178,8 +178,8 @@ static int write_equilibrium_scene(kt_small_motion *motion, const char *path) {
         status = kt_write_scene(&motion->scene, path, &error);
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
+                     error.message[0] != '\0' ? error.message : kt_status_text(status));
 }
 
 int kt_command_equilibrium(int argc, char **argv) {
@@ -198,9 +198,7 @@ int kt_command_equilibrium(int argc, char **argv) {
     if (code == KT_EXIT_DONE) {
         kt_say_left_out("equilibrium", &motion.scene);
         const kt_status status = kt_small_motion_settle(&motion, arguments.nearest, &error);
-        if (status != KT_OK)
-            kt_say_error(&error);
-        code = kt_exit_code(status);
+        code = kt_say_status(status, &error);
     }
     if (code == KT_EXIT_DONE)
         code = kt_small_motion_linearize(&motion);

@@ -133,15 +133,12 @@ static void release_evaluation(kt_evaluation *e) {
 /* Parses "1,2.5,-3": one number per coordinate. */
 static int read_accelerations(const char *list, kt_evaluation *e) {
     const int count = kt_numbers_read(list, e->given, e->nv);
-    if (count < 0) {
-        kt_say("evaluate: --acceleration takes numbers with commas between, not '%s'", list);
-        return KT_EXIT_USAGE;
-    }
+    if (count < 0)
+        return kt_misuse("evaluate: --acceleration takes numbers with commas between, not '%s'", list);
     if (count == e->nv)
         return -1;
-    kt_say("evaluate: --acceleration has %d number%s, and the scene has %d velocity coordinate%s", count,
-           count == 1 ? "" : "s", e->nv, e->nv == 1 ? "" : "s");
-    return KT_EXIT_USAGE;
+    return kt_misuse("evaluate: --acceleration has %d number%s, and the scene has %d velocity coordinate%s", count,
+                     count == 1 ? "" : "s", e->nv, e->nv == 1 ? "" : "s");
 }
 
 /* ---- the start of a run ------------------------------------------------------------------------------------------ */
@@ -368,26 +365,21 @@ static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_sce
     kt_error error = {0};
     int code = -1;
     const kt_status begun = begin_as_run(&e, model, &error);
-    if (begun != KT_OK) {
-        kt_say_error(&error);
-        code = kt_exit_code(begun);
-    }
+    if (begun != KT_OK)
+        code = kt_say_status(begun, &error);
     if (begun == KT_ERROR_CONSTRAINT)
         kt_say_open_loops(scene, model);
-    if (code < 0 && !allocate_evaluation(&e)) {
-        kt_say("there is not enough memory for %d velocity coordinates", kt_model_nv(model));
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (code < 0 && !allocate_evaluation(&e))
+        code = kt_reject(KT_EXIT_INTEGRATION, "there is not enough memory for %d velocity coordinates",
+                         kt_model_nv(model));
     if (code < 0 && arguments->acceleration != NULL)
         code = read_accelerations(arguments->acceleration, &e);
     if (code < 0)
         code = take_start(&e);
     if (code < 0) {
         kt_status status = compute_evaluation(&e, &error);
-        if (status != KT_OK) {
-            kt_say_error(&error);
-            code = kt_exit_code(status);
-        }
+        if (status != KT_OK)
+            code = kt_say_status(status, &error);
     }
     if (code < 0 && e.mass == NULL)
         kt_say("mass_matrix is left out%s: %d velocity coordinates are more than %d",

@@ -128,18 +128,15 @@ int kt_command_export(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, &operands);
     if (code >= 0)
         return code;
-    if (a.urdf + a.mjcf + a.c + a.fmu != 1) {
-        kt_say("export: give --urdf, --mjcf, --c or --fmu%s", a.urdf || a.mjcf || a.c || a.fmu ? ", one of them" : "");
-        return KT_EXIT_USAGE;
-    }
-    if (!a.c && (a.functions != NULL || a.constant)) {
-        kt_say("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
-        return KT_EXIT_USAGE;
-    }
-    if (!a.fmu && (a.inputs != NULL || a.version >= 0 || a.sources)) {
-        kt_say("export: %s is an option of --fmu", a.inputs != NULL ? "--input" : a.sources ? "--sources" : "--fmi");
-        return KT_EXIT_USAGE;
-    }
+    if (a.urdf + a.mjcf + a.c + a.fmu != 1)
+        return kt_misuse("export: give --urdf, --mjcf, --c or --fmu%s",
+                         a.urdf || a.mjcf || a.c || a.fmu ? ", one of them" : "");
+    if (!a.c && (a.functions != NULL || a.constant))
+        return kt_misuse("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
+    if (!a.fmu && (a.inputs != NULL || a.version >= 0 || a.sources))
+        return kt_misuse("export: %s is an option of --fmu", a.inputs != NULL ? "--input"
+                                                             : a.sources      ? "--sources"
+                                                                              : "--fmi");
     const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
     const int version = a.version < 0 ? KT_FMU_THIRD : a.version;
     const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, version, a.sources};

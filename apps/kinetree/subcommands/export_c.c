@@ -84,21 +84,16 @@ int kt_export_c_check(const kt_export_c *c) {
     char name[KT_EXPORT_NAME];
     if (read_function_names(c->functions) == 0)
         return KT_EXIT_USAGE;
-    if (length < 3 || strcmp(c->out + length - 2, ".c") != 0) {
-        kt_say("export: --c writes two files; give --out FILE.c, and FILE.h is written next to it");
-        return KT_EXIT_USAGE;
-    }
-    if (!name_of_file(c->out, name)) {
-        kt_say("export: names in C begin with that of the file; '%s...' must have at most %d letters, digits and _",
-               name, KT_EXPORT_NAME - 1);
-        return KT_EXIT_USAGE;
-    }
-    if (!is_name_in_c(name)) {
-        kt_say("export: names in C begin with that of the file; '%s' must begin with a letter and go on with letters, "
-               "digits and _",
-               name);
-        return KT_EXIT_USAGE;
-    }
+    if (length < 3 || strcmp(c->out + length - 2, ".c") != 0)
+        return kt_misuse("export: --c writes two files; give --out FILE.c, and FILE.h is written next to it");
+    if (!name_of_file(c->out, name))
+        return kt_misuse(
+            "export: names in C begin with that of the file; '%s...' must have at most %d letters, digits and _", name,
+            KT_EXPORT_NAME - 1);
+    if (!is_name_in_c(name))
+        return kt_misuse("export: names in C begin with that of the file; '%s' must begin with a letter and go on with "
+                         "letters, digits and _",
+                         name);
     return check_header(c->out);
 }
 
@@ -173,10 +168,8 @@ int kt_export_c_write(const kt_export_c *c) {
     kt_scene scene;
     kt_model *model = NULL;
     char *header = name_header(c->out);
-    if (header == NULL) {
-        kt_say("export: there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (header == NULL)
+        return kt_reject(KT_EXIT_INTEGRATION, "export: there is not enough memory");
     int code = kt_load_model(c->scene, c->settings, &scene, &model);
     if (code == KT_EXIT_DONE) {
         code = kt_reject_fmus("export", &scene);

@@ -33,8 +33,7 @@ int kt_export_fmu_check(const kt_export_fmu *fmu) {
     const size_t length = strlen(fmu->out);
     if (length > strlen(ending) && strcmp(fmu->out + length - strlen(ending), ending) == 0)
         return -1;
-    kt_say("export: --fmu writes an archive; give --out FILE.fmu");
-    return KT_EXIT_USAGE;
+    return kt_misuse("export: --fmu writes an archive; give --out FILE.fmu");
 }
 
 #ifdef KT_HAS_FMU
@@ -286,12 +285,11 @@ static int write_resource_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     kt_error error = {0};
     kt_scene scene;
     kt_model *model = NULL;
-    if (parse_alone(&parts->scene, NULL, &scene, &error) != KT_OK) {
-        kt_say("%s cannot be exported as an FMU: it reads other files, which an FMU does not have; write their numbers "
-               "into the scene (%s: %s)",
-               fmu->scene, error.where, error.message);
-        return KT_EXIT_SCENE;
-    }
+    if (parse_alone(&parts->scene, NULL, &scene, &error) != KT_OK)
+        return kt_reject(KT_EXIT_SCENE,
+                         "%s cannot be exported as an FMU: it reads other files, which an FMU does not have; write "
+                         "their numbers into the scene (%s: %s)",
+                         fmu->scene, error.where, error.message);
     const char *reason = reason_against(&scene);
     int code = KT_EXIT_SCENE;
     if (reason != NULL)
@@ -340,8 +338,7 @@ static int write_flow_with(const char *path, const kt_content *content, const kt
         if (input->key == NULL)
             continue;
         if (all.count == KT_SETTINGS_MAX) {
-            kt_say("export: --set and functions of --input are more than %d", KT_SETTINGS_MAX);
-            code = KT_EXIT_USAGE;
+            code = kt_misuse("export: --set and functions of --input are more than %d", KT_SETTINGS_MAX);
             break;
         }
         all.text[all.count++] = texts[k];
@@ -370,8 +367,8 @@ static int read_flow_scene(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs
     if (code != KT_EXIT_DONE)
         return code;
     if (content.text[strspn(content.text, " \t\r\n")] == '<') {
-        kt_say("%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
-        code = KT_EXIT_SCENE;
+        code =
+            kt_reject(KT_EXIT_SCENE, "%s is a robot, not a scene; 'kinetree import' writes it as a scene", fmu->scene);
     } else {
         code = write_flow_with(fmu->scene, &content, fmu->settings, inputs, flow);
     }
@@ -406,10 +403,9 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
 #else
 
 int kt_export_fmu_write(const kt_export_fmu *fmu) {
-    kt_say("%s cannot be exported as an FMU: this build has no support of FMUs, which need Linux, minizip and shared "
-           "libraries",
-           fmu->scene);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s cannot be exported as an FMU: this build has no support of FMUs, which need Linux, minizip "
+                     "and shared libraries",
+                     fmu->scene);
 }
 
 #endif

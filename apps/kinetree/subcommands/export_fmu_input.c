@@ -209,10 +209,8 @@ int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *i
         (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
         if (!find_input(&scene->description, word, &input))
             return KT_EXIT_USAGE;
-        if (input_is_listed(inputs, &input)) {
-            kt_say("export: --input names the input '%s' twice; remove one", kt_show(word).text);
-            return KT_EXIT_USAGE;
-        }
+        if (input_is_listed(inputs, &input))
+            return kt_misuse("export: --input names the input '%s' twice; remove one", kt_show(word).text);
         inputs->items[inputs->count++] = input;
     }
     return KT_EXIT_DONE;

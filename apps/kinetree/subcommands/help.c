@@ -113,14 +113,10 @@ int kt_command_help(int argc, char **argv) {
     if (code >= 0)
         return code;
     const kt_subcommand *subcommand = operands > 0 ? find_subcommand(argv[1], &nearest) : NULL;
-    if (arguments.completion >= 0 && (arguments.man || operands > 0)) {
-        kt_say("help: --completion covers all subcommands and takes neither --man nor the name of one");
-        return KT_EXIT_USAGE;
-    }
-    if (arguments.types && (arguments.man || arguments.completion >= 0 || operands > 0)) {
-        kt_say("help: --types covers all types and takes neither a name nor another option");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments.completion >= 0 && (arguments.man || operands > 0))
+        return kt_misuse("help: --completion covers all subcommands and takes neither --man nor the name of one");
+    if (arguments.types && (arguments.man || arguments.completion >= 0 || operands > 0))
+        return kt_misuse("help: --types covers all types and takes neither a name nor another option");
     if (operands > 0 && subcommand == NULL) {
         if (!arguments.man && kt_types_print(argv[1]))
             return kt_finish_output(KT_EXIT_DONE);

@@ -76,10 +76,8 @@ int kt_command_import(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, &operands);
     if (code >= 0)
         return code;
-    if (a.stop_damping > 0.0 && !(a.stops > 0.0)) {
-        kt_say("import: --stop-damping is that of --stops; give a stiffness, too");
-        return KT_EXIT_USAGE;
-    }
+    if (a.stop_damping > 0.0 && !(a.stops > 0.0))
+        return kt_misuse("import: --stop-damping is that of --stops; give a stiffness, too");
     const int inertia = choose_inertia(a.inertia);
     kt_robot_options how = {.stop_stiffness = a.stops,
                             .stop_damping = a.stop_damping,
@@ -94,19 +92,15 @@ int kt_command_import(int argc, char **argv) {
     if (code >= 0)
         return code;
     const char *ending = strrchr(argv[1], '.');
-    if (ending != NULL && strcmp(ending, ".yaml") == 0) {
-        kt_say("import: %s is a scene, not a robot: 'kinetree run %s' runs it as it is", argv[1], argv[1]);
-        return KT_EXIT_USAGE;
-    }
+    if (ending != NULL && strcmp(ending, ".yaml") == 0)
+        return kt_misuse("import: %s is a scene, not a robot: 'kinetree run %s' runs it as it is", argv[1], argv[1]);
     kt_scene scene;
     kt_error error = {0};
     code = kt_read_robot(argv[1], &how, &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
-    if (kt_write_scene(&scene, a.out, &error) != KT_OK) {
-        kt_say("%s cannot be written: %s", a.out, error.message);
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (kt_write_scene(&scene, a.out, &error) != KT_OK)
+        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", a.out, error.message);
     kt_scene_free(&scene);
     return code;
 }

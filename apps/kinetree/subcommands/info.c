@@ -342,10 +342,8 @@ static int show_all(const kt_scene *scene, const kt_model *model, const kt_model
     int code = show_start(scene, model);
     show_run(scene, model, integrated);
     putchar('\n');
-    if (kt_tree_draw(model) != 0) {
-        kt_say("there is not enough memory for the tree");
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (kt_tree_draw(model) != 0)
+        code = kt_say_no_memory("the tree");
     show_loops(model);
     show_effects(&scene->description);
     return code;
@@ -372,10 +370,8 @@ int kt_command_info(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
-    if (arguments.json && !arguments.plan) {
-        kt_say("info: --json is for the plan; give --plan as well");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments.json && !arguments.plan)
+        return kt_misuse("info: --json is for the plan; give --plan as well");
     code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;

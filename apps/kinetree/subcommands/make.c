@@ -219,10 +219,7 @@ static int write_made_scene(const kt_builder *builder, const char *title) {
     return kt_finish_output(KT_EXIT_DONE);
 }
 
-static int say_wrong(const char *what) {
-    kt_say("make: %s", what);
-    return KT_EXIT_USAGE;
-}
+static int say_wrong(const char *what) { return kt_misuse("make: %s", what); }
 
 /* Checks the options and fills in the defaults of this kind. Returns -1 on success, else an exit code. */
 static int complete_options(kt_maker *maker, const char *kind) {
@@ -234,10 +231,8 @@ static int complete_options(kt_maker *maker, const char *kind) {
         found = strcmp(kinds[i], kind) == 0 ? i : found;
         (void)kt_nearest_try(&nearest, kinds[i]);
     }
-    if (found < 0) {
-        kt_say("make: there is no '%s' to make; chain, pendulum and tree%s", kind, kt_ask(&nearest, "").text);
-        return KT_EXIT_USAGE;
-    }
+    if (found < 0)
+        return kt_misuse("make: there is no '%s' to make; chain, pendulum and tree%s", kind, kt_ask(&nearest, "").text);
     maker->kind = (kt_kind)found;
     bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
     settings->links = settings->links >= 0 ? settings->links : is_pendulum ? 1 : 10;

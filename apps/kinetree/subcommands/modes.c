@@ -316,31 +316,20 @@ static json_t *describe_modes(const kt_small_motion *motion, const char *state) 
 /* Rejects options that exclude each other. Each of --period and --formulation prints a table of its own. */
 static int check_together(const kt_modes_arguments *a) {
     const bool period = !isnan(a->period), formulation = a->formulation >= 0;
-    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL)) {
-        kt_say("modes: --period starts at the initial state and prints a table; leave --at, --nearest, --formulation, "
-               "--plot and --view out");
-        return KT_EXIT_USAGE;
-    }
-    if (formulation && (a->plot != NULL || a->view != NULL)) {
-        kt_say("modes: --formulation prints eigenvalues, which have no --plot and no --view");
-        return KT_EXIT_USAGE;
-    }
-    if (!formulation && !(isnan(a->alpha) && isnan(a->beta))) {
-        kt_say("modes: --alpha and --beta are gains of a formulation: --formulation baumgarte goes with them");
-        return KT_EXIT_USAGE;
-    }
-    if (a->bars && a->plot == NULL) {
-        kt_say("modes: --bars is about a picture: --plot FILE goes with it");
-        return KT_EXIT_USAGE;
-    }
-    if (a->dark && a->plot == NULL) {
-        kt_say("modes: --dark is about a picture: --plot FILE goes with it");
-        return KT_EXIT_USAGE;
-    }
-    if (!period && a->steps > 0) {
-        kt_say("modes: --steps divides a period: --period S goes with it");
-        return KT_EXIT_USAGE;
-    }
+    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL))
+        return kt_misuse("modes: --period starts at the initial state and prints a table; leave --at, --nearest, "
+                         "--formulation, --plot and --view out");
+    if (formulation && (a->plot != NULL || a->view != NULL))
+        return kt_misuse("modes: --formulation prints eigenvalues, which have no --plot and no --view");
+    if (!formulation && !(isnan(a->alpha) && isnan(a->beta)))
+        return kt_misuse(
+            "modes: --alpha and --beta are gains of a formulation: --formulation baumgarte goes with them");
+    if (a->bars && a->plot == NULL)
+        return kt_misuse("modes: --bars is about a picture: --plot FILE goes with it");
+    if (a->dark && a->plot == NULL)
+        return kt_misuse("modes: --dark is about a picture: --plot FILE goes with it");
+    if (!period && a->steps > 0)
+        return kt_misuse("modes: --steps divides a period: --period S goes with it");
     return -1;
 }
 
@@ -352,10 +341,8 @@ int kt_command_modes(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
     if (code >= 0)
         return code;
-    if (arguments.at == KT_MODES_AT_INITIAL && arguments.nearest) {
-        kt_say("modes: --nearest is about an equilibrium, and --at initial is not");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments.at == KT_MODES_AT_INITIAL && arguments.nearest)
+        return kt_misuse("modes: --nearest is about an equilibrium, and --at initial is not");
     if ((code = check_together(&arguments)) >= 0)
         return code;
     const kt_file_use uses[] = {

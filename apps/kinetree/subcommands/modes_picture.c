@@ -98,10 +98,8 @@ int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *
     kt_error error = {0};
     deflected d = {.count = 0};
     const int number = kt_modes_slowest(motion, DEFLECTED_MOST, d.modes, &d.count);
-    if (number == 0) {
-        kt_say("%s is not written: there is no mode to be drawn", path);
-        return KT_EXIT_INTEGRATION;
-    }
+    if (number == 0)
+        return kt_reject(KT_EXIT_INTEGRATION, "%s is not written: there is no mode to be drawn", path);
     d.poses = calloc((size_t)(d.count + 1) * (size_t)kt_model_body_count(motion->model), sizeof *d.poses);
     if (d.poses == NULL)
         return kt_say_no_memory("the picture");

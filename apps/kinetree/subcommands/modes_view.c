@@ -98,10 +98,8 @@ static int write_modes(const kt_small_motion *motion, shown_modes *s, const char
     for (int i = 0; i < s->count && status == KT_OK; i++)
         status = fill_mode(s, motion, i, frames->picture, poses, &error);
     free(poses);
-    if (status != KT_OK) {
-        kt_say_error(&error);
-        return kt_exit_code(status);
-    }
+    if (status != KT_OK)
+        return kt_say_status(status, &error);
     char about[80];
     snprintf(about, sizeof about, "modes about its %s", state);
     const kt_view view = {.name = motion->name, .method = about, .modes = s->list, .mode_count = s->count};
@@ -120,8 +118,7 @@ int kt_modes_view(const kt_small_motion *motion, const char *state, const char *
     if (frames == NULL || !allocate_shown_modes(&shown, motion, count)) {
         code = kt_say_no_memory("the view");
     } else if (shown.count == 0) {
-        kt_say("%s is not written: there is no mode to be shown", path);
-        code = KT_EXIT_INTEGRATION;
+        code = kt_reject(KT_EXIT_INTEGRATION, "%s is not written: there is no mode to be shown", path);
     } else {
         frames->boxes = boxes;
         code = take_rest(motion, frames) == 0 ? write_modes(motion, &shown, state, frames, path) : KT_EXIT_INTEGRATION;

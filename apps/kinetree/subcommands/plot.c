@@ -80,10 +80,8 @@ static int check_exclusions(const kt_plot_arguments *a) {
         {"histogram", "by", a->histogram && a->by != NULL},
     };
     for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++)
-        if (pairs[i].has_both) {
-            kt_say("plot: --%s and --%s exclude each other", pairs[i].one, pairs[i].other);
-            return KT_EXIT_USAGE;
-        }
+        if (pairs[i].has_both)
+            return kt_misuse("plot: --%s and --%s exclude each other", pairs[i].one, pairs[i].other);
     return -1;
 }
 
@@ -118,10 +116,8 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
             code = kt_plot_say_no_column(table, "columns", word);
     }
     free(text);
-    if (code < 0 && *count == 0) {
-        kt_say("plot: there is nothing to draw: --columns chooses");
-        code = KT_EXIT_USAGE;
-    }
+    if (code < 0 && *count == 0)
+        code = kt_misuse("plot: there is nothing to draw: --columns chooses");
     return code;
 }
 
@@ -129,10 +125,8 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
 static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table, kt_sweep_chart *chart) {
     const char *comma = arguments->map != NULL ? strchr(arguments->map, ',') : NULL;
     int code = -1;
-    if (arguments->map != NULL && comma == NULL) {
-        kt_say("plot: --map takes two columns, A,B, not '%s'", arguments->map);
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->map != NULL && comma == NULL)
+        return kt_misuse("plot: --map takes two columns, A,B, not '%s'", arguments->map);
     if (comma != NULL)
         code = find_plotted_column(table, "map", arguments->map, (size_t)(comma - arguments->map), &chart->x);
     else if (arguments->x != NULL)
@@ -175,15 +169,12 @@ static int draw_table(const kt_plot_arguments *arguments, const kt_table *table,
     if (kt_sweep_table_find(table, &first, &count)) {
         if (arguments->marks == NULL && arguments->phase == NULL)
             return draw_sweep(arguments, table, first, count, base, out);
-        kt_say("plot: --%s goes with the records of a run, and these are the lines of a sweep; leave it out",
-               arguments->marks != NULL ? "marks" : "phase");
-        return KT_EXIT_USAGE;
+        return kt_misuse("plot: --%s goes with the records of a run, and these are the lines of a sweep; leave it out",
+                         arguments->marks != NULL ? "marks" : "phase");
     }
-    if (arguments->by != NULL || arguments->map != NULL || arguments->histogram) {
-        kt_say("plot: --by, --map and --histogram draw the lines of a sweep ('run', its values, 'status', ...), and "
-               "this file is no sweep");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->by != NULL || arguments->map != NULL || arguments->histogram)
+        return kt_misuse("plot: --by, --map and --histogram draw the lines of a sweep ('run', its values, 'status', "
+                         "...), and this file is no sweep");
     return kt_plot_draw_chart(arguments, table, path, base, out);
 }
 
@@ -206,11 +197,9 @@ int kt_command_plot(int argc, char **argv) {
         code = kt_check_files("plot", uses, 2);
     }
     const char *ending = strrchr(argv[1], '.');
-    if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0) {
-        kt_say("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1], argv[1],
-               out);
-        code = KT_EXIT_USAGE;
-    }
+    if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0)
+        code = kt_misuse("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1],
+                         argv[1], out);
     if (code < 0)
         code = kt_table_read_files(argv + 1, operands, &table);
     if (code < 0) {

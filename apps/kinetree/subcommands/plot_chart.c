@@ -297,10 +297,10 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
 /* ---- marks ------------------------------------------------------------------------------------------------------- */
 
 static int say_no_marks(const char *path) {
-    kt_say("plot: --marks: %s has none: it takes the file of 'kinetree run SCENE --summary FILE' for a scene with "
-           "events, hard contacts, slack ropes or friction that sticks",
-           path);
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE,
+                     "plot: --marks: %s has none: it takes the file of 'kinetree run SCENE --summary FILE' for a scene "
+                     "with events, hard contacts, slack ropes or friction that sticks",
+                     path);
 }
 
 /* Reads the marks of a summary, and the name of its scene. Returns -1, or an exit code after printing the error. */
@@ -398,10 +398,8 @@ static int add_marks(kt_chart *chart) {
     const kt_plot_arguments *arguments = chart->arguments;
     if (arguments->marks == NULL)
         return -1;
-    if (arguments->phase != NULL || strcmp(chart->x_name, "time") != 0) {
-        kt_say("plot: --marks are instants, and go with the time as x; leave them out");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->phase != NULL || strcmp(chart->x_name, "time") != 0)
+        return kt_misuse("plot: --marks are instants, and go with the time as x; leave them out");
     const int code = read_marks(arguments->marks, &chart->marks, chart->scene, sizeof chart->scene);
     for (int i = 0; i < chart->marks.count; i++)
         chart->events[i] = (kt_plot_event){chart->marks.mark[i].time, chart->marks.mark[i].name};
@@ -471,8 +469,7 @@ int kt_plot_draw_chart(const kt_plot_arguments *arguments, const kt_table *table
     char title[300];
     int code = -1;
     if (chart == NULL || magnitudes == NULL || candidates == NULL) {
-        kt_say("there is not enough memory for the picture");
-        code = KT_EXIT_INTEGRATION;
+        code = kt_say_no_memory("the picture");
     } else {
         chart->arguments = arguments;
         chart->is_complete = true;
@@ -481,14 +478,10 @@ int kt_plot_draw_chart(const kt_plot_arguments *arguments, const kt_table *table
         chart->candidates = candidates;
         code = choose_panels(chart, title, sizeof title);
     }
-    if (code < 0 && !chart->is_complete) {
-        kt_say("there is not enough memory for the picture");
-        code = KT_EXIT_INTEGRATION;
-    }
-    if (code < 0 && chart->panel_count == 0) {
-        kt_say("plot: there is nothing to draw: --columns chooses");
-        code = KT_EXIT_USAGE;
-    }
+    if (code < 0 && !chart->is_complete)
+        code = kt_say_no_memory("the picture");
+    if (code < 0 && chart->panel_count == 0)
+        code = kt_misuse("plot: there is nothing to draw: --columns chooses");
     if (code < 0 && is_path(chart))
         make_path(chart);
     if (code < 0)

@@ -299,10 +299,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
                           unsigned record, kt_checkpoint *checkpoint, kt_mode_watch *modes) {
     kt_results results = {.keep.output.lock = -1};
     int code = -1;
-    if (!start_results(outcome, names, record, &results)) {
-        kt_say("there is not enough memory for the results");
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (!start_results(outcome, names, record, &results))
+        code = kt_say_no_memory("the results");
     if (results.motion != NULL) {
         results.motion->boxes = arguments->boxes;
         results.motion->simulation = outcome->simulation;
@@ -339,12 +337,11 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
  * reactions. */
 static int check_columns(const char *command, const kt_model *model, const kt_run *run) {
     for (int i = 0; i < kt_loop_count(model) && (kt_run_record(run, model) & KT_RECORD_REACTION) != 0; i++)
-        if (kt_body_of_joint(model, kt_loop_name(model, i)) > 0) {
-            kt_say("%s: loop '%s' has the name of a joint, and with 'reaction' recorded both would have the same "
-                   "columns; rename one of them",
-                   command, kt_loop_name(model, i));
-            return KT_EXIT_SCENE;
-        }
+        if (kt_body_of_joint(model, kt_loop_name(model, i)) > 0)
+            return kt_reject(KT_EXIT_SCENE,
+                             "%s: loop '%s' has the name of a joint, and with 'reaction' recorded both would have the "
+                             "same columns; rename one of them",
+                             command, kt_loop_name(model, i));
     return -1;
 }
 
@@ -542,10 +539,8 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
     int code = kt_run_arguments_read(manner->usage, argc, argv, &arguments);
     if (code >= 0)
         return code;
-    if (!manner->has_records && arguments.out == NULL && (arguments.checkpoint != NULL || arguments.resume != NULL)) {
-        kt_say("%s: --checkpoint and --resume need records: give --out FILE", manner->usage->command);
-        return KT_EXIT_USAGE;
-    }
+    if (!manner->has_records && arguments.out == NULL && (arguments.checkpoint != NULL || arguments.resume != NULL))
+        return kt_misuse("%s: --checkpoint and --resume need records: give --out FILE", manner->usage->command);
     const char *path = argv[1];
     if (arguments.modes)
         return kt_run_view_modes(&arguments, path);
@@ -556,8 +551,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         return code;
     char *base = kt_base_name(path);
     if (base == NULL) {
-        kt_say("there is not enough memory");
-        code = KT_EXIT_INTEGRATION;
+        code = kt_say_no_memory(NULL);
     } else {
         code = kt_run_override(&arguments, &scene);
         if (code < 0)

@@ -166,10 +166,8 @@ static const char *option_of_runs(const kt_run_arguments *arguments) {
 
 int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
     const char *needless = option_of_runs(arguments);
-    if (needless != NULL) {
-        kt_say("view: --modes shows small motions and no run; leave out --%s", needless);
-        return KT_EXIT_USAGE;
-    }
+    if (needless != NULL)
+        return kt_misuse("view: --modes shows small motions and no run; leave out --%s", needless);
     char *base = kt_base_name(path), own[4096];
     if (base == NULL)
         return kt_say_no_memory(NULL);
@@ -215,10 +213,9 @@ static int check_companions(const kt_run_arguments *arguments) {
          "checkpoint-interval", "--checkpoint FILE goes"},
     };
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-        if (all[i].is_idle) {
-            kt_say("%s: --%s has nothing to act on: %s with it", arguments->command, all[i].option, all[i].companion);
-            return KT_EXIT_USAGE;
-        }
+        if (all[i].is_idle)
+            return kt_misuse("%s: --%s has nothing to act on: %s with it", arguments->command, all[i].option,
+                             all[i].companion);
     return -1;
 }
 
@@ -232,41 +229,32 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     take_page(usage, arguments);
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
                     (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
-    if (to_stdout > 1) {
-        kt_say("%s: --out and --summary cannot both be standard output; give one of them a file", arguments->command);
-        return KT_EXIT_USAGE;
-    }
+    if (to_stdout > 1)
+        return kt_misuse("%s: --out and --summary cannot both be standard output; give one of them a file",
+                         arguments->command);
     if ((arguments->checkpoint != NULL || arguments->resume != NULL) && arguments->out != NULL &&
-        strcmp(arguments->out, "-") == 0) {
-        kt_say("%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
-               arguments->command);
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->resume != NULL && arguments->plot != NULL) {
-        kt_say("%s: --plot would not show the time before the checkpoint; 'kinetree plot' draws the finished records, "
-               "and with --marks the events that --summary lists",
-               arguments->command);
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL)) {
-        kt_say("%s: --view and --glb would not show the time before the checkpoint; leave --resume or them out",
-               arguments->command);
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->resume != NULL && arguments->from != NULL) {
-        kt_say("%s: --resume goes on with a run that was interrupted, --from starts another one; give one of them",
-               arguments->command);
-        return KT_EXIT_USAGE;
-    }
-    if (!isnan(arguments->step) && !isnan(arguments->max_step)) {
-        kt_say("%s: --step sets a fixed step and --max-step bounds adaptive ones; give one of them",
-               arguments->command);
-        return KT_EXIT_USAGE;
-    }
-    if (!isnan(arguments->step) && arguments->tolerance != NULL) {
-        kt_say("%s: --step sets a fixed step and --tolerance an adaptive one; give one of them", arguments->command);
-        return KT_EXIT_USAGE;
-    }
+        strcmp(arguments->out, "-") == 0)
+        return kt_misuse(
+            "%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
+            arguments->command);
+    if (arguments->resume != NULL && arguments->plot != NULL)
+        return kt_misuse("%s: --plot would not show the time before the checkpoint; 'kinetree plot' draws the finished "
+                         "records, and with --marks the events that --summary lists",
+                         arguments->command);
+    if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL))
+        return kt_misuse(
+            "%s: --view and --glb would not show the time before the checkpoint; leave --resume or them out",
+            arguments->command);
+    if (arguments->resume != NULL && arguments->from != NULL)
+        return kt_misuse(
+            "%s: --resume goes on with a run that was interrupted, --from starts another one; give one of them",
+            arguments->command);
+    if (!isnan(arguments->step) && !isnan(arguments->max_step))
+        return kt_misuse("%s: --step sets a fixed step and --max-step bounds adaptive ones; give one of them",
+                         arguments->command);
+    if (!isnan(arguments->step) && arguments->tolerance != NULL)
+        return kt_misuse("%s: --step sets a fixed step and --tolerance an adaptive one; give one of them",
+                         arguments->command);
     return check_companions(arguments);
 }
 
@@ -275,10 +263,8 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
 static int override_record(const kt_run_arguments *arguments, unsigned *record) {
     char text[256];
     char *rest = text;
-    if ((size_t)snprintf(text, sizeof text, "%s", arguments->record) >= sizeof text) {
-        kt_say("%s: --record: the list is too long", arguments->command);
-        return KT_EXIT_USAGE;
-    }
+    if ((size_t)snprintf(text, sizeof text, "%s", arguments->record) >= sizeof text)
+        return kt_misuse("%s: --record: the list is too long", arguments->command);
     *record = 0;
     for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
         kt_nearest nearest = kt_nearest_make(word, NULL);
@@ -293,32 +279,29 @@ static int override_record(const kt_run_arguments *arguments, unsigned *record) 
 #define KT_RECORD_JOIN(id, bit, name) ", " #name
                 KT_RECORD_LIST(KT_RECORD_JOIN);
 #undef KT_RECORD_JOIN
-            kt_say("%s: --record: there is no '%s' to record; there are %s%s", arguments->command, word, all + 2,
-                   kt_ask(&nearest, "").text);
-            return KT_EXIT_USAGE;
+            return kt_misuse("%s: --record: there is no '%s' to record; there are %s%s", arguments->command, word,
+                             all + 2, kt_ask(&nearest, "").text);
         }
         *record |= found;
     }
     if (*record != 0)
         return -1;
-    kt_say("%s: --record: the list is empty", arguments->command);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: --record: the list is empty", arguments->command);
 }
 
 static int say_no_body(const char *option, const kt_model *model, const char *name) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int body = 0; body < kt_model_body_count(model); body++)
         (void)kt_nearest_try(&nearest, kt_body_name(model, body));
-    kt_say("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "").text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "").text);
 }
 
 static int say_no_marker(const char *option, const kt_model *model, int body, const char *name) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int marker = 0; marker < kt_marker_count(model, body); marker++)
         (void)kt_nearest_try(&nearest, kt_marker_name(model, body, marker));
-    kt_say("%s: body '%s' has no marker '%s'%s", option, kt_body_name(model, body), name, kt_ask(&nearest, "").text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: body '%s' has no marker '%s'%s", option, kt_body_name(model, body), name,
+                     kt_ask(&nearest, "").text);
 }
 
 /* Reports a marker without its body, and suggests all markers of this name. */
@@ -329,9 +312,8 @@ static int say_no_pair(const char *option, const kt_model *model, const char *wo
         if (kt_marker_find(model, body, word) >= 0 && used < sizeof pairs - 100)
             used += (size_t)snprintf(pairs + used, sizeof pairs - used, "%s'%.40s.%.40s'", used > 0 ? " or " : "",
                                      kt_body_name(model, body), word);
-    kt_say("%s takes BODY.MARKER, not '%s'%s%s%s", option, word, used > 0 ? "; did you mean " : "", pairs,
-           used > 0 ? "?" : "");
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s takes BODY.MARKER, not '%s'%s%s%s", option, word, used > 0 ? "; did you mean " : "", pairs,
+                     used > 0 ? "?" : "");
 }
 
 /* Parses "BODY.MARKER"; *pair refers to the model's own strings. */
@@ -363,10 +345,8 @@ int kt_run_override_markers(const char *option, const char *list, const kt_model
     kt_marker_pair *pairs = calloc(most, sizeof *pairs);
     int code = -1, count = 0;
     char *rest = text;
-    if (text == NULL || pairs == NULL) {
-        kt_say("there is not enough memory");
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (text == NULL || pairs == NULL)
+        code = kt_say_no_memory(NULL);
     while (code < 0) {
         char *word = kt_next_word(&rest);
         if (word == NULL)
@@ -392,12 +372,10 @@ static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
     double tolerance[2] = {0.0, 0.0};
     const int count = kt_numbers_read(arguments->tolerance, tolerance, 2);
     const double relative = tolerance[0], absolute = count == 1 ? relative : tolerance[1];
-    if (count < 1 || count > 2 || relative < 0.0 || absolute < 0.0 || relative + absolute == 0.0) {
-        kt_say("%s: --tolerance takes a number above zero, or two with a comma between, of which one may be 0, not "
-               "'%s'",
-               arguments->command, arguments->tolerance);
-        return KT_EXIT_USAGE;
-    }
+    if (count < 1 || count > 2 || relative < 0.0 || absolute < 0.0 || relative + absolute == 0.0)
+        return kt_misuse(
+            "%s: --tolerance takes a number above zero, or two with a comma between, of which one may be 0, not '%s'",
+            arguments->command, arguments->tolerance);
     run->step = 0.0;
     run->relative = relative;
     run->absolute = absolute;
@@ -423,11 +401,9 @@ static int override_integrator(const kt_run_arguments *arguments, kt_run *run) {
 
 static int check_method_options(const kt_run_arguments *arguments, const kt_run *run) {
     const kt_method *method = run->integrator != NULL ? kt_method_find(run->integrator) : NULL;
-    if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0))) {
-        kt_say("%s: --rho is for --integrator two-step, and this is %s", arguments->command,
-               method != NULL ? method->name : "the default one");
-        return KT_EXIT_USAGE;
-    }
+    if (!isnan(arguments->rho) && (method == NULL || !(method->rho > 0.0)))
+        return kt_misuse("%s: --rho is for --integrator two-step, and this is %s", arguments->command,
+                         method != NULL ? method->name : "the default one");
     if (method == NULL || method->embedded_order > 0 || run->step > 0.0)
         return -1;
     if (arguments->tolerance != NULL)
@@ -452,10 +428,9 @@ static int check_moreau_options(const kt_run_arguments *arguments) {
                                                         : NULL;
     if (option == NULL)
         return -1;
-    kt_say("%s: --%s: the scene has 'simulate.contact: steps', which is a method of its own with a fixed step; leave "
-           "the option out, or add --set simulate.contact=events",
-           arguments->command, option);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: --%s: the scene has 'simulate.contact: steps', which is a method of its own with a fixed "
+                     "step; leave the option out, or add --set simulate.contact=events",
+                     arguments->command, option);
 }
 
 /* Checks the limits of the run. The scene was checked when it was read, so that any error here comes from an option. */

@@ -36,6 +36,6 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
         say_end_scene_anew(outcome, path);
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", path, error.message[0] != '\0' ? error.message : kt_status_text(status));
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
+                     error.message[0] != '\0' ? error.message : kt_status_text(status));
 }

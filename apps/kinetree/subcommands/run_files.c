@@ -11,16 +11,12 @@
 #include <unistd.h>
 
 int kt_run_check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
-    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0) {
-        kt_say("checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
-        return KT_EXIT_SCENE;
-    }
-    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume)) {
-        kt_say("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts from the "
-               "summary or the records of a run",
-               kt_show(arguments->resume).text);
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0)
+        return kt_reject(KT_EXIT_SCENE, "checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
+    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume))
+        return kt_misuse("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from "
+                         "starts from the summary or the records of a run",
+                         kt_show(arguments->resume).text);
     const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
                                   {"--checkpoint", arguments->checkpoint, true}};
     int code = -1;
@@ -33,11 +29,9 @@ int kt_run_check_files(const kt_run_arguments *arguments, const char *path, cons
     }
     code = code < 0 ? kt_check_records(names->out) : code;
     code = code < 0 ? kt_check_summary(names->summary) : code;
-    if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL)) {
-        kt_say(
+    if (code < 0 && kt_keep_is_meant(names->out) && (arguments->checkpoint != NULL || arguments->resume != NULL))
+        code = kt_misuse(
             "--checkpoint and --resume go with records as CSV: HDF5 is made at the end of a run; take --out FILE.csv");
-        code = KT_EXIT_USAGE;
-    }
     code = code < 0 && kt_keep_is_meant(names->out) ? kt_keep_check(names->out) : code;
     code = code < 0 ? kt_check_ending("--view", names->view, ".html") : code;
     code = code < 0 ? kt_check_ending("--glb", names->glb, ".glb") : code;
@@ -51,11 +45,9 @@ int kt_run_spare_results(const kt_result_names *names) {
     for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
         struct stat status;
         if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
-            S_ISREG(status.st_mode)) {
-            kt_say("demo: %s exists already; --force replaces it%s", results[i],
-                   i == 0 ? ", --out FILE writes elsewhere" : "");
-            return KT_EXIT_USAGE;
-        }
+            S_ISREG(status.st_mode))
+            return kt_misuse("demo: %s exists already; --force replaces it%s", results[i],
+                             i == 0 ? ", --out FILE writes elsewhere" : "");
     }
     return -1;
 }

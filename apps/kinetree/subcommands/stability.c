@@ -316,9 +316,8 @@ static int choose_method(const char *name, const kt_run *run, const kt_model *mo
     kt_nearest nearest = kt_nearest_make(wanted, NULL);
     for (int i = 0; i < kt_method_count(); i++)
         (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
-    kt_say("stability: there is no method '%s'%s", wanted,
-           nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
-    return KT_EXIT_USAGE;
+    return kt_misuse("stability: there is no method '%s'%s", wanted,
+                     nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
 }
 
 static int show_subject(const kt_stability_subject *subject, const arguments *given) {
@@ -352,10 +351,8 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         return code;
     if (given->duration > 0.0)
         run.duration = given->duration;
-    if (!(run.duration > 0.0)) {
-        kt_say("stability: the scene has no duration; give one: --duration 10");
-        return KT_EXIT_USAGE;
-    }
+    if (!(run.duration > 0.0))
+        return kt_misuse("stability: the scene has no duration; give one: --duration 10");
     if (given->samples > SAMPLES_MOST || (given->dark && given->plot == NULL)) {
         if (given->dark)
             kt_say("stability: --dark is about a picture: --plot FILE goes with it");
@@ -379,9 +376,8 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         subject.spectrum = spectrum;
         code = show_subject(&subject, given);
     } else if (status == KT_OK) {
-        kt_say("stability: nothing can be linearised wherever one looks: loops are at a singular position, or a hard "
-               "contact begins to slip; try other --samples");
-        code = KT_EXIT_ASSEMBLY;
+        code = kt_reject(KT_EXIT_ASSEMBLY, "stability: nothing can be linearised wherever one looks: loops are at a "
+                                           "singular position, or a hard contact begins to slip; try other --samples");
     }
     kt_spectrum_free(spectrum);
     return status == KT_OK ? code : kt_exit_code(status);

@@ -185,9 +185,8 @@ static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int
             kt_sweep_say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
         } else if (lines > 0 && strtoll(line, NULL, 10) != *next) {
-            kt_say("sweep: %s has run %s where run %lld belongs; it is of another sweep", name, strtok(line, ","),
-                   (long long)*next);
-            code = KT_EXIT_USAGE;
+            code = kt_misuse("sweep: %s has run %s where run %lld belongs; it is of another sweep", name,
+                             strtok(line, ","), (long long)*next);
         } else {
             code = lines == 1 ? check_line(sweep, name, *next, line) : -1;
             *next += lines > 0;
@@ -198,10 +197,8 @@ static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int
     free(line);
     if (code >= 0)
         return code;
-    if (fseek(file, whole, SEEK_SET) != 0 || ftruncate(fileno(file), whole) != 0) {
-        kt_say("sweep: %s cannot be continued: %s", name, strerror(errno));
-        return KT_EXIT_INTEGRATION;
-    }
+    if (fseek(file, whole, SEEK_SET) != 0 || ftruncate(fileno(file), whole) != 0)
+        return kt_reject(KT_EXIT_INTEGRATION, "sweep: %s cannot be continued: %s", name, strerror(errno));
     return -1;
 }
 
@@ -267,10 +264,8 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
     char *header = next == first ? kt_sweep_header(sweep) : NULL;
     const bool begins = next > first || (header != NULL && fseek(file, 0, SEEK_SET) <= 0 && fputs(header, file) >= 0);
     free(header);
-    if (!begins) {
-        kt_say("sweep: %s cannot be written: %s", name, strerror(errno));
-        return KT_EXIT_INTEGRATION;
-    }
+    if (!begins)
+        return kt_reject(KT_EXIT_INTEGRATION, "sweep: %s cannot be written: %s", name, strerror(errno));
     sink s = {.sweep = sweep,
               .file = file,
               .keep = keep,
@@ -316,10 +311,8 @@ static int write_sweep_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *kee
         status.st_size > 0)
         kt_say("sweep: %s holds the finished runs. To go on, free some space and repeat the command with --resume",
                output.partial);
-    if (fclose(file) != 0 && code == KT_EXIT_DONE) {
-        kt_say("sweep: %s cannot be written: %s", out, strerror(errno));
-        code = KT_EXIT_INTEGRATION;
-    }
+    if (fclose(file) != 0 && code == KT_EXIT_DONE)
+        code = kt_reject(KT_EXIT_INTEGRATION, "sweep: %s cannot be written: %s", out, strerror(errno));
     return kt_output_end(&output, code == KT_EXIT_DONE ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS) == 0 ? code
                                                                                                  : KT_EXIT_INTEGRATION;
 }
@@ -375,14 +368,10 @@ static int check_sweep_files(const kt_sweep_arguments *arguments, const char *pa
                                 {"--from", arguments->from, false},
                                 {"--out", out, true},
                                 {"--keep", arguments->keep, true}};
-    if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep)) {
-        kt_say("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
-        return KT_EXIT_USAGE;
-    }
-    if (arguments->out != NULL && kt_keep_is_meant(arguments->out)) {
-        kt_say("sweep: --out writes lines as CSV; --keep %s keeps all records", arguments->out);
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep))
+        return kt_misuse("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
+    if (arguments->out != NULL && kt_keep_is_meant(arguments->out))
+        return kt_misuse("sweep: --out writes lines as CSV; --keep %s keeps all records", arguments->out);
     const int code = arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
     return code < 0 ? kt_check_files("sweep", uses, sizeof uses / sizeof uses[0]) : code;
 }
@@ -401,10 +390,8 @@ static bool read_shard(const char *text, long long *k, long long *n) {
 /* Determines the runs of a part, or all runs. Returns -1, or an exit code after printing the error. */
 static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t *end) {
     long long k = 1, n = 1;
-    if (text != NULL && !read_shard(text, &k, &n)) {
-        kt_say("sweep: --shard takes K/N with 1 <= K <= N, as 3/100, not '%s'", text);
-        return KT_EXIT_USAGE;
-    }
+    if (text != NULL && !read_shard(text, &k, &n))
+        return kt_misuse("sweep: --shard takes K/N with 1 <= K <= N, as 3/100, not '%s'", text);
     *first = runs / n * (k - 1) + runs % n * (k - 1) / n;
     *end = runs / n * k + runs % n * k / n;
     return -1;
@@ -420,9 +407,9 @@ static int read_sweep_scene(kt_sweep *sweep) {
     }
     if (kt_is_robot_name(sweep->path)) {
         (void)fclose(file);
-        kt_say("%s is a robot, and sweeps take scenes: kinetree import %s >robot.yaml makes one", sweep->path,
-               sweep->path);
-        return KT_EXIT_SCENE;
+        return kt_reject(KT_EXIT_SCENE,
+                         "%s is a robot, and sweeps take scenes: kinetree import %s >robot.yaml makes one", sweep->path,
+                         sweep->path);
     }
     const bool fine = kt_bytes_read(&text, file, (size_t)65 << 20);
     sweep->text = text.text;
@@ -471,18 +458,12 @@ int kt_command_sweep(int argc, char **argv) {
         return code;
     if (arguments.merge)
         return kt_sweep_merge(&arguments, argv + 1, operands);
-    if (operands > 1) {
-        kt_say("sweep: '%s' is one word too many; only --merge takes several files", argv[2]);
-        return KT_EXIT_USAGE;
-    }
-    if (arguments.repeats < 1 || arguments.repeats > 1000000000) {
-        kt_say("sweep: --repeats must be 1 to 1e9");
-        return KT_EXIT_USAGE;
-    }
-    if (arguments.resume && arguments.out != NULL && strcmp(arguments.out, "-") == 0) {
-        kt_say("sweep: standard output cannot be taken up again: --resume needs a file");
-        return KT_EXIT_USAGE;
-    }
+    if (operands > 1)
+        return kt_misuse("sweep: '%s' is one word too many; only --merge takes several files", argv[2]);
+    if (arguments.repeats < 1 || arguments.repeats > 1000000000)
+        return kt_misuse("sweep: --repeats must be 1 to 1e9");
+    if (arguments.resume && arguments.out != NULL && strcmp(arguments.out, "-") == 0)
+        return kt_misuse("sweep: standard output cannot be taken up again: --resume needs a file");
     int code_of_ranks;
     kt_ranks *ranks = kt_ranks_start(&code_of_ranks);
     if (ranks != NULL && strcmp(argv[1], "-") == 0) {

@@ -87,6 +87,6 @@ int kt_sweep_confirm(const kt_sweep *sweep, int64_t first, int64_t end, int thre
     fprintf(stderr, "\r\033[K%lld runs take about %s. Start? [y/N] ", runs, words);
     if (is_confirmed())
         return -1;
-    kt_say("sweep: not started; answer y to start, or give fewer values; --quiet starts without the question");
-    return KT_EXIT_USAGE;
+    return kt_misuse(
+        "sweep: not started; answer y to start, or give fewer values; --quiet starts without the question");
 }

@@ -65,11 +65,10 @@ int kt_sweep_list_functionals(kt_sweep *sweep) {
         for (int k = 0; k < sweep->functional_count && found < KT_FUNCTIONALS; k++)
             if ((int)sweep->functionals[k] == found)
                 found = KT_FUNCTIONALS + 1;
-        if (found >= KT_FUNCTIONALS) {
-            kt_say("sweep: --functionals takes some of end, min, max, mean, rms and integral, each once, not '%.*s'%s",
-                   (int)length, from, found > KT_FUNCTIONALS ? " again" : "");
-            return KT_EXIT_USAGE;
-        }
+        if (found >= KT_FUNCTIONALS)
+            return kt_misuse(
+                "sweep: --functionals takes some of end, min, max, mean, rms and integral, each once, not '%.*s'%s",
+                (int)length, from, found > KT_FUNCTIONALS ? " again" : "");
         sweep->functionals[sweep->functional_count++] = (kt_functional)found;
         from = from[length] == ',' ? from + length + 1 : NULL;
     }

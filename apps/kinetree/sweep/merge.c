@@ -89,10 +89,9 @@ static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_the
     if (root != NULL &&
         json_unpack(root, "{s:s, s:I, s:I, s:I}", "sweep", &sum, "runs", &runs, "first", &first, "end", &end) == 0)
         *shard = (kt_sweep_shard){.sweep = strtoull(sum, &rest, 16), .runs = runs, .first = first, .end = end};
-    if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end)) {
-        kt_say("sweep: %s does not name the runs of a part; remove it, or compute the part anew", name);
-        code = KT_EXIT_SCENE;
-    }
+    if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end))
+        code = kt_reject(KT_EXIT_SCENE,
+                         "sweep: %s does not name the runs of a part; remove it, or compute the part anew", name);
     json_decref(root);
     free(name);
     return code;
@@ -121,8 +120,7 @@ typedef struct part {
 } part;
 
 static int say_sweep_part(const part *p, const char *what) {
-    kt_say("sweep: %s: %s", p->name, what);
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE, "sweep: %s: %s", p->name, what);
 }
 
 /* Reads the number of the next run, which is one of those that the part's FILE.shard lists. */
@@ -135,11 +133,9 @@ static int next_part_line(part *p) {
     const long long run = strtoll(p->line, &end, 10);
     if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
         return say_sweep_part(p, "its last line is no whole run: is that part still being written?");
-    if (p->has_shard && (run < p->shard.first || run >= p->shard.end)) {
-        kt_say("sweep: %s has run %lld, and %s%s lists the runs %lld to %lld: it is of another file", p->name, run,
-               p->name, SHARD_ENDING, (long long)p->shard.first, (long long)p->shard.end - 1);
-        return KT_EXIT_USAGE;
-    }
+    if (p->has_shard && (run < p->shard.first || run >= p->shard.end))
+        return kt_misuse("sweep: %s has run %lld, and %s%s lists the runs %lld to %lld: it is of another file", p->name,
+                         run, p->name, SHARD_ENDING, (long long)p->shard.first, (long long)p->shard.end - 1);
     p->run = run;
     return -1;
 }
@@ -174,10 +170,9 @@ static int read_shards(part *parts, int count, int64_t *runs) {
         } else if (known < 0) {
             known = i;
         } else if (p->shard.sweep != parts[known].shard.sweep || p->shard.runs != parts[known].shard.runs) {
-            kt_say("sweep: %s is a part of another sweep than %s: the scene or the options differ; leave one of them "
-                   "out, or compute it anew",
-                   p->name, parts[known].name);
-            return KT_EXIT_USAGE;
+            return kt_misuse("sweep: %s is a part of another sweep than %s: the scene or the options differ; leave one "
+                             "of them out, or compute it anew",
+                             p->name, parts[known].name);
         }
     }
     if (unknown >= 0)
@@ -206,10 +201,10 @@ static int say_missing(const char *out, long long missing, long long first, long
     char of[40] = "";
     if (runs >= 0)
         snprintf(of, sizeof of, " of %lld", (long long)runs);
-    kt_say("sweep: %lld%s run%s %s in none of the parts, from run %lld on; %s has the others", missing, of,
-           missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first,
-           strcmp(out, "-") == 0 ? "standard output" : out);
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION,
+                     "sweep: %lld%s run%s %s in none of the parts, from run %lld on; %s has the others", missing, of,
+                     missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first,
+                     strcmp(out, "-") == 0 ? "standard output" : out);
 }
 
 /* Writes the lines of all parts in the order of their runs. *is_written: the file has all lines of the parts. */
@@ -252,10 +247,8 @@ static int write_merged_shard(const part *parts, int count, const char *out) {
 /* The joined file must be none of the parts. */
 static int check_merged_file(const char *out, char **names, int count) {
     kt_file_use *uses = calloc((size_t)count + 1, sizeof *uses);
-    if (uses == NULL) {
-        kt_say("sweep: there is not enough memory");
-        return KT_EXIT_INTEGRATION;
-    }
+    if (uses == NULL)
+        return kt_reject(KT_EXIT_INTEGRATION, "sweep: there is not enough memory");
     for (int i = 0; i < count; i++)
         uses[i] = (kt_file_use){"a part", names[i], false};
     uses[count] = (kt_file_use){"--out", out, true};

@@ -6,11 +6,9 @@
 kt_ranks *kt_ranks_start(int *code) {
     const char *ranks = getenv("OMPI_COMM_WORLD_SIZE");
     *code = -1;
-    if (ranks != NULL && strtol(ranks, NULL, 10) > 1) {
-        kt_say("sweep: this kinetree was built without MPI, and each rank would compute all runs; build it with "
-               "-Dmpi=enabled, or take --shard and --merge");
-        *code = KT_EXIT_USAGE;
-    }
+    if (ranks != NULL && strtol(ranks, NULL, 10) > 1)
+        *code = kt_misuse("sweep: this kinetree was built without MPI, and each rank would compute all runs; build it "
+                          "with -Dmpi=enabled, or take --shard and --merge");
     return NULL;
 }
 

@@ -463,9 +463,9 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
             (void)add_all(sweep, columns); /* whose names stay, for the suggestion */
             for (size_t i = 0; i < sweep->column_count; i++)
                 (void)kt_nearest_try(&nearest, sweep->columns[i]);
-            kt_say("sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
-                   kt_ask(&nearest, "").text);
-            return KT_EXIT_USAGE;
+            return kt_misuse(
+                "sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
+                kt_ask(&nearest, "").text);
         }
         if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit))
             return kt_say_no_memory(NULL);
@@ -550,12 +550,11 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
         status = kt_reject_memory(&error);
     if (code < 0 && status == KT_OK && !add_events_of(sweep, m.scene))
         status = kt_reject_memory(&error);
-    if (status == KT_OK && m.scene->from != NULL && code < 0) {
-        kt_say("sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state into the "
-               "scene",
-               kt_show(m.scene->from).text);
-        code = KT_EXIT_SCENE;
-    }
+    if (status == KT_OK && m.scene->from != NULL && code < 0)
+        code = kt_reject(KT_EXIT_SCENE,
+                         "sweep: the scene starts from %s (initial.from), which a sweep does not read; write the state "
+                         "into the scene",
+                         kt_show(m.scene->from).text);
     if (status != KT_OK && (read || m.scene != NULL)) /* faults of reading were printed */
         kt_say_error(&error);
     if (status != KT_OK)

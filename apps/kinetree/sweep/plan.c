@@ -106,17 +106,15 @@ void kt_sweep_plan_set(const kt_sweep_plan *plan, const double *values, kt_sweep
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
 static int say_vary(const char *text) {
-    kt_say("--vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'; numbers are in SI units, "
-           "or angles such as 10 deg",
-           text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("--vary takes NAME=FROM:TO:COUNT, NAME=log:FROM:TO:COUNT or NAME=A,B,C, not '%s'; numbers are in "
+                     "SI units, or angles such as 10 deg",
+                     text);
 }
 
 static int say_random(const char *text) {
-    kt_say("--random takes NAME=uniform(FROM,TO), NAME=normal(MEAN,DEVIATION) or NAME=lognormal(MEAN,DEVIATION), "
-           "not '%s'",
-           text);
-    return KT_EXIT_USAGE;
+    return kt_misuse(
+        "--random takes NAME=uniform(FROM,TO), NAME=normal(MEAN,DEVIATION) or NAME=lognormal(MEAN,DEVIATION), not '%s'",
+        text);
 }
 
 /* A number, and the character that must follow it. */
@@ -170,11 +168,9 @@ static bool is_same_path(const char *a, const char *b) {
 static int check_fixed_values(const kt_sweep_plan *plan, const kt_settings *settings) {
     for (int i = 0; i < plan->count; i++)
         for (int k = 0; k < settings->count; k++)
-            if (is_same_path(plan->axes[i].path, settings->text[k])) {
-                kt_say("'%s' varies, and '--set %s' sets the same value; remove one", plan->axes[i].path,
-                       kt_show(settings->text[k]).text);
-                return KT_EXIT_USAGE;
-            }
+            if (is_same_path(plan->axes[i].path, settings->text[k]))
+                return kt_misuse("'%s' varies, and '--set %s' sets the same value; remove one", plan->axes[i].path,
+                                 kt_show(settings->text[k]).text);
     return -1;
 }
 
@@ -185,13 +181,11 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     *code = -1;
     for (int i = 0; i < plan->count; i++)
         if (is_same_path(plan->axes[i].path, text)) {
-            kt_say("'%s' is varied twice; remove one", plan->axes[i].path);
-            *code = KT_EXIT_USAGE;
+            *code = kt_misuse("'%s' is varied twice; remove one", plan->axes[i].path);
             return NULL;
         }
     if (plan->count == KT_SWEEP_AXES_MAX) {
-        kt_say("a sweep varies at most %d values", KT_SWEEP_AXES_MAX);
-        *code = KT_EXIT_USAGE;
+        *code = kt_misuse("a sweep varies at most %d values", KT_SWEEP_AXES_MAX);
         return NULL;
     }
     kt_axis *axis = &plan->axes[plan->count++];
@@ -228,10 +222,8 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
         return say_vary(text);
     if (is_counted && (!take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count)))
         return say_vary(text);
-    if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0)) {
-        kt_say("--vary %s: a logarithmic range has ends above zero", text);
-        return KT_EXIT_USAGE;
-    }
+    if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0))
+        return kt_misuse("--vary %s: a logarithmic range has ends above zero", text);
     axis->count = (int64_t)count;
     return -1;
 }
@@ -240,10 +232,9 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
 static int check_axis_units(const char *where, const kt_axis *axis) {
     if (!axis->is_angle || !axis->has_plain)
         return -1;
-    kt_say("%s %s: some values are angles with a unit, and others are numbers; write the unit behind each "
-           "(10 deg:60 deg:3)",
-           where, axis->path);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s %s: some values are angles with a unit, and others are numbers; write the unit behind each "
+                     "(10 deg:60 deg:3)",
+                     where, axis->path);
 }
 
 static int read_vary(kt_sweep_plan *plan, const char *text) {
@@ -294,8 +285,7 @@ static int read_random(kt_sweep_plan *plan, const char *text) {
 /* ---- a table ----------------------------------------------------------------------------------------------------- */
 
 static int say_table(const char *path, int64_t line, const char *what) {
-    kt_say("%s:%lld: %s", path, (long long)line, what);
-    return KT_EXIT_SCENE;
+    return kt_reject(KT_EXIT_SCENE, "%s:%lld: %s", path, (long long)line, what);
 }
 
 /* The names of the first line. */
@@ -309,12 +299,11 @@ static int read_axis_names(kt_sweep_plan *plan, const char *path, char *line) {
         for (size_t length = strlen(name); length > 0 && name[length - 1] == ' ';)
             name[--length] = '\0';
         const size_t length = strcspn(name, " ");
-        if (name[length] != '\0' && name[strlen(name) - 1] == ']') {
-            kt_say("%s:1: '%s': names of values that vary have no unit; write '%.*s', and values in SI units or angles "
-                   "such as 10 deg",
-                   path, kt_show(name).text, (int)length, kt_show(name).text);
-            return KT_EXIT_SCENE;
-        }
+        if (name[length] != '\0' && name[strlen(name) - 1] == ']')
+            return kt_reject(KT_EXIT_SCENE,
+                             "%s:1: '%s': names of values that vary have no unit; write '%.*s', and values in SI units "
+                             "or angles such as 10 deg",
+                             path, kt_show(name).text, (int)length, kt_show(name).text);
         if ((size_t)snprintf(text, sizeof text, "%s=", name) >= sizeof text)
             return say_table(path, 1, "a name of a value that varies is too long; names have at most 510 bytes");
         if (add_axis(plan, text, &ignored, &code) == NULL)
@@ -345,10 +334,8 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     int64_t number = 0;
     int code = -1;
     FILE *file = fopen(path, "r");
-    if (file == NULL) {
-        kt_say("%s cannot be read: %s", path, strerror(errno));
-        return KT_EXIT_SCENE;
-    }
+    if (file == NULL)
+        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
     while (code < 0 && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\r\n")] = '\0';
         code = number++ == 0     ? read_axis_names(plan, path, kt_behind_mark(line))
@@ -394,27 +381,21 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
     else
         rest = NULL;
     if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
-        count != floor(count)) {
-        kt_say("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
-        return KT_EXIT_USAGE;
-    }
+        count != floor(count))
+        return kt_misuse("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
     plan->points = (int64_t)count;
     for (int i = 0; i < plan->count; i++) {
         if (plan->axes[i].is_random)
             continue;
         ranges++;
-        if (plan->axes[i].values != NULL || plan->axes[i].count > 0) {
-            kt_say("--sample fills ranges: give --vary %s=FROM:TO", plan->axes[i].path);
-            return KT_EXIT_USAGE;
-        }
+        if (plan->axes[i].values != NULL || plan->axes[i].count > 0)
+            return kt_misuse("--sample fills ranges: give --vary %s=FROM:TO", plan->axes[i].path);
         const int code = plan->sample == KT_SAMPLE_LATIN ? permute(plan, i) : -1;
         if (code >= 0)
             return code;
     }
-    if (ranges == 0 || (plan->sample == KT_SAMPLE_SOBOL && ranges > KT_SOBOL_AXES)) {
-        kt_say("--sample fills ranges, 1 to %d of them with sobol: give --vary NAME=FROM:TO", KT_SOBOL_AXES);
-        return KT_EXIT_USAGE;
-    }
+    if (ranges == 0 || (plan->sample == KT_SAMPLE_SOBOL && ranges > KT_SOBOL_AXES))
+        return kt_misuse("--sample fills ranges, 1 to %d of them with sobol: give --vary NAME=FROM:TO", KT_SOBOL_AXES);
     return -1;
 }
 
@@ -424,14 +405,10 @@ static int set_grid(kt_sweep_plan *plan) {
         const kt_axis *axis = &plan->axes[i];
         if (axis->is_random)
             continue;
-        if (axis->count == 0) {
-            kt_say("--vary %s: give the number of values, FROM:TO:COUNT, or --sample", axis->path);
-            return KT_EXIT_USAGE;
-        }
-        if (plan->points > INT64_C(1000000000000) / axis->count) {
-            kt_say("there are more than 1e12 runs");
-            return KT_EXIT_USAGE;
-        }
+        if (axis->count == 0)
+            return kt_misuse("--vary %s: give the number of values, FROM:TO:COUNT, or --sample", axis->path);
+        if (plan->points > INT64_C(1000000000000) / axis->count)
+            return kt_misuse("there are more than 1e12 runs");
         plan->points *= axis->count;
     }
     return -1;
@@ -440,10 +417,8 @@ static int set_grid(kt_sweep_plan *plan) {
 int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan) {
     int code = -1;
     *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats};
-    if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL)) {
-        kt_say("--from gives the values of all runs; leave --vary and --sample out");
-        return KT_EXIT_USAGE;
-    }
+    if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL))
+        return kt_misuse("--from gives the values of all runs; leave --vary and --sample out");
     if (arguments->from != NULL)
         code = read_axis_table(plan, arguments->from);
     for (int i = 0; code < 0 && i < arguments->vary.count; i++)
@@ -454,10 +429,8 @@ int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan)
         code = check_fixed_values(plan, &arguments->settings);
     if (code >= 0)
         return code;
-    if (plan->count == 0) {
-        kt_say("nothing is varied; give --vary NAME=FROM:TO:COUNT, --random or --from");
-        return KT_EXIT_USAGE;
-    }
+    if (plan->count == 0)
+        return kt_misuse("nothing is varied; give --vary NAME=FROM:TO:COUNT, --random or --from");
     if (arguments->sample != NULL)
         return set_sample(plan, arguments->sample);
     return plan->is_table ? -1 : set_grid(plan);
@@ -469,10 +442,9 @@ static int say_without_use(const kt_scene *scene, const char *path, const char *
     for (int k = 0; k < scene->parameter_count; k++)
         if (scene->parameters[k].is_used)
             (void)kt_nearest_try(&nearest, scene->parameters[k].name);
-    kt_say("'%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name, kt_ask(&nearest, "").text,
-           nearest.best != NULL ? ""
-                                : "; write =NAME where it is meant, or vary a number by its path (bodies.arm.mass)");
-    return KT_EXIT_USAGE;
+    return kt_misuse(
+        "'%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name, kt_ask(&nearest, "").text,
+        nearest.best != NULL ? "" : "; write =NAME where it is meant, or vary a number by its path (bodies.arm.mass)");
 }
 
 int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene) {

@@ -133,8 +133,7 @@ static int split_choices(const char *choices, char words[CHOICES_MAX][WORD_SIZE]
 }
 
 static int say_wrong_value(const kt_usage *usage, const kt_option *option, const char *text, const char *wanted) {
-    kt_say("%s: --%s takes %s, not '%s'", usage->command, option->name, wanted, text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: --%s takes %s, not '%s'", usage->command, option->name, wanted, text);
 }
 
 static int read_choice_option(const kt_usage *usage, const kt_option *option, const char *text, int *member) {
@@ -148,22 +147,17 @@ static int read_choice_option(const kt_usage *usage, const kt_option *option, co
         }
         (void)kt_nearest_try(&nearest, words[i]);
     }
-    kt_say("%s: --%s takes one of %s, not '%s'%s", usage->command, option->name, option->choices, text,
-           kt_ask(&nearest, "").text);
-    return KT_EXIT_USAGE;
+    return kt_misuse("%s: --%s takes one of %s, not '%s'%s", usage->command, option->name, option->choices, text,
+                     kt_ask(&nearest, "").text);
 }
 
 static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_settings *settings) {
-    if (strchr(text, '=') == NULL || text[0] == '=') {
-        kt_say("%s: --%s takes %s, where PATH or NAME is such as L or bodies.arm.mass, not '%s'", usage->command,
-               option->name, option->argument, text);
-        return KT_EXIT_USAGE;
-    }
-    if (settings->count == KT_SETTINGS_MAX) {
-        kt_say("%s: --%s can be given %d times; write the rest into the scene", usage->command, option->name,
-               KT_SETTINGS_MAX);
-        return KT_EXIT_USAGE;
-    }
+    if (strchr(text, '=') == NULL || text[0] == '=')
+        return kt_misuse("%s: --%s takes %s, where PATH or NAME is such as L or bodies.arm.mass, not '%s'",
+                         usage->command, option->name, option->argument, text);
+    if (settings->count == KT_SETTINGS_MAX)
+        return kt_misuse("%s: --%s can be given %d times; write the rest into the scene", usage->command, option->name,
+                         KT_SETTINGS_MAX);
     settings->text[settings->count++] = text;
     return -1;
 }
@@ -221,19 +215,15 @@ static int say_unknown_option(const kt_usage *usage, const char *argument, size_
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), argument);
     for (size_t i = 0; i < sizeof renamed / sizeof *renamed; i++)
-        if (strcmp(name, renamed[i].before) == 0 && find_option(usage, renamed[i].now, strlen(renamed[i].now))) {
-            kt_say("%s: the option '--%s' is called '--%s' now", usage->command, name, renamed[i].now);
-            return KT_EXIT_USAGE;
-        }
+        if (strcmp(name, renamed[i].before) == 0 && find_option(usage, renamed[i].now, strlen(renamed[i].now)))
+            return kt_misuse("%s: the option '--%s' is called '--%s' now", usage->command, name, renamed[i].now);
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (size_t i = 0; i < usage->option_count; i++)
         (void)kt_nearest_try(&nearest, usage->options[i].name);
     for (size_t i = 0; i < sizeof of_import / sizeof *of_import; i++)
-        if (strcmp(name, of_import[i]) == 0) {
-            kt_say("%s: '--%s' is an option of 'kinetree import', which writes a scene for '%s' to read",
-                   usage->command, name, usage->command);
-            return KT_EXIT_USAGE;
-        }
+        if (strcmp(name, of_import[i]) == 0)
+            return kt_misuse("%s: '--%s' is an option of 'kinetree import', which writes a scene for '%s' to read",
+                             usage->command, name, usage->command);
     if (nearest.best != NULL)
         kt_say("%s: there is no option '--%s'%s", usage->command, name, kt_ask(&nearest, "--").text);
     else
@@ -252,15 +242,12 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
     if (option->type == KT_OPTION_FLAG) {
         if (equals == NULL)
             return read_option_value(usage, option, NULL, members);
-        kt_say("%s: --%s takes nothing; leave out '%s'", usage->command, option->name, equals);
-        return KT_EXIT_USAGE;
+        return kt_misuse("%s: --%s takes nothing; leave out '%s'", usage->command, option->name, equals);
     }
     if (equals != NULL)
         return read_option_value(usage, option, equals + 1, members);
-    if (*index + 1 >= argc) {
-        kt_say("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
-        return KT_EXIT_USAGE;
-    }
+    if (*index + 1 >= argc)
+        return kt_misuse("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
     return read_option_value(usage, option, argv[++*index], members);
 }
 
@@ -277,9 +264,8 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
             kt_usage_print(usage);
             return kt_finish_output(KT_EXIT_DONE);
         } else if (argument[1] != '-') {
-            kt_say("%s: there is no option '%s'; 'kinetree %s --help' lists them", usage->command, argument,
-                   usage->command);
-            return KT_EXIT_USAGE;
+            return kt_misuse("%s: there is no option '%s'; 'kinetree %s --help' lists them", usage->command, argument,
+                             usage->command);
         } else {
             int code = read_option(usage, argc, argv, &i, members);
             if (code >= 0)

@@ -107,8 +107,8 @@ int kt_json_write(json_t *object, const char *path) {
         return KT_EXIT_INTEGRATION;
     if (!failed)
         return KT_EXIT_DONE;
-    kt_say("%s cannot be written: %s", to_stdout ? "standard output" : path, strerror(reason));
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", to_stdout ? "standard output" : path,
+                     strerror(reason));
 }
 
 json_t *kt_json_auxiliary_states(const kt_model *model, const double *x) {

@@ -12,19 +12,39 @@
 
 enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
-void kt_say(const char *format, ...) {
+static void print_words(const char *format, va_list arguments) {
     char words[LONGEST], shown[LONGEST + 512];
-    va_list arguments;
-    va_start(arguments, format);
     (void)vsnprintf(words, sizeof words, format, arguments);
-    va_end(arguments);
     (void)kt_text_escape(words, shown, sizeof shown);
     fprintf(stderr, "kinetree: %s\n", shown);
 }
 
+void kt_say(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    print_words(format, arguments);
+    va_end(arguments);
+}
+
+int kt_reject(int code, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    print_words(format, arguments);
+    va_end(arguments);
+    return code;
+}
+
+int kt_misuse(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    print_words(format, arguments);
+    va_end(arguments);
+    return KT_EXIT_USAGE;
+}
+
 int kt_say_no_memory(const char *what) {
-    kt_say("there is not enough memory%s%s", what != NULL ? " for " : "", what != NULL ? what : "");
-    return KT_EXIT_INTEGRATION;
+    return kt_reject(KT_EXIT_INTEGRATION, "there is not enough memory%s%s", what != NULL ? " for " : "",
+                     what != NULL ? what : "");
 }
 
 kt_shown kt_show(const char *name) {
@@ -44,6 +64,12 @@ void kt_say_error(const kt_error *error) {
         kt_say("%s: %s", error->where, message);
     else
         kt_say("%s", message);
+}
+
+int kt_say_status(kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_say_error(error);
+    return kt_exit_code(status);
 }
 
 kt_question kt_ask(const kt_nearest *nearest, const char *before) {
