@@ -198,54 +198,47 @@ static kt_measure own_quantity(const kt_scene_column *column) {
     return column->unit != NULL ? (kt_measure){column->name, column->unit} : (kt_measure){"Own columns", ""};
 }
 
+/* The quantities of other sources: that of the first `split` components, and that of the others. */
+static const struct {
+    int split;
+    kt_measure first, second;
+} measures[] = {
+    [KT_COLUMN_TIME] = {1, {"Time", "s"}, {"", ""}},
+    [KT_COLUMN_MARKER] = {3, {"Markers", "m"}, {"", ""}},
+    [KT_COLUMN_MARKER_VELOCITY] = {3, {"Velocities of markers", "m/s"}, {"", ""}},
+    [KT_COLUMN_MARKER_ACCELERATION] = {3, {"Accelerations of markers", "m/s\u00b2"}, {"", ""}},
+    [KT_COLUMN_ORIENTATION] = {4, {"Orientations", ""}, {"", ""}},
+    [KT_COLUMN_ANGULAR_VELOCITY] = {6, {"Angular velocities of bodies", "rad/s"}, {"", ""}},
+    [KT_COLUMN_ANGULAR_ACCELERATION] = {6, {"Angular accelerations of bodies", "rad/s\u00b2"}, {"", ""}},
+    [KT_COLUMN_MOMENTUM] = {3, {"Momentum", "kg m/s"}, {"Angular momentum", "kg m\u00b2/s"}},
+    [KT_COLUMN_ENERGY] = {3, {"Energies", "J"}, {"", ""}},
+    [KT_COLUMN_WORK] = {3, {"Energies", "J"}, {"", ""}},
+    [KT_COLUMN_RESIDUAL] = {1, {"Loops open by", "m, rad"}, {"Loops open by, per second", "m/s, rad/s"}},
+    [KT_COLUMN_SINGULAR_VALUE] = {1, {"Smallest singular value of the loops", ""}, {"", ""}},
+    [KT_COLUMN_REACTION] = {3, {"Reactions: forces", "N"}, {"Reactions: moments", "N m"}},
+    [KT_COLUMN_LOOP_REACTION] = {3, {"Reactions: forces", "N"}, {"Reactions: moments", "N m"}},
+    [KT_COLUMN_BEARING] = {3, {"Bearings: forces", "N"}, {"Bearings: moments", "N m"}},
+    [KT_COLUMN_CLOSURE] = {3, {"Relative positions in loops", "m"}, {"Relative rotations in loops", "rad"}},
+    [KT_COLUMN_STATE] = {1, {"Auxiliary states", ""}, {"", ""}},
+};
+
 kt_measure kt_column_quantity(const kt_columns *columns, size_t column) {
     const kt_column *c = &columns->columns[column];
     switch (c->source) {
-    case KT_COLUMN_TIME:
-        return (kt_measure){"Time", "s"};
     case KT_COLUMN_POSITION:
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
     case KT_COLUMN_GRAVITY:
         return coordinate_quantity(columns, c);
-    case KT_COLUMN_MARKER:
-        return (kt_measure){"Markers", "m"};
-    case KT_COLUMN_MARKER_VELOCITY:
-        return (kt_measure){"Velocities of markers", "m/s"};
-    case KT_COLUMN_MARKER_ACCELERATION:
-        return (kt_measure){"Accelerations of markers", "m/s\u00b2"};
-    case KT_COLUMN_ORIENTATION:
-        return (kt_measure){"Orientations", ""};
-    case KT_COLUMN_ANGULAR_VELOCITY:
-        return (kt_measure){"Angular velocities of bodies", "rad/s"};
-    case KT_COLUMN_ANGULAR_ACCELERATION:
-        return (kt_measure){"Angular accelerations of bodies", "rad/s\u00b2"};
-    case KT_COLUMN_SINGULAR_VALUE:
-        return (kt_measure){"Smallest singular value of the loops", ""};
-    case KT_COLUMN_MOMENTUM:
-        return c->component < 3 ? (kt_measure){"Momentum", "kg m/s"} : (kt_measure){"Angular momentum", "kg m\u00b2/s"};
-    case KT_COLUMN_ENERGY:
-    case KT_COLUMN_WORK:
-        return (kt_measure){"Energies", "J"};
-    case KT_COLUMN_RESIDUAL:
-        return c->component == 0 ? (kt_measure){"Loops open by", "m, rad"}
-                                 : (kt_measure){"Loops open by, per second", "m/s, rad/s"};
-    case KT_COLUMN_REACTION:
-    case KT_COLUMN_LOOP_REACTION:
-        return c->component < 3 ? (kt_measure){"Reactions: forces", "N"} : (kt_measure){"Reactions: moments", "N m"};
-    case KT_COLUMN_BEARING:
-        return c->component < 3 ? (kt_measure){"Bearings: forces", "N"} : (kt_measure){"Bearings: moments", "N m"};
-    case KT_COLUMN_CLOSURE:
-        return c->component < 3 || c->component == 6 ? (kt_measure){"Relative positions in loops", "m"}
-                                                     : (kt_measure){"Relative rotations in loops", "rad"};
     case KT_COLUMN_OWN:
         return own_quantity(&columns->formulas[c->index]);
-    case KT_COLUMN_STATE:
-        return (kt_measure){"Auxiliary states", ""};
     case KT_COLUMN_EFFECT:
         return quantity_of_effect(columns, c);
     case KT_COLUMN_MULTIPLIER:
         return quantity_of_multiplier(columns, c);
+    default:
+        break;
     }
-    return (kt_measure){"", ""};
+    const bool is_arc = c->source == KT_COLUMN_CLOSURE && c->component == 6; /* a length behind the angles */
+    return c->component < measures[c->source].split || is_arc ? measures[c->source].first : measures[c->source].second;
 }

@@ -14,14 +14,6 @@
 
 static double coordinate(const double *x, int index) { return x != NULL ? x[index] : (double)NAN; }
 
-static double wrench_component_of(const kt_wrench *wrenches, int index, int k) {
-    if (wrenches == NULL)
-        return (double)NAN;
-    const kt_wrench *w = &wrenches[index];
-    const double x[] = {w->force.x, w->force.y, w->force.z, w->moment.x, w->moment.y, w->moment.z};
-    return x[k];
-}
-
 /* The common values of a group of successive columns, computed at the first column. */
 typedef struct kt_column_group {
     double value[7];
@@ -39,10 +31,15 @@ static kt_column_group wrench_group(kt_wrench p) {
     return (kt_column_group){{p.force.x, p.force.y, p.force.z, p.moment.x, p.moment.y, p.moment.z}};
 }
 
-static kt_column_group bearing_group(const kt_columns *columns, const kt_column *c, const kt_record *record) {
+/* Returns one of the wrenches of a record; NaN if the record has none. */
+static kt_column_group recorded_wrench(const kt_wrench *wrenches, int index) {
     const kt_vec3 unknown = kt_vec3_make((double)NAN, (double)NAN, (double)NAN);
+    return wrench_group(wrenches != NULL ? wrenches[index] : (kt_wrench){unknown, unknown});
+}
+
+static kt_column_group bearing_group(const kt_columns *columns, const kt_column *c, const kt_record *record) {
     if (record->reactions == NULL)
-        return wrench_group((kt_wrench){unknown, unknown});
+        return recorded_wrench(NULL, 0);
     return wrench_group(
         kt_bearing_of(record->model, record->data, c->index, record->reactions[c->index], columns->jacobian));
 }
@@ -59,10 +56,9 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
-/* Returns whether source_group_of computes anything for a source. */
+/* Returns whether source_group_of computes the values of a source. */
 static bool is_grouped(kt_column_source source) {
-    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_MOMENTUM) || source == KT_COLUMN_CLOSURE ||
-           source == KT_COLUMN_SINGULAR_VALUE || source == KT_COLUMN_BEARING;
+    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_BEARING) || source == KT_COLUMN_CLOSURE;
 }
 
 static kt_column_group source_group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
@@ -87,6 +83,16 @@ static kt_column_group source_group_of(const kt_columns *columns, const kt_colum
                               kt_body_acceleration(model, record->data, c->index).angular);
     case KT_COLUMN_MOMENTUM:
         return wrench_group(kt_momentum(model, record->data));
+    case KT_COLUMN_ENERGY:
+        return (kt_column_group){{record->kinetic, record->potential, record->kinetic + record->potential}};
+    case KT_COLUMN_WORK:
+        return (kt_column_group){{record->work.dissipated, record->work.supplied, kt_balance_of(record)}};
+    case KT_COLUMN_RESIDUAL:
+        return (kt_column_group){{record->constraint.position, record->constraint.velocity}};
+    case KT_COLUMN_REACTION:
+        return recorded_wrench(record->reactions, c->index);
+    case KT_COLUMN_LOOP_REACTION:
+        return recorded_wrench(record->loop_reactions, c->index);
     case KT_COLUMN_BEARING:
         return bearing_group(columns, c, record);
     case KT_COLUMN_SINGULAR_VALUE:
@@ -112,6 +118,8 @@ typedef struct kt_column_arrays {
 
 static double column_value_of(const kt_column *c, const kt_record *record, const kt_column_group *group,
                               const kt_column_arrays *arrays) {
+    if (is_grouped(c->source))
+        return group->value[c->component];
     switch (c->source) {
     case KT_COLUMN_TIME:
         return record->time;
@@ -123,41 +131,15 @@ static double column_value_of(const kt_column *c, const kt_record *record, const
         return coordinate(record->a, c->at);
     case KT_COLUMN_GRAVITY:
         return coordinate(arrays->gravity, c->at);
-    case KT_COLUMN_MARKER:
-    case KT_COLUMN_MARKER_VELOCITY:
-    case KT_COLUMN_MARKER_ACCELERATION:
-    case KT_COLUMN_ORIENTATION:
-    case KT_COLUMN_ANGULAR_VELOCITY:
-    case KT_COLUMN_ANGULAR_ACCELERATION:
-    case KT_COLUMN_MOMENTUM:
-    case KT_COLUMN_CLOSURE:
-    case KT_COLUMN_SINGULAR_VALUE:
-    case KT_COLUMN_BEARING:
-        return group->value[c->component];
-    case KT_COLUMN_ENERGY:
-        return c->component == 0   ? record->kinetic
-               : c->component == 1 ? record->potential
-                                   : record->kinetic + record->potential;
-    case KT_COLUMN_WORK:
-        return c->component == 0   ? record->work.dissipated
-               : c->component == 1 ? record->work.supplied
-                                   : kt_balance_of(record);
-    case KT_COLUMN_RESIDUAL:
-        return c->component == 0 ? record->constraint.position : record->constraint.velocity;
-    case KT_COLUMN_REACTION:
-        return wrench_component_of(record->reactions, c->index, c->component);
-    case KT_COLUMN_LOOP_REACTION:
-        return wrench_component_of(record->loop_reactions, c->index, c->component);
     case KT_COLUMN_MULTIPLIER:
         return column_multiplier_of(c, record);
-    case KT_COLUMN_OWN:
-        return (double)NAN; /* computed together */
     case KT_COLUMN_STATE:
         return coordinate(record->x, c->at);
     case KT_COLUMN_EFFECT:
         return arrays->quantities[c->at];
+    default: /* own columns are computed together */
+        return (double)NAN;
     }
-    return (double)NAN;
 }
 
 static bool uses(const kt_columns *columns, kt_column_source source) {

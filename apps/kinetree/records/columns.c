@@ -37,13 +37,35 @@ static bool add_source_columns(kt_columns *columns, kt_column_source source, int
     return true;
 }
 
-static bool add_coordinates(kt_columns *columns, kt_column_source source) {
+/* A quantity of records, and its columns. */
+typedef struct recorded recorded;
+struct recorded {
+    kt_column_source source;
+    unsigned record; /* the KT_RECORD_ bit that selects its columns; 0: they are always there */
+    unsigned needs;  /* the bits that a simulation must compute for a formula of these columns */
+    int count;       /* columns of each body, or in all; 0: it varies */
+    bool (*add)(kt_columns *columns, const recorded *quantity); /* NULL: the columns of another quantity include them */
+};
+
+static bool add_coordinates(kt_columns *columns, const recorded *quantity) {
     bool fine = true;
     for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++) {
         const kt_coordinates at = kt_body_coordinates(columns->model, body);
-        fine = source == KT_COLUMN_POSITION ? add_source_columns(columns, source, body, at.nq, at.q)
-                                            : add_source_columns(columns, source, body, at.nv, at.v);
+        const bool is_position = quantity->source == KT_COLUMN_POSITION;
+        fine =
+            add_source_columns(columns, quantity->source, body, is_position ? at.nq : at.nv, is_position ? at.q : at.v);
     }
+    return fine;
+}
+
+static bool add_once(kt_columns *columns, const recorded *quantity) {
+    return add_source_columns(columns, quantity->source, 0, quantity->count, 0);
+}
+
+static bool add_for_bodies(kt_columns *columns, const recorded *quantity) {
+    bool fine = true;
+    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
+        fine = add_source_columns(columns, quantity->source, body, quantity->count, 0);
     return fine;
 }
 
@@ -64,29 +86,28 @@ static bool add_multipliers(kt_columns *columns, int loop) {
     return add_source_columns(columns, KT_COLUMN_MULTIPLIER, loop, rows.count, rows.first);
 }
 
-static bool add_reactions(kt_columns *columns) {
-    bool fine = true;
-    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add_source_columns(columns, KT_COLUMN_REACTION, body, 6, 0);
+static bool add_reactions(kt_columns *columns, const recorded *quantity) {
+    bool fine = add_for_bodies(columns, quantity);
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++) {
-        fine = !has_wrench(columns->model, loop) || add_source_columns(columns, KT_COLUMN_LOOP_REACTION, loop, 6, 0);
+        fine = !has_wrench(columns->model, loop) ||
+               add_source_columns(columns, KT_COLUMN_LOOP_REACTION, loop, quantity->count, 0);
         fine = fine && (!is_relation(columns->model, loop) || add_multipliers(columns, loop));
     }
     return fine;
 }
 
 /* Adds the columns of bearings, and allocates the memory for a Jacobian. */
-static bool add_bearings(kt_columns *columns) {
-    bool fine = true;
-    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add_source_columns(columns, KT_COLUMN_BEARING, body, 6, 0);
+static bool add_bearings(kt_columns *columns, const recorded *quantity) {
+    const bool fine = add_for_bodies(columns, quantity);
     columns->jacobian = fine ? malloc((6 * (size_t)kt_model_nv(columns->model) + 1) * sizeof *columns->jacobian) : NULL;
     return columns->jacobian != NULL;
 }
 
 /* Adds the multipliers that add_reactions leaves out. */
-static bool add_all_multipliers(kt_columns *columns, bool has_reactions) {
+static bool add_all_multipliers(kt_columns *columns, const recorded *quantity) {
+    const bool has_reactions = (columns->record & KT_RECORD_REACTION) != 0;
     bool fine = true;
+    (void)quantity;
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
         fine = (has_reactions && is_relation(columns->model, loop)) || add_multipliers(columns, loop);
     return fine;
@@ -102,62 +123,74 @@ static bool add_marker(kt_columns *columns, const kt_marker_pair *pair, kt_colum
 }
 
 /* Adds the columns of markers, marker by marker. */
-static bool add_markers(kt_columns *columns, const kt_run *run, unsigned record) {
+static bool add_markers(kt_columns *columns, const kt_run *run) {
     bool fine = true;
     for (int i = 0; i < run->marker_count && fine; i++) {
         fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER);
-        if (fine && (record & KT_RECORD_MARKER_VELOCITY) != 0)
+        if (fine && (columns->record & KT_RECORD_MARKER_VELOCITY) != 0)
             fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER_VELOCITY);
-        if (fine && (record & KT_RECORD_MARKER_ACCELERATION) != 0)
+        if (fine && (columns->record & KT_RECORD_MARKER_ACCELERATION) != 0)
             fine = add_marker(columns, &run->markers[i], KT_COLUMN_MARKER_ACCELERATION);
     }
     return fine;
 }
 
-static bool add_orientations(kt_columns *columns) {
-    bool fine = true;
-    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add_source_columns(columns, KT_COLUMN_ORIENTATION, body, 4, 0);
-    return fine;
-}
-
-/* Adds x, y, z in world axes, then in body axes, for every body. */
-static bool add_rotations(kt_columns *columns, kt_column_source source) {
-    bool fine = true;
-    for (int body = 1; body < kt_model_body_count(columns->model) && fine; body++)
-        fine = add_source_columns(columns, source, body, 6, 0);
-    return fine;
-}
-
 /* Adds the closures of loops. Relations of joints have no ends, and therefore no columns. */
-static bool add_closures(kt_columns *columns) {
+static bool add_closures(kt_columns *columns, const recorded *quantity) {
     bool fine = true;
     for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++)
         if (!is_relation(columns->model, loop))
-            fine = add_source_columns(columns, KT_COLUMN_CLOSURE, loop, kt_column_has_arc(columns->model, loop) ? 7 : 6,
-                                      0);
+            fine =
+                add_source_columns(columns, quantity->source, loop, kt_column_has_arc(columns->model, loop) ? 7 : 6, 0);
     return fine;
 }
 
 /* Adds the columns of effects, and allocates the memory for their quantities. */
-static bool add_effect_columns(kt_columns *columns) {
+static bool add_effect_columns(kt_columns *columns, const recorded *quantity) {
     bool fine = true;
     int at = 0;
     for (int effect = 0; effect < kt_effect_count(columns->model) && fine; effect++) {
         const int count = kt_effect_quantity_count(columns->model, effect);
-        fine = add_source_columns(columns, KT_COLUMN_EFFECT, effect, count, at);
+        fine = add_source_columns(columns, quantity->source, effect, count, at);
         at += count;
     }
     columns->quantities = fine ? malloc(((size_t)at + 1) * sizeof *columns->quantities) : NULL;
     return columns->quantities != NULL;
 }
 
-static bool add_states(kt_columns *columns) {
+static bool add_states(kt_columns *columns, const recorded *quantity) {
     bool fine = true;
     for (int state = 0; state < kt_own_state_count(columns->model) && fine; state++)
-        fine = add_source_columns(columns, KT_COLUMN_STATE, state, 1, state);
+        fine = add_source_columns(columns, quantity->source, state, 1, state);
     return fine;
 }
+
+/* All quantities, in the order of their columns in files. */
+static const recorded quantities[] = {
+    {KT_COLUMN_TIME, 0, 0, 1, add_once},
+    {KT_COLUMN_POSITION, KT_RECORD_POSITION, 0, 0, add_coordinates},
+    {KT_COLUMN_VELOCITY, KT_RECORD_VELOCITY, 0, 0, add_coordinates},
+    {KT_COLUMN_ACCELERATION, KT_RECORD_ACCELERATION, KT_RECORD_ACCELERATION, 0, add_coordinates},
+    {KT_COLUMN_GRAVITY, KT_RECORD_GRAVITY, KT_RECORD_GRAVITY, 0, add_coordinates},
+    {KT_COLUMN_STATE, KT_RECORD_STATE, 0, 0, add_states},
+    {KT_COLUMN_MARKER, 0, KT_RECORD_MARKER_VELOCITY, 0, NULL}, /* add_markers: one marker after another */
+    {KT_COLUMN_MARKER_VELOCITY, 0, KT_RECORD_MARKER_VELOCITY, 0, NULL},
+    {KT_COLUMN_MARKER_ACCELERATION, 0, KT_RECORD_MARKER_ACCELERATION, 0, NULL},
+    {KT_COLUMN_ORIENTATION, KT_RECORD_ORIENTATION, KT_RECORD_ORIENTATION, 4, add_for_bodies},
+    {KT_COLUMN_ANGULAR_VELOCITY, KT_RECORD_ANGULAR_VELOCITY, KT_RECORD_ANGULAR_VELOCITY, 6, add_for_bodies},
+    {KT_COLUMN_ANGULAR_ACCELERATION, KT_RECORD_ANGULAR_ACCELERATION, KT_RECORD_ANGULAR_ACCELERATION, 6, add_for_bodies},
+    {KT_COLUMN_MOMENTUM, KT_RECORD_MOMENTUM, KT_RECORD_MOMENTUM, 6, add_once},
+    {KT_COLUMN_ENERGY, KT_RECORD_ENERGY, KT_RECORD_ENERGY, 3, add_once},
+    {KT_COLUMN_WORK, KT_RECORD_BALANCE, KT_RECORD_BALANCE, 3, add_once},
+    {KT_COLUMN_RESIDUAL, KT_RECORD_CONSTRAINT, KT_RECORD_CONSTRAINT, 2, add_once},
+    {KT_COLUMN_SINGULAR_VALUE, KT_RECORD_SINGULAR_VALUE, KT_RECORD_SINGULAR_VALUE, 1, add_once},
+    {KT_COLUMN_REACTION, KT_RECORD_REACTION, KT_RECORD_REACTION, 6, add_reactions},
+    {KT_COLUMN_LOOP_REACTION, 0, KT_RECORD_REACTION, 0, NULL},
+    {KT_COLUMN_BEARING, KT_RECORD_BEARING, KT_RECORD_REACTION, 6, add_bearings},
+    {KT_COLUMN_MULTIPLIER, KT_RECORD_MULTIPLIER, KT_RECORD_MULTIPLIER, 0, add_all_multipliers},
+    {KT_COLUMN_CLOSURE, KT_RECORD_CLOSURE, KT_RECORD_CLOSURE, 0, add_closures},
+    {KT_COLUMN_EFFECT, KT_RECORD_EFFECT, KT_RECORD_EFFECT, 0, add_effect_columns},
+};
 
 /* Returns the set in which every switched loop and effect is on. Friction sticks in this set: the switch of its loop is
  * on, and the switch of its effect is off. */
@@ -177,44 +210,14 @@ static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const k
     /* All switched loops and effects are on, so that each has its columns. Their values are 0 while they are off. */
     const kt_model *all = kt_model_switched(model, full_set(model));
     *columns = (kt_columns){.model = all, .description = &scene->description, .record = record};
-    bool fine = add_source_columns(columns, KT_COLUMN_TIME, 0, 1, 0);
-    if (fine && (record & KT_RECORD_POSITION) != 0)
-        fine = add_coordinates(columns, KT_COLUMN_POSITION);
-    if (fine && (record & KT_RECORD_VELOCITY) != 0)
-        fine = add_coordinates(columns, KT_COLUMN_VELOCITY);
-    if (fine && (record & KT_RECORD_ACCELERATION) != 0)
-        fine = add_coordinates(columns, KT_COLUMN_ACCELERATION);
-    if (fine && (record & KT_RECORD_GRAVITY) != 0)
-        fine = add_coordinates(columns, KT_COLUMN_GRAVITY);
-    if (fine && (record & KT_RECORD_STATE) != 0)
-        fine = add_states(columns);
-    fine = fine && add_markers(columns, run, record);
-    if (fine && (record & KT_RECORD_ORIENTATION) != 0)
-        fine = add_orientations(columns);
-    if (fine && (record & KT_RECORD_ANGULAR_VELOCITY) != 0)
-        fine = add_rotations(columns, KT_COLUMN_ANGULAR_VELOCITY);
-    if (fine && (record & KT_RECORD_ANGULAR_ACCELERATION) != 0)
-        fine = add_rotations(columns, KT_COLUMN_ANGULAR_ACCELERATION);
-    if (fine && (record & KT_RECORD_MOMENTUM) != 0)
-        fine = add_source_columns(columns, KT_COLUMN_MOMENTUM, 0, 6, 0);
-    if (fine && (record & KT_RECORD_ENERGY) != 0)
-        fine = add_source_columns(columns, KT_COLUMN_ENERGY, 0, 3, 0);
-    if (fine && (record & KT_RECORD_BALANCE) != 0)
-        fine = add_source_columns(columns, KT_COLUMN_WORK, 0, 3, 0);
-    if (fine && (record & KT_RECORD_CONSTRAINT) != 0)
-        fine = add_source_columns(columns, KT_COLUMN_RESIDUAL, 0, 2, 0);
-    if (fine && (record & KT_RECORD_SINGULAR_VALUE) != 0)
-        fine = add_source_columns(columns, KT_COLUMN_SINGULAR_VALUE, 0, 1, 0);
-    if (fine && (record & KT_RECORD_REACTION) != 0)
-        fine = add_reactions(columns);
-    if (fine && (record & KT_RECORD_BEARING) != 0)
-        fine = add_bearings(columns);
-    if (fine && (record & KT_RECORD_MULTIPLIER) != 0)
-        fine = add_all_multipliers(columns, (record & KT_RECORD_REACTION) != 0);
-    if (fine && (record & KT_RECORD_CLOSURE) != 0)
-        fine = add_closures(columns);
-    if (fine && (record & KT_RECORD_EFFECT) != 0)
-        fine = add_effect_columns(columns);
+    bool fine = true;
+    for (size_t i = 0; i < sizeof quantities / sizeof *quantities && fine; i++) {
+        const recorded *quantity = &quantities[i];
+        if (quantity->source == KT_COLUMN_MARKER)
+            fine = add_markers(columns, run);
+        else if (quantity->add != NULL && (quantity->record == 0 || (record & quantity->record) != 0))
+            fine = quantity->add(columns, quantity);
+    }
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
     return columns->values != NULL;
 }
@@ -318,49 +321,9 @@ static const char *list_record_symbol(void *user, int k) {
 
 /* Returns the bits that a simulation must compute for a column. */
 static unsigned record_for(kt_column_source source) {
-    switch (source) {
-    case KT_COLUMN_TIME:
-    case KT_COLUMN_POSITION:
-    case KT_COLUMN_VELOCITY:
-    case KT_COLUMN_STATE:
-    case KT_COLUMN_OWN:
-        return 0;
-    case KT_COLUMN_ACCELERATION:
-        return KT_RECORD_ACCELERATION;
-    case KT_COLUMN_MARKER:
-    case KT_COLUMN_MARKER_VELOCITY:
-        return KT_RECORD_MARKER_VELOCITY;
-    case KT_COLUMN_MARKER_ACCELERATION:
-        return KT_RECORD_MARKER_ACCELERATION;
-    case KT_COLUMN_ORIENTATION:
-        return KT_RECORD_ORIENTATION;
-    case KT_COLUMN_ANGULAR_VELOCITY:
-        return KT_RECORD_ANGULAR_VELOCITY;
-    case KT_COLUMN_ANGULAR_ACCELERATION:
-        return KT_RECORD_ANGULAR_ACCELERATION;
-    case KT_COLUMN_SINGULAR_VALUE:
-        return KT_RECORD_SINGULAR_VALUE;
-    case KT_COLUMN_GRAVITY:
-        return KT_RECORD_GRAVITY;
-    case KT_COLUMN_MOMENTUM:
-        return KT_RECORD_MOMENTUM;
-    case KT_COLUMN_ENERGY:
-        return KT_RECORD_ENERGY;
-    case KT_COLUMN_WORK:
-        return KT_RECORD_BALANCE;
-    case KT_COLUMN_RESIDUAL:
-        return KT_RECORD_CONSTRAINT;
-    case KT_COLUMN_REACTION:
-    case KT_COLUMN_LOOP_REACTION:
-    case KT_COLUMN_BEARING:
-        return KT_RECORD_REACTION;
-    case KT_COLUMN_MULTIPLIER:
-        return KT_RECORD_MULTIPLIER;
-    case KT_COLUMN_CLOSURE:
-        return KT_RECORD_CLOSURE;
-    case KT_COLUMN_EFFECT:
-        return KT_RECORD_EFFECT;
-    }
+    for (size_t i = 0; i < sizeof quantities / sizeof *quantities; i++)
+        if (quantities[i].source == source)
+            return quantities[i].needs;
     return 0;
 }
 
