@@ -559,21 +559,15 @@ static char *compose_animation(const kt_drawing *drawing, const kt_film *f, doub
     return text;
 }
 
-static int write_text_file(const char *path, const char *text, size_t size) {
-    kt_output output;
-    const int code = kt_output_start(&output, path);
-    if (code >= 0)
-        return code;
-    errno = 0;
-    FILE *file = fopen(kt_output_path(&output), "w");
-    bool fine = file != NULL && fwrite(text, 1, size, file) == size;
-    fine = (file == NULL || fclose(file) == 0) && fine;
-    const int reason = errno;
-    if (kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        return KT_EXIT_INTEGRATION;
-    if (!fine)
-        kt_say("%s cannot be written: %s", path, strerror(reason));
-    return fine ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
+/* A text, and its size in bytes. */
+typedef struct animation {
+    const char *text;
+    size_t size;
+} animation;
+
+static void write_animation_text(FILE *file, const void *what) {
+    const animation *a = what;
+    (void)fwrite(a->text, 1, a->size, file);
 }
 
 int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes) {
@@ -591,7 +585,8 @@ int kt_animation_write(const kt_drawing *drawing, double seconds, const char *pa
         *frames = last / strides[i] + 1;
         fine = text != NULL;
     }
-    const int code = fine && text != NULL ? write_text_file(path, text, *bytes) : KT_EXIT_INTEGRATION;
+    const int code = fine && text != NULL ? kt_output_write(path, write_animation_text, &(animation){text, *bytes})
+                                          : KT_EXIT_INTEGRATION;
     free(text);
     kt_film_free(&f);
     return code;

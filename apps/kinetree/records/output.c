@@ -199,6 +199,28 @@ int kt_output_end(kt_output *output, kt_output_fate fate) {
     return failed;
 }
 
+int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what) {
+    kt_output output;
+    const int code = kt_output_start(&output, path);
+    if (code >= 0)
+        return code;
+    errno = 0;
+    FILE *file = is_stream(path) ? stdout : fopen(kt_output_path(&output), "wb");
+    if (file != NULL)
+        write(file, what);
+    bool fine = file != NULL && fflush(file) == 0 && !ferror(file);
+    int reason = errno;
+    if (file != NULL && file != stdout && fclose(file) != 0 && fine) {
+        fine = false;
+        reason = errno;
+    }
+    if (!fine)
+        kt_say("%s cannot be written: %s", is_stream(path) ? "standard output" : path,
+               strerror(reason != 0 ? reason : EIO));
+    const bool is_ended = kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) == 0;
+    return fine && is_ended ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
+}
+
 char *kt_partial_name(const char *path) {
     return path == NULL                                   ? NULL
            : is_stream(path) || is_written_in_place(path) ? strdup(path)

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 typedef struct kt_output {
     char *name;    /* symbolic links are resolved */
@@ -47,6 +48,10 @@ typedef enum kt_output_fate {
 /* Ends an output. Returns 0, or -1 after printing an error if the file could not be renamed. Does nothing for an output
  * that was not started. */
 int kt_output_end(kt_output *output, kt_output_fate fate);
+
+/* Writes a result to a file, whole or not at all, or to standard output ("-"). Errors of the stream stay in it. Returns
+ * KT_EXIT_DONE, or another exit code after printing the error. */
+int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what);
 
 /* Returns NAME.partial for the name of a result (NULL: no result), or the name itself if it is written directly ("-", a
  * device). The caller frees it. */

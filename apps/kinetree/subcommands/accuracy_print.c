@@ -398,7 +398,8 @@ static void write_study_point(FILE *file, const char *head, bool is_adaptive, co
     fprintf(file, ",%d,%d,%d\n", point->repeats, point->cheapest, point->fewest);
 }
 
-static int write_study_points(const kt_findings *findings, FILE *file) {
+static void write_study_points(FILE *file, const void *what) {
+    const kt_findings *findings = what;
     const kt_accuracy_results *results = findings->results;
     char head[160];
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
@@ -419,27 +420,8 @@ static int write_study_points(const kt_findings *findings, FILE *file) {
         for (int i = 0; i < curve->count; i++)
             write_study_point(file, head, curve->adaptive, &curve->points[i]);
     }
-    return fflush(file) != 0 || ferror(file) != 0;
 }
 
 int kt_findings_write(const kt_findings *findings, const char *path) {
-    kt_output output;
-    if (strcmp(path, "-") == 0) {
-        (void)write_study_points(findings, stdout);
-        return kt_finish_output(KT_EXIT_DONE);
-    }
-    int code = kt_output_start(&output, path);
-    if (code >= 0)
-        return code;
-    errno = 0;
-    FILE *file = fopen(kt_output_path(&output), "w");
-    bool failed = file == NULL || write_study_points(findings, file) != 0;
-    const int reason = errno;
-    if (file != NULL)
-        failed = fclose(file) != 0 || failed;
-    if (failed)
-        kt_say("%s cannot be written: %s", path, strerror(reason != 0 ? reason : errno));
-    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
-        failed = true;
-    return failed ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+    return kt_output_write(path, write_study_points, findings);
 }

@@ -68,9 +68,9 @@ json_t *kt_json_by_joint(const kt_model *model, const double *x, bool of_velocit
     return object;
 }
 
-static int write_json_text(const char *text, FILE *file) {
-    int failed = fputs(text, file) < 0 || fputc('\n', file) == EOF;
-    return fflush(file) != 0 || failed || ferror(file);
+static void write_json_text(FILE *file, const void *text) {
+    (void)fputs(text, file);
+    (void)fputc('\n', file);
 }
 
 char *kt_json_print(json_t *object, size_t flags) {
@@ -85,30 +85,9 @@ char *kt_json_print(json_t *object, size_t flags) {
 
 int kt_json_write(json_t *object, const char *path) {
     char *text = kt_json_print(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
-    if (text == NULL)
-        return KT_EXIT_INTEGRATION;
-    bool to_stdout = strcmp(path, "-") == 0;
-    kt_output output;
-    int code = kt_output_start(&output, path);
-    if (code >= 0) {
-        free(text);
-        return code;
-    }
-    errno = 0;
-    FILE *file = to_stdout ? stdout : fopen(kt_output_path(&output), "w");
-    int failed = file == NULL || write_json_text(text, file);
-    int reason = errno;
-    if (file != NULL && !to_stdout && fclose(file) != 0 && !failed) {
-        failed = 1;
-        reason = errno;
-    }
+    const int code = text != NULL ? kt_output_write(path, write_json_text, text) : KT_EXIT_INTEGRATION;
     free(text);
-    if (kt_output_end(&output, failed ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE) != 0)
-        return KT_EXIT_INTEGRATION;
-    if (!failed)
-        return KT_EXIT_DONE;
-    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", to_stdout ? "standard output" : path,
-                     strerror(reason));
+    return code;
 }
 
 json_t *kt_json_auxiliary_states(const kt_model *model, const double *x) {

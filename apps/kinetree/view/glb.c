@@ -406,34 +406,22 @@ static void write_chunk(FILE *file, size_t type, const void *bytes, size_t size,
         (void)fputc(filling, file);
 }
 
-/* Returns 0, or the errno. */
-static int write_glb_file(const glb *g, const char *json, const char *path) {
-    const size_t length = strlen(json), buffer = g->bytes.used > 0 ? 8 + whole_words(g->bytes.used) : 0;
-    errno = 0;
-    FILE *file = fopen(path, "wb");
-    if (file == NULL)
-        return errno;
+/* The parts of a file. */
+typedef struct glb_file {
+    const char *json;
+    const kt_bytes *buffer;
+} glb_file;
+
+static void write_glb(FILE *file, const void *what) {
+    const glb_file *parts = what;
+    const size_t length = strlen(parts->json), used = parts->buffer->used;
+    const size_t buffer = used > 0 ? 8 + whole_words(used) : 0;
     write_word(file, MAGIC);
     write_word(file, 2);
     write_word(file, 12 + 8 + whole_words(length) + buffer);
-    write_chunk(file, CHUNK_JSON, json, length, ' ');
+    write_chunk(file, CHUNK_JSON, parts->json, length, ' ');
     if (buffer > 0)
-        write_chunk(file, CHUNK_BIN, g->bytes.text, g->bytes.used, 0);
-    const bool fine = fflush(file) == 0 && !ferror(file);
-    const int reason = fine ? 0 : errno != 0 ? errno : EIO;
-    return fclose(file) != 0 && reason == 0 ? errno : reason;
-}
-
-static int write_glb_output(const glb *g, const char *json, const char *path) {
-    kt_output output;
-    const int code = kt_output_start(&output, path);
-    if (code >= 0)
-        return code;
-    const int reason = write_glb_file(g, json, kt_output_path(&output));
-    if (reason != 0)
-        kt_say("%s cannot be written: %s", path, strerror(reason));
-    const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
-    return reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
+        write_chunk(file, CHUNK_BIN, parts->buffer->text, used, 0);
 }
 
 int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
@@ -457,7 +445,7 @@ int kt_glb_write(const kt_motion *motion, const char *name, const char *path) {
     } else {
         json = kt_json_print(g.root, JSON_COMPACT | JSON_REAL_PRECISION(17));
     }
-    const int code = json != NULL ? write_glb_output(&g, json, path) : KT_EXIT_INTEGRATION;
+    const int code = json != NULL ? kt_output_write(path, write_glb, &(glb_file){json, &g.bytes}) : KT_EXIT_INTEGRATION;
     free(json);
     json_decref(g.views);
     json_decref(g.accessors);

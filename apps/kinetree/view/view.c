@@ -450,21 +450,20 @@ static void put_mechanism(kt_json_writer *out, const kt_motion *motion, const kt
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-/* Returns 0, or the errno. */
-static int write_page(const kt_motion *motion, const kt_json_writer *json, const char *path) {
-    errno = 0;
-    FILE *file = fopen(path, "w");
-    if (file == NULL)
-        return errno;
+/* The parts of a page that the motion determines. */
+typedef struct view_page {
+    const kt_motion *motion;
+    const kt_json_writer *json;
+} view_page;
+
+static void write_page(FILE *file, const void *what) {
+    const view_page *page = what;
     (void)setvbuf(file, NULL, _IONBF, 0); /* the parts are large already */
     (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
-    (void)fwrite(json->text, 1, json->used, file);
+    (void)fwrite(page->json->text, 1, page->json->used, file);
     (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
-    put_frames(motion, file);
+    put_frames(page->motion, file);
     (void)fwrite(kt_page_tail, 1, kt_page_tail_size, file);
-    const bool fine = fflush(file) == 0 && !ferror(file);
-    const int reason = fine ? 0 : errno != 0 ? errno : EIO;
-    return fclose(file) != 0 && reason == 0 ? errno : reason;
 }
 
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
@@ -472,19 +471,8 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
         return KT_EXIT_DONE; /* there are no frames, and the reason was printed */
     kt_json_writer json = {0};
     put_mechanism(&json, motion, view);
-    kt_output output;
-    int code = KT_EXIT_INTEGRATION;
-    if (json.is_short)
-        kt_say("there is not enough memory for the view");
-    else
-        code = kt_output_start(&output, path);
-    if (code < 0) {
-        const int reason = write_page(motion, &json, kt_output_path(&output));
-        if (reason != 0)
-            kt_say("%s cannot be written: %s", path, strerror(reason));
-        const int ended = kt_output_end(&output, reason != 0 ? KT_OUTPUT_NOTHING : KT_OUTPUT_WHOLE);
-        code = reason != 0 || ended != 0 ? KT_EXIT_INTEGRATION : KT_EXIT_DONE;
-    }
+    const int code =
+        json.is_short ? kt_say_no_memory("the view") : kt_output_write(path, write_page, &(view_page){motion, &json});
     free(json.text);
     return code;
 }
