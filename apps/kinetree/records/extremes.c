@@ -59,14 +59,10 @@ json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *colu
         if (columns->columns[i].source == KT_COLUMN_TIME)
             continue;
         (void)kt_column_name(columns, i, name, sizeof name);
-        json_t *one = json_object();
-        json_object_set_new(one, "min", kt_json_number(e->least));
-        json_object_set_new(one, "min_time", kt_json_number(e->least_time));
-        json_object_set_new(one, "max", kt_json_number(e->greatest));
-        json_object_set_new(one, "max_time", kt_json_number(e->greatest_time));
-        json_object_set_new(one, "rms", kt_json_number(root_mean_square(e)));
-        json_object_set_new(one, "end", kt_json_number(e->last));
-        json_object_set_new(one, "unit", json_string(kt_column_quantity(columns, i).unit));
+        json_t *one = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "min", kt_json_number(e->least), "min_time",
+                                kt_json_number(e->least_time), "max", kt_json_number(e->greatest), "max_time",
+                                kt_json_number(e->greatest_time), "rms", kt_json_number(root_mean_square(e)), "end",
+                                kt_json_number(e->last), "unit", kt_json_text(kt_column_quantity(columns, i).unit));
         if (e->gaps > 0.0)
             json_object_set_new(
                 one, "gaps",

@@ -80,14 +80,12 @@ static void describe_parameters(const kt_scene *scene, json_t *root) {
 
 static json_t *describe_crossings(const kt_outcome *outcome) {
     const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
-    json_t *singular = json_object();
-    json_object_set_new(singular, "near", json_integer((json_int_t)seen.near));
-    json_object_set_new(singular, "interpolated", json_integer((json_int_t)seen.interpolated));
-    json_object_set_new(singular, "error", kt_json_number(seen.error));
-    json_object_set_new(singular, "smallest", seen.near > 0 ? kt_json_number(seen.smallest) : json_null());
-    json_object_set_new(singular, "bend", seen.bend > 0.0 ? kt_json_number(seen.bend) : json_null());
-    json_object_set_new(singular, "since", seen.near > 0 ? kt_json_number(seen.since) : json_null());
-    return singular;
+    const bool is_near = seen.near > 0;
+    return json_pack("{s:I, s:I, s:o, s:o, s:o, s:o}", "near", (json_int_t)seen.near, "interpolated",
+                     (json_int_t)seen.interpolated, "error", kt_json_number(seen.error), "smallest",
+                     is_near ? kt_json_number(seen.smallest) : json_null(), "bend",
+                     seen.bend > 0.0 ? kt_json_number(seen.bend) : json_null(), "since",
+                     is_near ? kt_json_number(seen.since) : json_null());
 }
 
 /* Whether a switch shares its bits with no other. */
@@ -212,40 +210,31 @@ static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
                                                                            kt_simulation_positions(simulation),
                                                                            kt_simulation_velocities(simulation));
-    json_t *energy = json_object();
-    json_object_set_new(energy, "kinetic", kt_json_number(kinetic));
-    json_object_set_new(energy, "potential", kt_json_number(potential));
-    json_object_set_new(energy, "total", kt_json_number(kinetic + potential));
-    json_object_set_new(energy, "drift", kt_json_number(outcome->energy.change));
-    json_object_set_new(energy, "error", /* relative, as in the column energy.error of sweeps */
-                        kt_energy_is_known(&outcome->energy) ? kt_json_number(kt_energy_watch_error(&outcome->energy))
-                                                             : json_null());
-    return energy;
+    const bool is_known = kt_energy_is_known(&outcome->energy);
+    const double error = kt_energy_watch_error(&outcome->energy); /* relative, as energy.error of sweeps */
+    return json_pack("{s:o, s:o, s:o, s:o, s:o}", "kinetic", kt_json_number(kinetic), "potential",
+                     kt_json_number(potential), "total", kt_json_number(kinetic + potential), "drift",
+                     kt_json_number(outcome->energy.change), "error", is_known ? kt_json_number(error) : json_null());
 }
 
 static json_t *measure_balance(const kt_outcome *outcome) {
     const kt_work work = kt_simulation_work(outcome->simulation);
-    json_t *balance = json_object();
-    json_object_set_new(balance, "dissipated", kt_json_number(work.dissipated));
-    json_object_set_new(balance, "supplied", kt_json_number(work.supplied));
-    json_object_set_new(balance, "drift", kt_json_number(outcome->energy.balance_change));
-    return balance;
+    return json_pack("{s:o, s:o, s:o}", "dissipated", kt_json_number(work.dissipated), "supplied",
+                     kt_json_number(work.supplied), "drift", kt_json_number(outcome->energy.balance_change));
 }
 
 /* Describes the quantity that watched the energy, its errors, and the reason for a missing watch. */
 static json_t *describe_watch(const kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->energy;
     const char *missing = kt_energy_not_watched(outcome);
-    json_t *watch = json_object();
     const char *by = energy->records == 0 || (missing != NULL && energy->energetics == KT_ENERGY_SUPPLIED) ? "nothing"
                      : energy->has_balance                                                                 ? "balance"
                      : energy->has_estimate ? "powers at the ends of steps"
                                             : "total energy";
-    json_object_set_new(watch, "by", json_string(by));
-    json_object_set_new(watch, "error", kt_json_number(energy->error));
-    json_object_set_new(watch, "scale", kt_json_number(kt_energy_watch_scale(energy)));
-    json_object_set_new(watch, "imbalance", kt_json_number(energy->balance_change));
-    json_object_set_new(watch, "uncertainty", kt_json_number(energy->uncertainty));
+    json_t *watch =
+        json_pack("{s:s, s:o, s:o, s:o, s:o}", "by", by, "error", kt_json_number(energy->error), "scale",
+                  kt_json_number(kt_energy_watch_scale(energy)), "imbalance", kt_json_number(energy->balance_change),
+                  "uncertainty", kt_json_number(energy->uncertainty));
     if (missing != NULL)
         json_object_set_new(watch, "why", json_string(missing));
     return watch;

@@ -307,21 +307,15 @@ static json_t *describe_momentum(const kt_evaluation *e) {
     kt_vec3 center;
     (void)kt_mass_center(e->model, e->data, &center);
     const kt_wrench momentum = kt_momentum(e->model, e->data);
-    json_t *object = json_object();
-    json_object_set_new(object, "linear", kt_json_vector(momentum.force));
-    json_object_set_new(object, "angular", kt_json_vector(momentum.moment));
-    json_object_set_new(object, "angular_about_center",
-                        kt_json_vector(kt_vec3_sub(momentum.moment, kt_vec3_cross(center, momentum.force))));
-    return object;
+    const kt_vec3 about_center = kt_vec3_sub(momentum.moment, kt_vec3_cross(center, momentum.force));
+    return json_pack("{s:o, s:o, s:o}", "linear", kt_json_vector(momentum.force), "angular",
+                     kt_json_vector(momentum.moment), "angular_about_center", kt_json_vector(about_center));
 }
 
 static json_t *describe_mass(const kt_evaluation *e) {
     kt_vec3 center;
     const double total = kt_mass_center(e->model, e->data, &center);
-    json_t *object = json_object();
-    json_object_set_new(object, "total", kt_json_number(total));
-    json_object_set_new(object, "center", kt_json_vector(center));
-    return object;
+    return json_pack("{s:o, s:o}", "total", kt_json_number(total), "center", kt_json_vector(center));
 }
 
 static json_t *list_poses(const kt_evaluation *e) {
@@ -331,14 +325,10 @@ static json_t *list_poses(const kt_evaluation *e) {
         kt_quat p = kt_quat_from_matrix(pose.rotation);
         kt_mat3 rows = kt_mat3_transpose(pose.rotation);
         double quaternion[4] = {p.w, p.x, p.y, p.z};
-        json_t *one = json_object(), *rotation = json_array();
-        json_array_append_new(rotation, kt_json_vector(rows.x));
-        json_array_append_new(rotation, kt_json_vector(rows.y));
-        json_array_append_new(rotation, kt_json_vector(rows.z));
-        json_object_set_new(one, "position", kt_json_vector(pose.position));
-        json_object_set_new(one, "quaternion", kt_json_numbers(quaternion, 4));
-        json_object_set_new(one, "rotation", rotation);
-        json_object_set_new(poses, kt_body_name(e->model, body), one);
+        json_object_set_new(poses, kt_body_name(e->model, body),
+                            json_pack("{s:o, s:o, s:[o, o, o]}", "position", kt_json_vector(pose.position),
+                                      "quaternion", kt_json_numbers(quaternion, 4), "rotation", kt_json_vector(rows.x),
+                                      kt_json_vector(rows.y), kt_json_vector(rows.z)));
     }
     return poses;
 }

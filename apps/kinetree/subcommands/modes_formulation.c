@@ -41,12 +41,9 @@ static json_t *describe_formulation_modes(const kt_small_motion *motion, const c
     json_t *root = json_object(), *list = json_array();
     json_object_set_new(root, "scene", json_string(motion->name));
     json_object_set_new(root, "formulation", json_string(name));
-    for (int i = 0; i < count; i++) {
-        json_t *item = json_object();
-        json_object_set_new(item, "real", kt_json_number(real[i]));
-        json_object_set_new(item, "imaginary", kt_json_number(imaginary[i]));
-        json_array_append_new(list, item);
-    }
+    for (int i = 0; i < count; i++)
+        json_array_append_new(
+            list, json_pack("{s:o, s:o}", "real", kt_json_number(real[i]), "imaginary", kt_json_number(imaginary[i])));
     json_object_set_new(root, "eigenvalues", list);
     return root;
 }

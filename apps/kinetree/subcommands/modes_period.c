@@ -17,15 +17,11 @@ static json_t *describe_multipliers(const kt_small_motion *motion, const kt_floq
     json_object_set_new(root, "gap", kt_json_number(kt_floquet_gap(floquet)));
     for (int i = 0; i < kt_floquet_count(floquet); i++) {
         const kt_multiplier m = kt_floquet_at(floquet, i);
-        json_t *item = json_object();
-        json_object_set_new(item, "real", kt_json_number(m.real));
-        json_object_set_new(item, "imaginary", kt_json_number(m.imaginary));
-        json_object_set_new(item, "modulus", kt_json_number(m.modulus));
-        json_object_set_new(item, "growth", kt_json_number(m.growth));
-        json_object_set_new(item, "frequency", kt_json_number(m.frequency));
-        json_object_set_new(item, "error", kt_json_number(m.error));
-        json_object_set_new(item, "count", json_integer(m.count));
-        json_array_append_new(list, item);
+        json_array_append_new(list,
+                              json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:i}", "real", kt_json_number(m.real),
+                                        "imaginary", kt_json_number(m.imaginary), "modulus", kt_json_number(m.modulus),
+                                        "growth", kt_json_number(m.growth), "frequency", kt_json_number(m.frequency),
+                                        "error", kt_json_number(m.error), "count", m.count));
     }
     json_object_set_new(root, "multipliers", list);
     return root;

@@ -67,16 +67,12 @@ static void put_glb_vector(glb *g, kt_vec3 u) {
  * accessor. */
 static int end_view(glb *g, size_t start, int use, int component, const char *type, size_t count, json_t *low,
                     json_t *high) {
-    json_t *view = json_object(), *accessor = json_object();
-    json_object_set_new(view, "buffer", json_integer(0));
-    json_object_set_new(view, "byteOffset", json_integer((json_int_t)start));
-    json_object_set_new(view, "byteLength", json_integer((json_int_t)(g->bytes.used - start)));
+    json_t *view = json_pack("{s:i, s:I, s:I}", "buffer", 0, "byteOffset", (json_int_t)start, "byteLength",
+                             (json_int_t)(g->bytes.used - start));
+    json_t *accessor = json_pack("{s:I, s:i, s:I, s:s}", "bufferView", (json_int_t)json_array_size(g->views),
+                                 "componentType", component, "count", (json_int_t)count, "type", type);
     if (use != 0)
         json_object_set_new(view, "target", json_integer(use));
-    json_object_set_new(accessor, "bufferView", json_integer((json_int_t)json_array_size(g->views)));
-    json_object_set_new(accessor, "componentType", json_integer(component));
-    json_object_set_new(accessor, "count", json_integer((json_int_t)count));
-    json_object_set_new(accessor, "type", json_string(type));
     if (component == SHORT)
         json_object_set_new(accessor, "normalized", json_true());
     if (low != NULL)
@@ -116,26 +112,20 @@ static json_t *describe_primitive(glb *g, const kt_mesh *mesh, int material) {
     size_t start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
         put_glb_vector(g, mesh->points[i]);
-    json_t *attributes = json_object(), *primitive = json_object();
-    json_object_set_new(
-        attributes, "POSITION",
-        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, kt_json_vector(float_vector_of(all.low)),
-                              kt_json_vector(float_vector_of(all.high)))));
+    const int positions = end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points,
+                                   kt_json_vector(float_vector_of(all.low)), kt_json_vector(float_vector_of(all.high)));
     start = g->bytes.used;
     for (size_t i = 0; i < points; i++)
         put_glb_vector(g, mesh->normals[i]);
-    json_object_set_new(attributes, "NORMAL",
-                        json_integer(end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, NULL, NULL)));
+    const int normals = end_view(g, start, FOR_POINTS, FLOAT, "VEC3", points, NULL, NULL);
     start = g->bytes.used;
     for (size_t i = 0; i < corners; i++) {
         const uint32_t corner = (uint32_t)mesh->corners[i];
         put_glb_bytes(g, &corner, sizeof corner);
     }
-    json_object_set_new(primitive, "attributes", attributes);
-    json_object_set_new(primitive, "indices",
-                        json_integer(end_view(g, start, FOR_TRIANGLES, UNSIGNED_INT, "SCALAR", corners, NULL, NULL)));
-    json_object_set_new(primitive, "material", json_integer(material));
-    return primitive;
+    const int indices = end_view(g, start, FOR_TRIANGLES, UNSIGNED_INT, "SCALAR", corners, NULL, NULL);
+    return json_pack("{s:{s:i, s:i}, s:i, s:i}", "attributes", "POSITION", positions, "NORMAL", normals, "indices",
+                     indices, "material", material);
 }
 
 /* The index of a solid's material: the colours of bodies come first, then grey for parts that are fixed to the
@@ -182,11 +172,8 @@ static void add_glb_mesh(glb *g, int solid) {
         primitive = g->bytes.is_short ? json_object() : describe_primitive(g, &mesh, material);
         kt_mesh_free(&mesh);
     }
-    json_t *one = json_object(), *primitives = json_array();
-    json_array_append_new(primitives, primitive);
-    json_object_set_new(one, "primitives", primitives);
     g->meshes_of[solid] = (int)json_array_size(g->meshes);
-    json_array_append_new(g->meshes, one);
+    json_array_append_new(g->meshes, json_pack("{s:[o]}", "primitives", primitive));
 }
 
 static void add_meshes(glb *g) {
@@ -206,12 +193,9 @@ static json_t *describe_materials(void) {
     for (int i = 0; i <= COLOURS; i++) {
         const kt_colour c = i < COLOURS ? palette->series[i] : palette->quiet;
         const double factor[] = {linear_of(c.red), linear_of(c.green), linear_of(c.blue), 1.0};
-        json_t *surface = json_object(), *material = json_object();
-        json_object_set_new(surface, "baseColorFactor", kt_json_numbers(factor, 4));
-        json_object_set_new(surface, "metallicFactor", json_real(0.0));
-        json_object_set_new(surface, "roughnessFactor", json_real(0.6));
-        json_object_set_new(material, "pbrMetallicRoughness", surface);
-        json_array_append_new(list, material);
+        json_array_append_new(list,
+                              json_pack("{s:{s:o, s:f, s:f}}", "pbrMetallicRoughness", "baseColorFactor",
+                                        kt_json_numbers(factor, 4), "metallicFactor", 0.0, "roughnessFactor", 0.6));
     }
     return list;
 }
@@ -320,39 +304,23 @@ static int add_turns(glb *g, size_t body) {
 }
 
 static void add_channel(json_t *samplers, json_t *channels, int times, int values, int node, const char *path) {
-    json_t *sampler = json_object(), *channel = json_object(), *target = json_object();
-    json_object_set_new(sampler, "input", json_integer(times));
-    json_object_set_new(sampler, "output", json_integer(values));
-    json_object_set_new(target, "node", json_integer(node));
-    json_object_set_new(target, "path", json_string(path));
-    json_object_set_new(channel, "sampler", json_integer((json_int_t)json_array_size(samplers)));
-    json_object_set_new(channel, "target", target);
-    json_array_append_new(samplers, sampler);
-    json_array_append_new(channels, channel);
+    json_array_append_new(channels, json_pack("{s:I, s:{s:i, s:s}}", "sampler", (json_int_t)json_array_size(samplers),
+                                              "target", "node", node, "path", path));
+    json_array_append_new(samplers, json_pack("{s:i, s:i}", "input", times, "output", values));
 }
 
 static json_t *describe_animation(glb *g) {
-    json_t *samplers = json_array(), *channels = json_array(), *animation = json_object(), *list = json_array();
+    json_t *samplers = json_array(), *channels = json_array();
     const int times = add_times(g);
     for (int body = 1; body < g->motion->picture->body_count; body++)
         if (g->motion->picture->colour[body] >= 0) {
             add_channel(samplers, channels, times, add_places(g, (size_t)body - 1), 1 + body, "translation");
             add_channel(samplers, channels, times, add_turns(g, (size_t)body - 1), 1 + body, "rotation");
         }
-    json_object_set_new(animation, "name", json_string("motion"));
-    json_object_set_new(animation, "samplers", samplers);
-    json_object_set_new(animation, "channels", channels);
-    json_array_append_new(list, animation);
-    return list;
+    return json_pack("[{s:s, s:o, s:o}]", "name", "motion", "samplers", samplers, "channels", channels);
 }
 
 /* ---- all of it --------------------------------------------------------------------------------------------------- */
-
-static json_t *json_list_of(json_t *one) {
-    json_t *list = json_array();
-    json_array_append_new(list, one);
-    return list;
-}
 
 static bool moves(const kt_picture *picture) {
     for (int body = 1; body < picture->body_count; body++)
@@ -362,16 +330,11 @@ static bool moves(const kt_picture *picture) {
 }
 
 static void describe_glb(glb *g, const char *name) {
-    json_t *asset = json_object(), *scene = json_object(), *buffer = json_object();
     char generator[64];
     snprintf(generator, sizeof generator, "Kinetree %s", kt_version());
-    json_object_set_new(asset, "version", json_string("2.0"));
-    json_object_set_new(asset, "generator", json_string(generator));
-    json_object_set_new(scene, "name", kt_json_text(name));
-    json_object_set_new(scene, "nodes", json_list_of(json_integer(0)));
-    json_object_set_new(g->root, "asset", asset);
+    json_object_set_new(g->root, "asset", json_pack("{s:s, s:s}", "version", "2.0", "generator", generator));
     json_object_set_new(g->root, "scene", json_integer(0));
-    json_object_set_new(g->root, "scenes", json_list_of(scene));
+    json_object_set_new(g->root, "scenes", json_pack("[{s:o, s:[i]}]", "name", kt_json_text(name), "nodes", 0));
     add_meshes(g);
     add_nodes(g, name);
     if (moves(g->motion->picture))
@@ -382,12 +345,9 @@ static void describe_glb(glb *g, const char *name) {
     }
     json_object_set(g->root, "nodes", g->nodes);
     if (g->bytes.used > 0) {
-        json_object_set_new(buffer, "byteLength", json_integer((json_int_t)g->bytes.used));
-        json_object_set_new(g->root, "buffers", json_list_of(buffer));
+        json_object_set_new(g->root, "buffers", json_pack("[{s:I}]", "byteLength", (json_int_t)g->bytes.used));
         json_object_set(g->root, "bufferViews", g->views);
         json_object_set(g->root, "accessors", g->accessors);
-    } else {
-        json_decref(buffer);
     }
 }
 
