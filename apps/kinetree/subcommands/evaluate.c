@@ -5,10 +5,10 @@
 #include "text/arguments.h"
 #include "text/list.h"
 
+#include "base/pool.h"
 #include "kinetree/simulation.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_evaluate_arguments {
@@ -59,7 +59,7 @@ const kt_usage kt_usage_evaluate = {
 /* Above this number of coordinates the mass matrix is left out: its text would exceed 100 MB. */
 enum { MASS_COORDINATES_MAX = 2000 };
 
-/* All results; each array is one allocation. mass is NULL if it is left out. */
+/* All results. mass is NULL if it is left out. */
 typedef struct kt_evaluation {
     const kt_scene *scene;
     kt_simulation *start;  /* at the start of a run; NULL: its contacts can only be resolved in time stepping */
@@ -72,62 +72,46 @@ typedef struct kt_evaluation {
     double *multiplier, *basis;                 /* lambda; N column-major, NULL if it is left out */
     int columns;                                /* of N */
     kt_residual violation;
+    kt_pool memory;                       /* of these arrays */
+    bool is_short;                        /* memory was insufficient */
     bool accelerated;                     /* a and multiplier are those of the run */
     bool may_lack_inertia, lacks_inertia; /* by `inertia_check: accept`; then there are no accelerations */
 } kt_evaluation;
 
-static double *make_numbers(size_t count) { return calloc(count + 1, sizeof(double)); }
+/* Returns zeros, which release_evaluation frees; NULL, which is_short notes: memory is insufficient. */
+static double *take_numbers(kt_evaluation *e, int rows, int columns) {
+    double *numbers = kt_pool_take(&e->memory, (size_t)rows * (size_t)columns + 1, sizeof *numbers);
+    e->is_short = e->is_short || numbers == NULL;
+    return numbers;
+}
 
 static bool allocate_evaluation(kt_evaluation *e) {
     kt_error error;
-    const kt_model *model = e->model;
-    e->nq = kt_model_nq(model);
-    e->nv = kt_model_nv(model);
-    e->rows = kt_model_mobility(model).equations;
-    size_t nq = (size_t)e->nq, nv = (size_t)e->nv, rows = (size_t)e->rows;
-    e->q = make_numbers(nq);
-    e->v = make_numbers(nv);
-    e->a = make_numbers(nv);
-    e->given = make_numbers(nv);
-    e->bias = make_numbers(nv);
-    e->inverse = make_numbers(nv);
-    if (e->nv <= MASS_COORDINATES_MAX)
-        e->mass = make_numbers(nv * nv);
-    e->applied = make_numbers(nv);
-    e->jacobian = make_numbers(rows * nv);
-    e->residual = make_numbers(rows);
-    e->rate = make_numbers(rows);
-    e->drift = make_numbers(rows);
-    e->multiplier = make_numbers(rows);
-    const bool small = e->nv <= MASS_COORDINATES_MAX, has_basis = small && rows > 0;
-    if (has_basis)
-        e->basis = make_numbers(nv * nv);
-    const double *const all[] = {e->q,        e->v,        e->a,    e->given, e->bias,    e->inverse,
-                                 e->jacobian, e->residual, e->rate, e->drift, e->applied, e->multiplier};
-    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
-        if (all[i] == NULL)
-            return false;
-    return (e->mass != NULL || !small) && (e->basis != NULL || !has_basis) &&
-           kt_data_create(model, &e->data, &error) == KT_OK;
+    e->nq = kt_model_nq(e->model);
+    e->nv = kt_model_nv(e->model);
+    e->rows = kt_model_mobility(e->model).equations;
+    const bool is_small = e->nv <= MASS_COORDINATES_MAX;
+    e->q = take_numbers(e, e->nq, 1);
+    e->v = take_numbers(e, e->nv, 1);
+    e->a = take_numbers(e, e->nv, 1);
+    e->given = take_numbers(e, e->nv, 1);
+    e->bias = take_numbers(e, e->nv, 1);
+    e->inverse = take_numbers(e, e->nv, 1);
+    e->mass = is_small ? take_numbers(e, e->nv, e->nv) : NULL;
+    e->applied = take_numbers(e, e->nv, 1);
+    e->jacobian = take_numbers(e, e->rows, e->nv);
+    e->residual = take_numbers(e, e->rows, 1);
+    e->rate = take_numbers(e, e->rows, 1);
+    e->drift = take_numbers(e, e->rows, 1);
+    e->multiplier = take_numbers(e, e->rows, 1);
+    e->basis = is_small && e->rows > 0 ? take_numbers(e, e->nv, e->nv) : NULL;
+    return !e->is_short && kt_data_create(e->model, &e->data, &error) == KT_OK;
 }
 
 static void release_evaluation(kt_evaluation *e) {
     kt_simulation_free(e->start);
     kt_data_free(e->data);
-    free(e->q);
-    free(e->v);
-    free(e->a);
-    free(e->given);
-    free(e->bias);
-    free(e->inverse);
-    free(e->mass);
-    free(e->jacobian);
-    free(e->residual);
-    free(e->rate);
-    free(e->drift);
-    free(e->applied);
-    free(e->multiplier);
-    free(e->basis);
+    kt_pool_free(e->memory.chunks);
 }
 
 /* Parses "1,2.5,-3": one number per coordinate. */
@@ -212,7 +196,7 @@ static bool contact_slips(const kt_model *model) {
 /* Adds the friction of contacts that slip to Q. It depends on the multipliers: the friction is what the equations of
  * motion lack, M a + h - A' lambda - Q. Differences that are rounding of the largest term add nothing. */
 static kt_status add_slip_friction(kt_evaluation *e, kt_error *error) {
-    double *lacks = make_numbers((size_t)e->nv), most = 0.0;
+    double *lacks = take_numbers(e, e->nv, 1), most = 0.0;
     if (lacks == NULL)
         return kt_reject_memory(error);
     const kt_status status = kt_dynamics_inverse(e->model, e->data, e->q, e->v, e->a, NULL, lacks, error);
@@ -228,7 +212,6 @@ static kt_status add_slip_friction(kt_evaluation *e, kt_error *error) {
     for (int i = 0; status == KT_OK && i < e->nv; i++)
         if (fabs(lacks[i]) > 1e-14 * most)
             e->applied[i] += lacks[i];
-    free(lacks);
     return status;
 }
 
