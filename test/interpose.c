@@ -6,7 +6,6 @@
 
 #include <errno.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #if KT_ADDRESS_SANITIZER
 #define REAL(name) __interceptor_##name

@@ -11,7 +11,6 @@
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { LADDER = 37 }; /* tolerances 1e-2 to 1e-11 */
 

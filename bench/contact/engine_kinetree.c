@@ -2,7 +2,6 @@
 #include "engines.h"
 #include "kinetree/simulation.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 typedef struct own_run {

@@ -4,7 +4,6 @@
 #include "kinetree/sensitivity.h"
 #include "scaling.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -24,7 +24,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum { HALVINGS = 30, IDLE_MOST = 2 };
 enum { COMPARED = 4 }; /* steps down to this part of the one that was taken can contradict it */

@@ -28,7 +28,6 @@
 #include "dynamics/dynamics.h"
 #include "linear/lapack.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

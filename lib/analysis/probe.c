@@ -14,9 +14,7 @@
 
 #include "base/copy.h"
 
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 static kt_status probe_markers(kt_linearization *l, double *out, kt_error *error) {
     if (l->size.markers == 0)

@@ -16,8 +16,6 @@
 #include "algebra/finite.h"
 #include "base/copy.h"
 
-#include <string.h>
-
 KT_ARENA_LAYOUT(lay_out, kt_ensemble, KT_ENSEMBLE_FIELDS, const kt_ensemble_counts *n)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

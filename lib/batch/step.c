@@ -11,8 +11,6 @@
 #include "kinetree/joint.h"
 #include "mechanism/evaluate.h"
 
-#include <string.h>
-
 static kt_lane_mask bit(size_t lane) { return (kt_lane_mask)1 << lane; }
 
 /* The rates of positions of a group. */

@@ -22,7 +22,6 @@
 #include "joint/joint.h"
 #include "model/scratch.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum { SHORTER_MOST = 12 };

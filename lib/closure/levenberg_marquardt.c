@@ -27,7 +27,6 @@
 #include "joint/joint.h"
 #include "linear/cholesky.h"
 
-#include <float.h>
 #include <string.h>
 
 /* The most steps of a search, and those of a group that is reduced by fronts, from another start and from a sample.

@@ -5,8 +5,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 /* ---- forward dynamics -------------------------------------------------------------------------------------------- */
 
 void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_guard *guard) {

@@ -7,7 +7,6 @@
 #include "kinetree/loop.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* The place of an operand: left or right in a sum, or in a product. */
 typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;

@@ -22,7 +22,6 @@
 #include "effect/path.h"
 #include "mechanism/evaluate.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,7 +5,6 @@
 #include "mechanism/evaluate.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static void measure_mechanism(kt_model *m, const kt_description *description, const kt_pose *poses) {
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {

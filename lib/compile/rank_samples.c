@@ -8,7 +8,6 @@
 #include "closure/rounding.h"
 #include "reduction/front4.h"
 
-#include <float.h>
 #include <string.h>
 
 #define FRACTION_LEAST 1e-3 /* of a displacement; a smaller one is not reduced any more */

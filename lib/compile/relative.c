@@ -3,8 +3,6 @@
 #include "constraint/relative_coordinate.h"
 #include "effect/path.h"
 
-#include <string.h>
-
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
 /* The body of a joint that has this coordinate: in absolute coordinates those of several have become loops of the same

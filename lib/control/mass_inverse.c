@@ -7,8 +7,6 @@
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 
-#include <string.h>
-
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 typedef struct sizes {

@@ -3,7 +3,6 @@
 #include "dynamics/ltdl.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const kt_factor_kernels *factor_kernels_of(const kt_model *model) {
 #ifdef KT_ISAS

@@ -3,7 +3,6 @@
 #include "integrator/integrator.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const kt_method *const methods[] = {
 #define KT_METHOD_ADDRESS(name) &kt_method_##name,

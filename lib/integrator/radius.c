@@ -29,7 +29,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum { AGE_MAX = 25, AGE_MAX_FIXED = 5, SQUARINGS = 8, N = KT_RADIUS_VECTORS };
 

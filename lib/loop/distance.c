@@ -9,7 +9,6 @@
 #include "loop/relative.h"
 
 #include <float.h>
-#include <math.h>
 
 #ifndef KT_NO_LOOPS
 static int evaluate_distance(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

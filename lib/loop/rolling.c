@@ -34,8 +34,6 @@
  */
 #include "loop/relative.h"
 
-#include <math.h>
-
 #ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
 

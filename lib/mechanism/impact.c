@@ -7,8 +7,6 @@
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 
-#include <string.h>
-
 /* v'M v / 2 */
 static kt_status find_kinetic(const kt_model *model, kt_data *data, const double *q, const double *v, double *energy,
                               kt_error *error) {

@@ -9,7 +9,6 @@
 #include "base/order.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 typedef struct edge {
     int low, high;  /* its ends, as numbers of places */

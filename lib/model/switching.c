@@ -1,8 +1,6 @@
 /* Loops and effects that are switched on and off: another model of the same block, and data initialised for it. */
 #include "model/switching.h"
 
-#include <stdio.h>
-
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
 int kt_switch_count(const kt_model *model) { return model && model->variants ? model->variants->switches.count : 0; }

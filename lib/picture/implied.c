@@ -4,7 +4,6 @@
 #include "picture/solid.h"
 
 #include <float.h>
-#include <math.h>
 
 static kt_solid thin_rod(const kt_picture_maker *m, int body, kt_vec3 from, kt_vec3 to) {
     kt_solid rod = kt_solid_rod(from, to, 0.7 * m->picture->radius);

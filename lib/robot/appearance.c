@@ -3,7 +3,6 @@
 #include "robot/robot.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- a body ------------------------------------------------------------------------------------------------------ */

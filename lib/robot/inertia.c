@@ -13,7 +13,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 static const double excess_most = 0.1; /* the largest excess that is accepted with a note */
 

@@ -6,10 +6,6 @@
  */
 #include "robot/mjcf.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static const kt_note body_notes[] = {

@@ -6,8 +6,6 @@
  * bounded, as in MuJoCo, or the value that the force uses, as here. With a delay, the control is zero before. */
 #include "robot/mjcf.h"
 
-#include <string.h>
-
 /* Time constants below this are none, s: the activation is the control. */
 static const double time_least = 1e-6;
 

@@ -15,7 +15,6 @@
 #include "robot/mjcf_flex.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -17,7 +17,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { BENT_TERMS = 30 }; /* variables of a formula, fewer than KT_FORMULA_VARIABLE_MAX */
 

@@ -15,8 +15,6 @@
 #include "robot/mjcf_elastic.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { ELEMENTS_MOST = 2000, EDGES = 6, FORMULA_MOST = 3000 /* so that it has room with longer numbers */ };
 

@@ -10,7 +10,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 typedef struct flex_cells {
     int n[3], order, nodes[3]; /* cells and nodes along each axis */

@@ -7,7 +7,6 @@
 #include "robot/mjcf.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */

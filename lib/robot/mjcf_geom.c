@@ -4,7 +4,6 @@
 #include "robot/mjcf_make.h"
 #include "robot/mjcf_mesh.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -5,7 +5,6 @@
 #include "robot/mjcf.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- elements ---------------------------------------------------------------------------------------------------- */

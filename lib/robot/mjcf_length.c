@@ -15,7 +15,6 @@
 
 #include "kinetree/effect.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { PARTS_MOST = (KT_FORMULA_VARIABLE_MAX - 1) / 3 };

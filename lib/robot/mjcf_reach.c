@@ -18,7 +18,6 @@
 #include "robot/contact.h"
 #include "robot/mjcf.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -5,9 +5,6 @@
  */
 #include "robot/urdf.h"
 
-#include <math.h>
-#include <string.h>
-
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static const kt_note link_notes[] = {

@@ -4,8 +4,6 @@
  */
 #include "robot/urdf.h"
 
-#include <string.h>
-
 /* ---- transmissions ----------------------------------------------------------------------------------------------- */
 
 /* Reads a number from an attribute `value`, or from the text. Returns whether there is one; another text is counted. */

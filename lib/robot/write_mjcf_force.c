@@ -11,7 +11,6 @@
 #include "robot/write.h"
 
 #include <math.h>
-#include <string.h>
 
 static const char *joint_of(const kt_export *x, int body) { return kt_joint_name_of(kt_export_body(x, body)); }
 

@@ -6,7 +6,6 @@
  */
 #include "scene/part.h"
 
-#include <stdio.h>
 #include <string.h>
 
 typedef struct kt_checking {

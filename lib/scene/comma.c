@@ -5,8 +5,6 @@
  */
 #include "scene/comma.h"
 
-#include <string.h>
-
 /* Parentheses that a text opens less those that it closes; below zero at some place: it is no beginning. */
 static int open_parentheses(const char *text) {
     int open = 0;

@@ -14,7 +14,6 @@
 #include "scene/vary.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- the section ------------------------------------------------------------------------------------------------- */

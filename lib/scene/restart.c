@@ -17,7 +17,6 @@
 #include "scene/part.h"
 #include "scene/vary.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* The scene that is being changed: copies of its arrays, and a state of its model as scratch. */

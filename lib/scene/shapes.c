@@ -7,7 +7,6 @@
 #include "scene/shapes.h"
 
 #include <math.h>
-#include <string.h>
 
 static double shape_length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;

@@ -10,7 +10,6 @@
 #include "scene/part.h"
 
 #include <stddef.h>
-#include <string.h>
 
 static bool read_state_rate(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **out = kt_field_in(object, field);

@@ -9,7 +9,6 @@
 #include "sensitivity/sensitivity.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 

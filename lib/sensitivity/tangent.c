@@ -11,8 +11,6 @@
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
 
-#include <string.h>
-
 void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq) {
     kt_position_rate(model, q, xi, dq);
 }

@@ -38,7 +38,6 @@
 #include "simulation/moreau.h"
 #include "simulation/simulation.h"
 
-#include <float.h>
 #include <math.h>
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */

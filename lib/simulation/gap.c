@@ -34,7 +34,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* The most halvings of a step, and evaluations within it for one effect. If a path stays at a boundary for long, no
  * number of halvings decides. The remaining uncertainty is a contact of 1 / 4096 of the step. */

@@ -4,7 +4,6 @@
 
 #include <assert.h>
 #include <float.h>
-#include <math.h>
 
 kt_run kt_run_default(void) {
     kt_run run = {0};

@@ -10,7 +10,6 @@
 #include "study/accuracy.h"
 
 #include <math.h>
-#include <string.h>
 
 static const double limit_ratio = 1.02; /* ratio to which a stability limit is found */
 

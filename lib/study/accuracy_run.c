@@ -8,7 +8,6 @@
 #include "study/accuracy.h"
 
 #include <math.h>
-#include <string.h>
 
 enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
 static const double sample_least = 2e-4; /* s: shorter runs are repeated within a sample, because of the clock's

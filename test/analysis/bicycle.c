@@ -4,7 +4,6 @@
 #include "../reference/scene.h"
 #include "small.h"
 
-#include <math.h>
 #include <string.h>
 
 static const struct row {

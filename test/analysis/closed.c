@@ -2,7 +2,6 @@
 #include "../constraint/linkage.h"
 #include "small.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -7,7 +7,6 @@
 
 #include <complex.h>
 #include <math.h>
-#include <string.h>
 
 #define J ((double complex)I) /* C has a float */
 

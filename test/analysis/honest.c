@@ -11,7 +11,6 @@
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
-#include <string.h>
 
 enum { NEAR = 4, OUTPUTS = 6 * KT_TREE_SLOTS };
 

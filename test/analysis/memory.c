@@ -6,8 +6,6 @@
 #include "kinetree/analysis.h"
 #include "kinetree/study.h"
 
-#include <stdlib.h>
-
 static linkage l;
 
 /* Makes and releases something; returns the status of making, and whether it was handed out on failure. */

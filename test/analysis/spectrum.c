@@ -5,7 +5,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static kt_spectrum *spectrum_of(const kt_model *model, const kt_run *run, int samples) {
     kt_error error = {0};

@@ -3,7 +3,6 @@
 #include "check.h"
 #include "kinetree/status.h"
 
-#include <stdio.h>
 #include <string.h>
 
 KT_TEST(what_terminals_obey_is_escaped) {

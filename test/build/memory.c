@@ -4,8 +4,6 @@
 
 #include "kinetree/build.h"
 
-#include <string.h>
-
 /* Builds everything with the n-th allocation failing. Returns the number of calls that failed. */
 static int build_all(long n, int *wrong) {
     kt_builder *builder = NULL;

@@ -9,7 +9,6 @@
 #include "kinetree/mechanism.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 enum { BODIES = 6, LOOPS = 3 };

@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* A block that a force pulls over a rail, and a marker on it. Its weight is carried by the joint. */
 #define BLOCK                                                                                                          \

@@ -1,8 +1,6 @@
 /* Marks of hard contacts across a checkpoint. */
 #include "records/marks.h"
 
-#include <string.h>
-
 #include "check.h"
 
 /* A record of a contact's event, after `transitions` impacts. */

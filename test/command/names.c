@@ -1,7 +1,6 @@
 /* Names from files are always shown without characters that would control a terminal. */
 #include "shell.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* A title that turns the terminal red, sets its window's name and rings; a line break, and a mark that turns the text.

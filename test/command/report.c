@@ -2,7 +2,6 @@
 #include "shell.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static const char pendulum[] = "kinetree: 1\n"
                                "gravity: [0, -9.81, 0]\n"

@@ -3,8 +3,6 @@
 
 #include "kinetree/model.h"
 
-#include <stdlib.h>
-
 enum { ARM, PLATE, SHELF, BODIES };
 
 /* An arm on the ground, a plate fixed to it and a shelf fixed to the ground, and one loop. */

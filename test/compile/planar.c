@@ -4,7 +4,6 @@
 #include "model/model.h"
 
 #include <float.h>
-#include <math.h>
 #include <string.h>
 
 enum { MOST = 12 };

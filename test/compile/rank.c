@@ -7,7 +7,6 @@
 
 #include "kinetree/study.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -11,7 +11,6 @@
 #include "constraint/gradient.h"
 #include "model/model.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

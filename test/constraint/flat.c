@@ -3,8 +3,6 @@
  */
 #include "linkage.h"
 
-#include <math.h>
-
 /* A four-bar in the plane of x and y, with one loop more, between its coupler and its rocker. */
 static void check_plan(const char *what, const kt_loop *given, const char *expected) {
     static linkage l;

@@ -15,7 +15,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { CRANK, ROD, SLIDER };
 

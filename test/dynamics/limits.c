@@ -2,7 +2,6 @@
  * mechanisms are here, too. */
 #include "tree.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,14 +6,11 @@
 
 #include "kinetree/control.h"
 
-#include <float.h>
 #include <math.h>
 #include <mujoco/mujoco.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { TREES = 60 };
 

@@ -2,7 +2,6 @@
 #include "published.h"
 #include "tree.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

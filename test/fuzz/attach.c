@@ -3,7 +3,6 @@
 #include "kinetree/effect.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 

@@ -4,7 +4,6 @@
 
 #include "kinetree/kinetree.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -5,9 +5,7 @@
 
 #include "integrator/newton.h"
 
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 static const kt_method *radau(void) { return kt_method_find("radau5"); }
 

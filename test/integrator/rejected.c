@@ -6,7 +6,6 @@
 #include "integrator/integrator.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- tables ------------------------------------------------------------------------------------------------------ */

@@ -3,7 +3,6 @@
 #include "kinetree/kinetree.h"
 
 #include <dirent.h>
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 enum { LEGS = 4, BODIES = 1 + 5 * LEGS, LINKS = 48 };
 

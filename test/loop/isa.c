@@ -3,8 +3,6 @@
 
 #include "dynamics/dynamics.h"
 
-#include <string.h>
-
 static const kt_loop_kind *const *kinds_of(kt_isa isa) {
 #ifdef KT_ISAS
     if (isa == KT_ISA_V4)

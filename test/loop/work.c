@@ -3,8 +3,6 @@
  * does not use its formula (equations.c tests it). */
 #include "moving.h"
 
-#include <float.h>
-
 static const double STEP = 0.004;
 
 /* The end moved by `by` along or about a world axis through its point (direction 0 to 2: along, 3 to 5: about). */

@@ -5,7 +5,6 @@
 #include "kinetree/kinetree.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- the loops --------------------------------------------------------------------------------------------------- */

@@ -6,7 +6,6 @@
 #include "kinetree/kinetree.h"
 #include "kinetree/scene.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

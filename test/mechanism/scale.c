@@ -5,9 +5,7 @@
  */
 #include "../constraint/linkage.h"
 
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 static const double sizes[] = {1e-6, 1e-3, 1.0, 1e3, 1e6};
 enum { SIZES = 5, UNIT = 2 };

@@ -2,7 +2,6 @@
 #include "kinetree/descriptor.h"
 
 #include <stddef.h>
-#include <string.h>
 
 #include "check.h"
 #include "model/describe.h"

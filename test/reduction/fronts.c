@@ -6,7 +6,6 @@
 #include "constraint/group.h"
 #include "model/model.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 

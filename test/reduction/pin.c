@@ -8,8 +8,6 @@
 #include "kinetree/dynamics.h"
 #include "model/model.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 enum { WAYS = 3, NV = 8 }; /* in the plane, in space, and in the plane by the baseline's instructions */

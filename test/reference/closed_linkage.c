@@ -5,7 +5,6 @@
  */
 #include "closed.h"
 
-#include <float.h>
 #include <math.h>
 
 #define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])

@@ -4,7 +4,6 @@
  */
 #include "scene.h"
 
-#include <float.h>
 #include <math.h>
 
 #define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])

@@ -20,8 +20,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 enum { DISTANCES = 12 };
 

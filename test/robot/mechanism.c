@@ -5,8 +5,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-#include <unistd.h>
 
 static const char scene_text[] = "kinetree: 1\n"
                                  "gravity: [0, 0, -9.81]\n"

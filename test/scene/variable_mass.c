@@ -9,7 +9,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

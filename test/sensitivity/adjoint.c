@@ -4,7 +4,6 @@
 #include "differences.h"
 #include "grown.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

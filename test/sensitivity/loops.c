@@ -4,7 +4,6 @@
 #include "kinetree/simulation.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const kt_method *every_other_method(int n) { return explicit_method(2 * n); }
 

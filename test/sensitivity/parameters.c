@@ -4,7 +4,6 @@
 
 #include "kinetree/scene.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,7 +5,6 @@
 #include "../formulation.h"
 #include "kinetree/mechanism.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

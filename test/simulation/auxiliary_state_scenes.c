@@ -7,7 +7,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 
-#include <float.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
 #include <math.h>

@@ -1,7 +1,6 @@
 #include "both.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 int kt_both_keep(const kt_record *record, void *trace) {

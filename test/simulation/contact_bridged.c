@@ -5,7 +5,6 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "check.h"

@@ -1,7 +1,6 @@
 /* Light feet and boxes that come to rest on a plane, without cycles of stick and slip, or of closing and opening. */
 #include "kinetree/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,9 +4,7 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "check.h"
 #include "random.h"

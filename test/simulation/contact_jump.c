@@ -7,7 +7,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "check.h"
 #include "scenes.h"

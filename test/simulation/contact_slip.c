@@ -4,8 +4,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"

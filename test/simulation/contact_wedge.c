@@ -4,8 +4,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "check.h"
 #include "random.h"

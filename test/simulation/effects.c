@@ -7,9 +7,7 @@
 
 #include "kinetree/joint.h"
 
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum { BODIES = KT_BOTH_BODIES - 1 };
 

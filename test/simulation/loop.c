@@ -12,7 +12,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const double rod = 0.6, coupler = 1.5, length = 0.8, start = 1.1;
 

@@ -8,7 +8,6 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 

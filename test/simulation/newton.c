@@ -5,7 +5,6 @@
 #include "kinetree/scene.h"
 #include "simulation/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 /* A slider that its caller ties to the origin by a spring of its own: a = -w^2 q + tau / m, q = q0 cos w t. */
 typedef struct tied {

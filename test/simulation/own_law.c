@@ -7,7 +7,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

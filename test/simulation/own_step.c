@@ -7,7 +7,6 @@
 #include "kinetree/scene.h"
 #include "kinetree/sensitivity.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

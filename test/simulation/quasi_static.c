@@ -9,7 +9,6 @@
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

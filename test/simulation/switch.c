@@ -9,7 +9,6 @@
 #include "kinetree/loop.h"
 #include "kinetree/simulation.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

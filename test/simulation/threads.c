@@ -6,7 +6,6 @@
 
 #include <pthread.h>
 #include <stdio.h>
-#include <string.h>
 
 static const char *const names[] = {"pendulum",     "double-pendulum", "humanoid",     "four-bar", "n-four-bar-2",
                                     "bricard",      "andrews",         "stewart",      "flip",     "flyball-governor",

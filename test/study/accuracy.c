@@ -9,9 +9,7 @@
 
 #include "kinetree/study.h"
 
-#include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <gsl/gsl_errno.h>

@@ -1,7 +1,6 @@
 /* The evolution of closure errors: decay at the rate of the gains, drift, and stability of the steps. */
 #include "closure.h"
 
-#include <float.h>
 #include <math.h>
 
 enum { ROWS_MAX = 6 };

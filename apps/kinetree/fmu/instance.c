@@ -8,7 +8,6 @@
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *error) {
     char binary[KT_FMU_PATH / 4], path[KT_FMU_PATH + KT_FMU_PATH / 4];

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* Returns the smallest round step of which at most `most` fit into the range. */
 static double choose_tick_step(double range, int most) {

@@ -6,7 +6,6 @@
 
 #include <cairo.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 

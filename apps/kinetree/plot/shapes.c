@@ -5,7 +5,6 @@
 #include "plot/paper.h"
 
 #include <math.h>
-#include <stdio.h>
 
 enum { WIDTH = 900, LEFT = 60, RIGHT = 30, TOP = 78, PANEL = 92, GAP = 44, BOTTOM = 40 };
 

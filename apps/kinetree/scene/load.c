@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 int kt_check_scene_files(const kt_scene *scene) {
     const char *path;

@@ -8,7 +8,6 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static void write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {

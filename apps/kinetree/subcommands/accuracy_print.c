@@ -5,7 +5,6 @@
 #include "base/order.h"
 #include "kinetree/study.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

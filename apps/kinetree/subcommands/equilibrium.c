@@ -6,10 +6,8 @@
 
 #include "kinetree/descriptor.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_equilibrium_arguments {

@@ -3,8 +3,6 @@
 #include "records/output.h"
 #include "text/arguments.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_import_arguments {

@@ -10,13 +10,10 @@
 #include "view/glb.h"
 #include "view/view.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 /* ---- recording --------------------------------------------------------------------------------------------------- */
 

@@ -4,11 +4,9 @@
 #include "command.h"
 #include "records/output.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Whether an allocation has failed: jansson then omits the value without reporting an error. */
 static bool is_short;

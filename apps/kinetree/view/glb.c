@@ -13,7 +13,6 @@
 #include "text/bytes.h"
 #include "text/json.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>

@@ -8,7 +8,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { TRIANGLES = 40000 }; /* of meshes, in pages and in files for other viewers */
 

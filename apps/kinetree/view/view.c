@@ -13,7 +13,6 @@
 #include "text/json_writer.h"
 #include "view/page.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
