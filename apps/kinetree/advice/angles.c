@@ -38,7 +38,7 @@ static void check_radians(angles *a, double x, const char *format, ...) {
         (void)snprintf(remedy, sizeof remedy, "Write %.9g, in radians, if degrees are meant", x * one_turn / 360.0);
     else
         (void)snprintf(remedy, sizeof remedy, "Write '%.9g deg' if degrees are meant", x);
-    const kt_warning warning = {.code = "radians", .time = 0.0, .value = x, .unit = "rad", .remedy = remedy};
+    const kt_warning warning = kt_warning_at("radians", 0.0, x, "rad", remedy);
     kt_warn(a->warnings, &warning, "%s: %.9g is in radians, %.3g turns", what, x, x / one_turn);
     a->count++;
 }

@@ -17,10 +17,10 @@ static void warn_of_reduced(kt_outcome *outcome) {
 static void warn_of_undecided(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const bool shared = seen.redundant == seen.undecided;
-    kt_warning warning = kt_warning_of("friction_undecided", (double)seen.undecided, NULL,
-                                       shared ? "Take three contacts for a flat face, or elastic contacts (stiffness)"
-                                              : "Take less friction, or elastic contacts (stiffness)");
-    warning.time = seen.undecided_time;
+    const kt_warning warning =
+        kt_warning_at("friction_undecided", seen.undecided_time, (double)seen.undecided, NULL,
+                      shared ? "Take three contacts for a flat face, or elastic contacts (stiffness)"
+                             : "Take less friction, or elastic contacts (stiffness)");
     if (seen.undecided > 0)
         kt_warn(&outcome->warnings, &warning,
                 "friction of contacts allowed more than one motion %llu time%s, first at '%s' at t = %.9g s (%s): the "

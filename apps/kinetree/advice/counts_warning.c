@@ -43,11 +43,10 @@ static void warn_of_cuts(kt_outcome *outcome) {
 /* Warns if the time of an event was searched too coarsely in fixed steps. */
 static void warn_of_event_cuts(kt_outcome *outcome) {
     const kt_event_cuts cuts = kt_simulation_event_cuts(outcome->simulation);
-    kt_warning warning = kt_warning_of("cut_event_search", (double)cuts.count, NULL,
-                                       "Take a smaller step (--step), or an adaptive method, which finds them");
+    const kt_warning warning = kt_warning_at("cut_event_search", cuts.time, (double)cuts.count, NULL,
+                                             "Take a smaller step (--step), or an adaptive method, which finds them");
     if (cuts.count == 0)
         return;
-    warning.time = cuts.time;
     kt_warn(&outcome->warnings, &warning,
             "the search for the time of event '%.60s' was cut in %llu step%s, first at t = %.6g s, since joints turn "
             "or the "
@@ -128,12 +127,11 @@ static void name_velocity(const kt_model *model, int v, char *text, size_t size)
 static void warn_of_missed(kt_outcome *outcome) {
     const kt_scene_missed missed = kt_scene_watch_missed(outcome->events);
     char name[600] = "";
-    kt_warning warning = kt_warning_of("set_velocity", missed.got, NULL,
-                                       "Set one velocity for each degree of freedom that the loops leave, or release "
-                                       "a loop before");
+    const kt_warning warning =
+        kt_warning_at("set_velocity", missed.time, missed.got, NULL,
+                      "Set one velocity for each degree of freedom that the loops leave, or release a loop before");
     if (missed.count == 0)
         return;
-    warning.time = missed.time;
     name_velocity(outcome->model, missed.velocity, name, sizeof name);
     kt_warn(
         &outcome->warnings, &warning,

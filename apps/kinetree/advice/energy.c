@@ -114,8 +114,7 @@ void kt_warn_of_energy(kt_outcome *outcome) {
     if (!(error > KT_ENERGY_ERROR) || outcome->is_blown_up)
         return;
     write_remedy(outcome, error, remedy, sizeof remedy);
-    const kt_warning warning = {
-        .code = "energy", .time = energy->excess_time, .value = error, .unit = NULL, .remedy = remedy};
+    const kt_warning warning = kt_warning_at("energy", energy->excess_time, error, NULL, remedy);
     if (energy->energetics == KT_ENERGY_CONSERVED)
         kt_warn(&outcome->warnings, &warning,
                 "the total energy is off by %.3g J, %.2g times the energy of the motion (%.3g J), while nothing in the "

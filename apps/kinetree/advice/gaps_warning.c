@@ -46,8 +46,7 @@ static void warn_of(kt_outcome *outcome, kt_column_source source, const char *wh
             records += extremes->column[i].gaps;
             time = fmin(time, extremes->column[i].gap_time);
         }
-    kt_warning warning = kt_warning_of("not_finite", records, NULL, remedy);
-    warning.time = time;
+    const kt_warning warning = kt_warning_at("not_finite", time, records, NULL, remedy);
     kt_warn(&outcome->warnings, &warning, "%s: %s", what, text);
 }
 

@@ -153,11 +153,10 @@ void kt_warn_of_growth(kt_outcome *outcome) {
     kt_error error;
     if (outcome->is_blown_up || outcome->failed.code != KT_OK || is_reported(outcome))
         return;
-    const kt_warning warning = {.code = "diverging_steps",
-                                .time = kt_simulation_time(outcome->simulation),
-                                .value = kt_growth_diverges(&outcome->growth, &grown, &error),
-                                .remedy = "Take smaller steps ('kinetree stability' shows which are stable), or an "
-                                          "adaptive method"};
+    const kt_warning warning =
+        kt_warning_at("diverging_steps", kt_simulation_time(outcome->simulation),
+                      kt_growth_diverges(&outcome->growth, &grown, &error), NULL,
+                      "Take smaller steps ('kinetree stability' shows which are stable), or an adaptive method");
     if (warning.value > 0.0)
         kt_warn(&outcome->warnings, &warning, "%s", error.message);
 }

@@ -22,12 +22,9 @@ void kt_half_turns_add(kt_half_turns *turns, kt_warnings *warnings, const kt_sce
         const int effect = turns->effect[k], loop = kt_effect_loop(record->model, effect, NULL);
         const double angle = kt_effect_coordinate(record->model, record->data, record->q, effect);
         const bool jumps = fabs(angle - turns->angle[k]) > pi;
-        const kt_warning warning = {.code = "half_turn",
-                                    .time = record->time,
-                                    .value = angle,
-                                    .unit = "rad",
-                                    .remedy = "Cut the loop at another joint, so that this one is a joint of the tree, "
-                                              "which counts turns"};
+        const kt_warning warning =
+            kt_warning_at("half_turn", record->time, angle, "rad",
+                          "Cut the loop at another joint, so that this one is a joint of the tree, which counts turns");
         turns->angle[k] = angle;
         if (!jumps || turns->reported[k] || loop < 0)
             continue;

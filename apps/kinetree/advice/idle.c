@@ -90,7 +90,7 @@ int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene) {
             (void)snprintf(remedy, sizeof remedy, "Let it act on a body that moves");
         else
             (void)snprintf(remedy, sizeof remedy, "Give it %s", missing);
-        const kt_warning warning = {.code = "idle_effect", .time = 0.0, .value = (double)NAN, .remedy = remedy};
+        const kt_warning warning = kt_warning_at("idle_effect", 0.0, (double)NAN, NULL, remedy);
         if (still)
             kt_warn(warnings, &warning, "%s (%s) moves nothing: %s fixed to the world", name, type,
                     ends > 1 ? "both its ends are" : "its end is");

@@ -100,8 +100,7 @@ static void warn_of_steps(kt_outcome *outcome, double step, double left, double 
     const double steps = (double)kt_simulation_counts_get(outcome->simulation).steps;
     find_cause(outcome, step, breakpoints, cause, remedy, SIZE);
     write_time((kt_clock() - outcome->pace.begin) / steps * left, time, sizeof time);
-    kt_warning warning = kt_warning_of("many_steps", step, "s", remedy);
-    warning.time = t;
+    const kt_warning warning = kt_warning_at("many_steps", t, step, "s", remedy);
     kt_progress_end(outcome->pace.progress);
     kt_warn(&outcome->warnings, &warning,
             "steps of %.2g s at t = %.4g s: the rest of the run needs some %.2g of them, and some %s at this pace; %s",

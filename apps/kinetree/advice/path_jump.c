@@ -197,12 +197,9 @@ static bool jump_is_listed(const kt_path_watch *watch, const char *effect) {
 static void warn_of_jump(kt_path_watch *watch, const kt_path_state *path, const kt_path_step *step,
                          const kt_path_instant *low, const kt_path_instant *high) {
     const char *name = kt_effect_name(watch->model, path->effect);
-    const kt_warning warning = {.code = "path_jump",
-                                .time = watch->time + high->part * step->duration,
-                                .value = high->length - low->length,
-                                .unit = "m",
-                                .remedy = "End the run before this time, with `until` or an event, or keep the points "
-                                          "away from the surfaces"};
+    const kt_warning warning = kt_warning_at(
+        "path_jump", watch->time + high->part * step->duration, high->length - low->length, "m",
+        "End the run before this time, with `until` or an event, or keep the points away from the surfaces");
     char cause[400];
     if (jump_is_listed(watch, name))
         return;
@@ -227,11 +224,8 @@ static bool examine_start(kt_path_watch *watch, const kt_path_state *path) {
             on = k;
             point = k + side;
         }
-    const kt_warning warning = {.code = "path_inside",
-                                .time = watch->time,
-                                .value = most,
-                                .unit = "m",
-                                .remedy = "Move the point out of the surface"};
+    const kt_warning warning =
+        kt_warning_at("path_inside", watch->time, most, "m", "Move the point out of the surface");
     if (on > 0)
         kt_warn(
             watch->warnings, &warning,

@@ -142,8 +142,7 @@ static int warn_of_limit(const start *s, const kt_penetration *penetration) {
     snprintf(remedy, sizeof remedy, "Start the joint at %.6g %s or %s, or move '%s'",
              penetration->is_below ? effect->lower : effect->upper, unit, penetration->is_below ? "above" : "below",
              beyond);
-    const kt_warning warning = {
-        .code = "starts_beyond_limit", .time = 0.0, .value = penetration->depth, .unit = unit, .remedy = remedy};
+    const kt_warning warning = kt_warning_at("starts_beyond_limit", 0.0, penetration->depth, unit, remedy);
     kt_warn(s->warnings, &warning, "%s starts %.3g %s beyond '%s', where it pushes with %.3g %s and stores %.3g J",
             kt_name_penetration(effect).text, penetration->depth, unit, beyond, penetration->force,
             penetration->is_length ? "N" : "N m", penetration->energy);
@@ -155,8 +154,7 @@ static void warn_of_contact(const start *s, const kt_penetration *penetration) {
     char remedy[200];
     snprintf(remedy, sizeof remedy, "Start it %.3g m further along the plane's normal [%.3g, %.3g, %.3g]",
              penetration->depth, n.x + 0.0, n.y + 0.0, n.z + 0.0); /* adding 0.0 avoids -0 */
-    const kt_warning warning = {
-        .code = "starts_in_contact", .time = 0.0, .value = penetration->depth, .unit = "m", .remedy = remedy};
+    const kt_warning warning = kt_warning_at("starts_in_contact", 0.0, penetration->depth, "m", remedy);
     kt_warn(
         s->warnings, &warning,
         "%s starts %.3g m inside its plane, where it pushes with %.3g N (all bodies weigh %.3g N) and stores %.3g J",
@@ -168,8 +166,7 @@ static void warn_of_contacts(const start *s, const kt_penetration *deepest, int 
     char remedy[300];
     snprintf(remedy, sizeof remedy, "Start them further along their planes' normals, %s by %.3g m",
              kt_name_penetration(deepest->effect).text, deepest->depth);
-    const kt_warning warning = {
-        .code = "starts_in_contact", .time = 0.0, .value = deepest->depth, .unit = "m", .remedy = remedy};
+    const kt_warning warning = kt_warning_at("starts_in_contact", 0.0, deepest->depth, "m", remedy);
     kt_warn(s->warnings, &warning,
             "%d contacts start inside their planes, %s by %.3g m, the deepest, where they push with %.3g N together "
             "(all bodies weigh %.3g N) and store %.3g J",
@@ -216,11 +213,9 @@ static int warn_of_direction(const start *s, const kt_effect *effect) {
     const kt_vec3 b = end_point_of(s->model, s->data, &effect->between[1]);
     if (!(kt_vec3_norm(kt_vec3_sub(b, a)) <= 4.0 * DBL_EPSILON * (kt_vec3_norm(a) + kt_vec3_norm(b))))
         return 0;
-    const kt_warning warning = {.code = "no_direction",
-                                .time = 0.0,
-                                .value = is_spring ? effect->stiffness * effect->length : (double)NAN,
-                                .unit = is_spring ? "N" : NULL,
-                                .remedy = is_spring ? "Move one end, or set `length: 0`" : "Move one end"};
+    const kt_warning warning =
+        kt_warning_at("no_direction", 0.0, is_spring ? effect->stiffness * effect->length : (double)NAN,
+                      is_spring ? "N" : NULL, is_spring ? "Move one end, or set `length: 0`" : "Move one end");
     char size[60] = "";
     if (is_spring)
         snprintf(size, sizeof size, ", %.3g N,", warning.value);
@@ -238,11 +233,9 @@ static int warn_of_flat_wheel(const start *s, const kt_loop *loop) {
     const kt_vec3 normal = end_direction_of(s->model, s->data, &loop->between[1], loop->axis2);
     if (kt_vec3_norm(kt_vec3_cross(normal, axle)) > 1e-6)
         return 0;
-    const kt_warning warning = {.code = "flat_wheel",
-                                .time = 0.0,
-                                .value = (double)NAN,
-                                .remedy = "Give `axis` the direction of the axle in the frame of the wheel, and "
-                                          "`normal` that of the plane"};
+    const kt_warning warning = kt_warning_at(
+        "flat_wheel", 0.0, (double)NAN, NULL,
+        "Give `axis` the direction of the axle in the frame of the wheel, and `normal` that of the plane");
     kt_warn(s->warnings, &warning,
             "the wheel of loop '%s' lies flat at the start: its axle is along the normal of the plane, "
             "[%.3g, %.3g, %.3g], and no point of contact is lowest",

@@ -91,8 +91,7 @@ static void warn_of_instability(kt_outcome *outcome, const kt_method *method, co
         snprintf(by, sizeof by, "%.2g-fold over the run", limit->growth);
     snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
              !kt_method_stages_vary(method) && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
-    const kt_warning warning = {
-        .code = "unstable_step", .time = at.time, .value = limit->step, .unit = "s", .remedy = remedy};
+    const kt_warning warning = kt_warning_at("unstable_step", at.time, limit->step, "s", remedy);
     advise_step(outcome, limit->step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the method amplifies %s, as it is at t = %g s, %s",
@@ -108,8 +107,7 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
     snprintf(remedy, sizeof remedy,
              "Take steps below %.2g s, %.2g a period, for an error of %g, or a method of higher order", sampling->step,
              period / sampling->step, KT_SAMPLING_ERROR);
-    const kt_warning warning = {
-        .code = "few_samples", .time = at.time, .value = sampling->samples, .unit = NULL, .remedy = remedy};
+    const kt_warning warning = kt_warning_at("few_samples", at.time, sampling->samples, NULL, remedy);
     advise_step(outcome, sampling->step);
     kt_warn(
         &outcome->warnings, &warning,
@@ -132,8 +130,7 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     const double step =
         kt_stability_step(method, lambda, DIRECTIONS, outcome->run->duration, KT_STABILITY_GROWTH, &index);
     snprintf(remedy, sizeof remedy, "Take steps below %.2g s; 'kinetree stability' shows more", step);
-    const kt_warning warning = {
-        .code = "unstable_step", .time = fastest->time, .value = step, .unit = "s", .remedy = remedy};
+    const kt_warning warning = kt_warning_at("unstable_step", fastest->time, step, "s", remedy);
     advise_step(outcome, step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the rate of the fastest mode is about %.3g /s at t = %g s",
@@ -144,12 +141,9 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
 /* Warns that the stability is undetermined, since the modes cannot be computed without LAPACK or memory. */
 static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
                           const kt_error *error) {
-    const kt_warning warning = {.code = "unknown_stability",
-                                .time = fastest->time,
-                                .value = fastest->rate,
-                                .unit = "1/s",
-                                .remedy = "Mend that and run 'kinetree stability', or compare with a run of half the "
-                                          "step"};
+    const kt_warning warning =
+        kt_warning_at("unknown_stability", fastest->time, fastest->rate, "1/s",
+                      "Mend that and run 'kinetree stability', or compare with a run of half the step");
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s may be unstable or too long for %s: the rate of the fastest mode is about %.3g /s at t = %g "
             "s, but its direction cannot be computed: %s: %s",
@@ -300,11 +294,9 @@ void kt_watch_correction(kt_outcome *outcome) {
 
 static void warn_of_impact(kt_outcome *outcome) {
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
-    const kt_warning warning = {
-        .code = "large_projection",
-        .time = correction.time,
-        .value = correction.share,
-        .remedy = "Compare with runs of another tolerance, and of slightly different lengths or starts"};
+    const kt_warning warning =
+        kt_warning_at("large_projection", correction.time, correction.share, NULL,
+                      "Compare with runs of another tolerance, and of slightly different lengths or starts");
     if (kt_simulation_counts_get(outcome->simulation).crossings.near > 0 &&
         correction.share > fmax(IMPACT_LEAST, 10.0 * outcome->run->relative))
         kt_warn(&outcome->warnings, &warning,
@@ -319,12 +311,10 @@ void kt_warn_of_correction(kt_outcome *outcome) {
     kt_watch_correction(outcome);
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
     const bool driven = outcome->energy.energetics == KT_ENERGY_SUPPLIED;
-    const kt_warning warning = {.code = "large_projection",
-                                .time = outcome->corrected_since,
-                                .value = correction.share,
-                                .remedy = driven ? "Take much smaller steps, or an adaptive method, which ends at a "
-                                                   "dead point"
-                                                 : "Take much smaller steps, or an adaptive method"};
+    const kt_warning warning =
+        kt_warning_at("large_projection", outcome->corrected_since, correction.share, NULL,
+                      driven ? "Take much smaller steps, or an adaptive method, which ends at a dead point"
+                             : "Take much smaller steps, or an adaptive method");
     if (!(outcome->run->step > 0.0) && jumping == NULL)
         warn_of_impact(outcome);
     if (outcome->run->step > 0.0 && jumping == NULL && !isnan(outcome->corrected_since))

@@ -24,9 +24,14 @@ typedef struct kt_warning {
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 
+static inline kt_warning kt_warning_at(const char *code, double time, double value, const char *unit,
+                                       const char *remedy) {
+    return (kt_warning){.code = code, .time = time, .value = value, .unit = unit, .remedy = remedy};
+}
+
 /* Returns a warning that is not related to a time. */
 static inline kt_warning kt_warning_of(const char *code, double value, const char *unit, const char *remedy) {
-    return (kt_warning){.code = code, .time = (double)NAN, .value = value, .unit = unit, .remedy = remedy};
+    return kt_warning_at(code, (double)NAN, value, unit, remedy);
 }
 
 /* Prints "kinetree: warning: FACT. REMEDY", or "PATH: warning: FACT. REMEDY", and adds the warning to the list. The
