@@ -112,6 +112,14 @@ def pictures():
     tops = {(round(6 * (a - left) / (right - left), 2), round(24 * (floor - y) / (floor - top), 1)) for (a, y), (b, z) in zip(points, points[1:]) if y == z < floor and a < b}
     same("bins of 30 values, 24 of which are equal: which of six, and the runs in it", tops, {(0.0, 2.0), (1.0, 2.0), (2.0, 1.0), (3.0, 1.0), (5.0, 24.0)})
     same("a map of a sample", len(re.findall(rectangle, plot("n.csv", "--map", "g,m", "--columns", "position.stone.end"))) - 64, sum(1 for line in rows(pathlib.Path("n.csv").read_text()) if line["status"] == "done"))
+    lines = [",".join(str({"run": k, "status": "done", "g": g, "m": m, "time": t}.get(name, 0)) for name in head)
+             for k, (g, m, t) in enumerate([(1, 1, 0), (1, 1, 2), (2, 1, 1), (1, 2, 0), (2, 2, 3)])]
+    pathlib.Path("m.csv").write_text("\n".join([",".join(head), *lines]) + "\n")
+    picture = plot("m.csv", "--map", "g,m", "--columns", "time")
+    cells = [line.split(" d=")[0] for line in picture.splitlines() if re.search(rectangle, line)][:5]
+    same("two runs at one place have the colour of their mean, 1, which a third run has", (len({*cells[:3]}), len({*cells})), (1, 3))
+    same("the picture states it", "means of up to 2 runs at one place" in picture, True)
+    same("not of single runs", "means of" in plot("g.csv", "--map", "g,m", "--columns", "time"), False)
     for arguments, words in ((["g.csv", "--map", "g"], "two columns"), (["g.csv", "--map", "g,q"], "no column 'q'"), (["g.csv", "--by", "q"], "no column 'q'"),
                              (["g.csv", "--columns", "position.stona"], "did you mean"), (["a.csv", "--histogram"], "this file is no sweep")):
         same(f"words of plot {arguments}", words in plot(*arguments, code=1), True)

@@ -20,8 +20,8 @@ enum {
     UNIT_SIZE = 48
 };
 
-/* Numbers that a panel takes: of curves at most 5 for each row, of a map 6. */
-static size_t room_of(size_t rows) { return 8 * rows + 8 * BINS_MAX; }
+/* Numbers that a panel takes: of curves at most 5 for each row, of a map 10. */
+static size_t room_of(size_t rows) { return 10 * rows + 8 * BINS_MAX; }
 
 bool kt_sweep_table_find(const kt_table *table, int *first, int *count) {
     *first = 1;
@@ -71,6 +71,7 @@ typedef struct picture {
     kt_plot_cells cells[PANELS_MAX];
     char labels[CURVES_MAX][96];
     char units[PANELS_MAX][UNIT_SIZE], x_unit[UNIT_SIZE], by_unit[UNIT_SIZE];
+    size_t shared;   /* the largest number of runs at one place of a map */
     double *numbers; /* room for all that is drawn */
     size_t used;
 } picture;
@@ -242,9 +243,47 @@ static void find_cell_ends(const double *values, size_t count, double value, boo
     }
 }
 
+/* A run of a map. */
+typedef struct map_place {
+    double x, y, row;
+} map_place;
+
+static int compare_map_places(const void *a, const void *b) {
+    const map_place *one = a, *other = b;
+    const double by_x = one->x - other->x, by_y = one->y - other->y, difference = by_x != 0.0 ? by_x : by_y;
+    return difference < 0.0 ? -1 : difference > 0.0 ? 1 : one->row < other->row ? -1 : 1;
+}
+
+/* Gives each run at a place of the map the mean of the finite values there. Runs share a place if they are repeated, or
+ * if a name besides the axes varies. The last one would hide the others. */
+static const double *average_map_places(picture *p, const double *x, const double *y, const double *z) {
+    double *mean = take_plot_numbers(p, p->rows);
+    map_place *places = (map_place *)take_plot_numbers(p, 3 * p->rows);
+    for (size_t i = 0; i < p->rows; i++)
+        places[i] = (map_place){x[i], y[i], (double)i};
+    qsort(places, p->rows, sizeof *places, compare_map_places);
+    for (size_t first = 0, end; first < p->rows; first = end) {
+        double sum = 0.0;
+        size_t finite = 0;
+        for (end = first; end < p->rows && places[end].x == places[first].x && places[end].y == places[first].y;
+             end++) {
+            const double value = z[(size_t)places[end].row];
+            sum += !isfinite(value) ? 0.0 : p->chart->is_log ? fabs(value) : value;
+            finite += isfinite(value);
+        }
+        end += end == first; /* a place that is not a number */
+        const double value = end - first == 1 ? z[(size_t)places[first].row] : sum / (double)finite;
+        for (size_t i = first; i < end; i++)
+            mean[(size_t)places[i].row] = value;
+        p->shared = end - first > p->shared ? end - first : p->shared;
+    }
+    return mean;
+}
+
 static void add_map(picture *p, int k, int column) {
     const kt_sweep_chart *chart = p->chart;
-    const double *x = sweep_column_of(p, chart->x), *y = sweep_column_of(p, chart->by), *z = sweep_column_of(p, column);
+    const double *x = sweep_column_of(p, chart->x), *y = sweep_column_of(p, chart->by);
+    const double *z = average_map_places(p, x, y, sweep_column_of(p, column));
     double *xs = take_plot_numbers(p, p->rows), *ys = take_plot_numbers(p, p->rows);
     const size_t nx = sort_values(x, p->rows, true, xs), ny = sort_values(y, p->rows, true, ys);
     const bool is_grid = nx * ny <= 2 * p->rows, x_log = is_logarithmic(p, chart->x),
@@ -293,7 +332,7 @@ static size_t count_failed(const picture *p) {
 static int draw_sweep_plot(picture *p, const char *out) {
     const kt_sweep_chart *chart = p->chart;
     const int count = chart->column_count < PANELS_MAX ? chart->column_count : PANELS_MAX;
-    char subtitle[160], more[64] = "";
+    char subtitle[200], more[64] = "", means[64] = "";
     for (int k = 0; k < count; k++) {
         p->used = (size_t)k * room_of(p->rows);
         if (chart->is_histogram)
@@ -305,7 +344,10 @@ static int draw_sweep_plot(picture *p, const char *out) {
     }
     if (chart->column_count > count)
         (void)snprintf(more, sizeof more, "; %d more columns: --columns chooses", chart->column_count - count);
-    (void)snprintf(subtitle, sizeof subtitle, "%zu runs, %zu without a value%s", p->rows, count_failed(p), more);
+    if (p->shared > 1)
+        (void)snprintf(means, sizeof means, "; means of up to %zu runs at one place", p->shared);
+    (void)snprintf(subtitle, sizeof subtitle, "%zu runs, %zu without a value%s%s", p->rows, count_failed(p), means,
+                   more);
     const kt_plot plot = {.title = chart->title,
                           .subtitle = subtitle,
                           .x_title = chart->table->names[chart->x],
