@@ -128,6 +128,9 @@ kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *erro
  * kt_run_method for the integrated model, which may use *storage. */
 const char *kt_scene_method_name(const kt_scene *scene, const kt_model *model, kt_method *storage);
 
+/* Reports a name that is no method, and suggests one. where: the subcommand, and its option. Returns KT_EXIT_USAGE. */
+int kt_reject_method(const char *where, const char *name);
+
 /* The options of a scene's `simulate` section for its compilation, and as a variant of an accuracy study. */
 kt_model_options kt_compile_options(const kt_scene *scene);
 kt_variant kt_own_variant(const kt_scene *scene);

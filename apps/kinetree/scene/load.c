@@ -136,6 +136,14 @@ void kt_say_fmus_left_out(const kt_scene *scene) {
                kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others are" : " is");
 }
 
+int kt_reject_method(const char *where, const char *name) {
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    for (int i = 0; i < kt_method_count(); i++)
+        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
+    return kt_misuse("%s: there is no method '%s'%s", where, name,
+                     nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
+}
+
 int kt_reject_fmus(const char *command, const kt_scene *scene) {
     if (scene->fmu_count == 0)
         return -1;

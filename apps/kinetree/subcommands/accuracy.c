@@ -91,20 +91,8 @@ const kt_usage kt_usage_accuracy = {
         "They are integrated with implicit Euler, Crank-Nicolson, BDF2, the two-step method and Radau IIA, in tree and "
         "absolute coordinates.\n"
         "The tables list errors of positions, velocities and multipliers, drift, condition and orders.\n",
-    .options = option_table,
-    .option_count = sizeof option_table / sizeof option_table[0],
+    KT_OPTIONS_OF(option_table),
 };
-
-static int say_no_method(const char *name) {
-    kt_nearest nearest = kt_nearest_make(name, NULL);
-    for (int i = 0; i < kt_method_count(); i++)
-        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
-    if (nearest.best != NULL)
-        kt_say("accuracy: --integrators: there is no method '%s'%s", name, kt_ask(&nearest, "").text);
-    else
-        kt_say("accuracy: --integrators: there is no method '%s'; 'kinetree integrators' lists them", name);
-    return KT_EXIT_USAGE;
-}
 
 /* Reads the methods of --integrators, in the order of kt_method_at and without repetition. */
 static int read_methods(kt_accuracy_arguments *arguments) {
@@ -116,7 +104,7 @@ static int read_methods(kt_accuracy_arguments *arguments) {
     for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
         const kt_method *method = kt_method_find(word);
         if (method == NULL)
-            return say_no_method(word);
+            return kt_reject_method("accuracy: --integrators", word);
         for (int i = 0; i < kt_method_count() && i < KT_ACCURACY_METHODS_MAX; i++)
             wanted[i] = wanted[i] || kt_method_at(i) == method;
     }

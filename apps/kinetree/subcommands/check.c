@@ -30,9 +30,7 @@ static const kt_option options[] = {
     KT_SET_OPTION(offsetof(kt_check_arguments, settings)),
     {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
      "write a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
-    KT_ROBOT_OPTIONS(kt_check_arguments, settings),
-    KT_QUIET_OPTION(kt_check_arguments, settings),
-    KT_VERBOSE_OPTION(kt_check_arguments, settings),
+    KT_READER_OPTIONS(kt_check_arguments, settings),
 };
 
 const kt_usage kt_usage_check = {
@@ -50,8 +48,7 @@ const kt_usage kt_usage_check = {
              "message.\n"
              "The exit status is 2 if any scene is wrong, and 3 if loops cannot be closed. It is 0 if there are only "
              "warnings.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* A scene in its assembled initial state. */

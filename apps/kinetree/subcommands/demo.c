@@ -31,8 +31,7 @@ const kt_usage kt_usage_demo = {
              "Existing results stay, unless --force is given.\n"
              "It also writes a page that shows the motion, NAME.html, unless --out names a file.\n"
              "KINETREE_SCENES=FOLDER lists and runs the scenes of another folder.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
     .also = &kt_usage_run,
 };
 

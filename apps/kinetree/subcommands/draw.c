@@ -60,9 +60,7 @@ static const kt_option options[] = {
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
      "draw boxes with mass and inertia of the bodies instead of shapes and meshes", NULL},
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
-    KT_ROBOT_OPTIONS(kt_draw_arguments, settings),
-    KT_QUIET_OPTION(kt_draw_arguments, settings),
-    KT_VERBOSE_OPTION(kt_draw_arguments, settings),
+    KT_READER_OPTIONS(kt_draw_arguments, settings),
 };
 
 const kt_usage kt_usage_draw = {
@@ -83,8 +81,7 @@ const kt_usage kt_usage_draw = {
              "States after the start come from 'kinetree run', with the events and 'until' of the scene.\n"
              "If loops cannot be closed, the picture shows the given state with the gaps in red, and the exit status "
              "is 3.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */

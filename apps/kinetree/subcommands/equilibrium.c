@@ -23,9 +23,7 @@ static const kt_option options[] = {
     {"scene", KT_OPTION_TEXT, offsetof(kt_equilibrium_arguments, scene), "FILE",
      "write the scene with the equilibrium as its initial state", NULL},
     {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "print JSON", NULL},
-    KT_ROBOT_OPTIONS(kt_equilibrium_arguments, settings),
-    KT_QUIET_OPTION(kt_equilibrium_arguments, settings),
-    KT_VERBOSE_OPTION(kt_equilibrium_arguments, settings),
+    KT_READER_OPTIONS(kt_equilibrium_arguments, settings),
 };
 
 const kt_usage kt_usage_equilibrium = {
@@ -41,8 +39,7 @@ const kt_usage kt_usage_equilibrium = {
              "Prints the positions of the joints as a scene file has them. A start that is an equilibrium is kept.\n"
              "The verdict follows from the modes at the equilibrium: stable, unstable or neutral.\n"
              "If the search ends in a state that is not at rest, the exit status is 4.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* ---- stability --------------------------------------------------------------------------------------------------- */

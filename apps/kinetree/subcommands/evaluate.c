@@ -22,9 +22,7 @@ static const kt_option options[] = {
      "compute the inverse dynamics for these accelerations", NULL},
     {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "write to a file instead of standard output",
      NULL},
-    KT_ROBOT_OPTIONS(kt_evaluate_arguments, settings),
-    KT_QUIET_OPTION(kt_evaluate_arguments, settings),
-    KT_VERBOSE_OPTION(kt_evaluate_arguments, settings),
+    KT_READER_OPTIONS(kt_evaluate_arguments, settings),
 };
 
 const kt_usage kt_usage_evaluate = {
@@ -52,8 +50,7 @@ const kt_usage kt_usage_evaluate = {
         "\n"
         "Hard contacts, stops, slack ropes and friction that sticks start as in `run`: after the impacts at the\n"
         "start, the closed ones are loops. With --acceleration it also prints inverse_dynamics, the forces M a + h.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* Above this number of coordinates the mass matrix is left out: its text would exceed 100 MB. */

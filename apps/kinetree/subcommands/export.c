@@ -34,9 +34,7 @@ static const kt_option options[] = {
     {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
     {"out", KT_OPTION_TEXT, AT(out), "FILE", "write to this file; default: standard output", NULL},
     KT_SET_OPTION(AT(settings)),
-    KT_ROBOT_OPTIONS(kt_export_arguments, settings),
-    KT_QUIET_OPTION(kt_export_arguments, settings),
-    KT_VERBOSE_OPTION(kt_export_arguments, settings),
+    KT_READER_OPTIONS(kt_export_arguments, settings),
 };
 
 const kt_usage kt_usage_export = {
@@ -71,8 +69,7 @@ const kt_usage kt_usage_export = {
              "With --sources gcc and clang compile its binary for other systems.\n"
              "Scenes with hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* Notes on what a format lacks. The first one has the name of the scene, unless notes of the reader precede it. */

@@ -35,8 +35,7 @@ const kt_usage kt_usage_help = {
              "A type is that of a joint, loop, effect, function of time or shape.\n"
              "Man pages and completions are installed with the command.\n"
              "These options write them for a command that was built for another machine.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 #define SUBCOMMAND_ROW(name, summary) {#name, kt_command_##name, &kt_usage_##name, summary},

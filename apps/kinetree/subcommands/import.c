@@ -54,8 +54,7 @@ const kt_usage kt_usage_import = {
         "Those that change the motion are warnings.\n"
         "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
         "Meshes are for pictures (draw, view).\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* Returns the choice of a word, or -1 after printing the error. */

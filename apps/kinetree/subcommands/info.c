@@ -135,9 +135,7 @@ static const kt_option options[] = {
     {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
      "print the computations of each evaluation, step and record, their sizes, and those that the scene avoids", NULL},
     {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "print the plan as JSON", NULL},
-    KT_ROBOT_OPTIONS(info_arguments, settings),
-    KT_QUIET_OPTION(info_arguments, settings),
-    KT_VERBOSE_OPTION(info_arguments, settings),
+    KT_READER_OPTIONS(info_arguments, settings),
 };
 
 const kt_usage kt_usage_info = {
@@ -151,8 +149,7 @@ const kt_usage kt_usage_info = {
     .about = "Shows sizes, masses and the settings of a run, and draws the tree of the scene.\n"
              "The tree has joints with their degrees of freedom (dof), masses and markers. Long chains and large trees "
              "are abridged.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 static const char *name_isa(kt_isa isa) {

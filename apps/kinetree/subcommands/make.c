@@ -68,8 +68,7 @@ const kt_usage kt_usage_make = {
              "  pendulum  point masses on massless links, one under the other; its angle is that from hanging\n"
              "  tree      every body carries --branching others at its end, fanned out\n"
              "The bodies are link1, link2, ...; the last has a marker 'tip' at its end.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */

@@ -48,9 +48,7 @@ static const kt_option options[] = {
     {"bars", KT_OPTION_FLAG, offsetof(kt_modes_arguments, bars), NULL,
      "draw bars for the joints with their phases, instead of the mechanism (--plot)", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(kt_modes_arguments, dark), NULL, "draw the picture on a dark page", NULL},
-    KT_ROBOT_OPTIONS(kt_modes_arguments, settings),
-    KT_QUIET_OPTION(kt_modes_arguments, settings),
-    KT_VERBOSE_OPTION(kt_modes_arguments, settings),
+    KT_READER_OPTIONS(kt_modes_arguments, settings),
 };
 
 const kt_usage kt_usage_modes = {
@@ -75,8 +73,7 @@ const kt_usage kt_usage_modes = {
              "\n"
              "--formulation prints the eigenvalues in all tree coordinates.\n"
              "Those that the mechanism does not have come from the formulation.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* ---- table ------------------------------------------------------------------------------------------------------- */

@@ -59,8 +59,7 @@ const kt_usage kt_usage_plot = {
              "Several results, and the runs of an HDF5 file, are drawn over each other.\n"
              "The columns of a sweep are drawn over its first column that varies.\n"
              "They are curves if each value has one run, and points otherwise.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* Rejects two options if the picture of one has no place for the other. Returns -1, or an exit code after printing the

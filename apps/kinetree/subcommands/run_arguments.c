@@ -115,8 +115,7 @@ const kt_usage kt_usage_view = {
              "The frames are the records. If the scene gives no interval, there are 60 a second, but at least 600 and "
              "at most 6000 in all.\n"
              "The page always shows the reactions in joints and loops. 'run --view' shows them if they are recorded.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
     .groups = groups,
 };
 
@@ -383,20 +382,13 @@ static int override_tolerance(const kt_run_arguments *arguments, kt_run *run) {
 }
 
 static int override_integrator(const kt_run_arguments *arguments, kt_run *run) {
-    const char *name = arguments->integrator;
-    if (kt_method_find(name) != NULL) {
-        run->integrator = name;
+    char option[64];
+    if (kt_method_find(arguments->integrator) != NULL) {
+        run->integrator = arguments->integrator;
         return -1;
     }
-    kt_nearest nearest = kt_nearest_make(name, NULL);
-    for (int i = 0; i < kt_method_count(); i++)
-        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
-    if (nearest.best != NULL)
-        kt_say("%s: --integrator: there is no method '%s'%s", arguments->command, name, kt_ask(&nearest, "").text);
-    else
-        kt_say("%s: --integrator: there is no method '%s'; 'kinetree integrators' lists them", arguments->command,
-               name);
-    return KT_EXIT_USAGE;
+    (void)snprintf(option, sizeof option, "%s: --integrator", arguments->command);
+    return kt_reject_method(option, arguments->integrator);
 }
 
 static int check_method_options(const kt_run_arguments *arguments, const kt_run *run) {

@@ -38,9 +38,7 @@ static const kt_option options[] = {
      "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
     {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "draw the picture on a dark page", NULL},
     {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "print all modes and steps as JSON", NULL},
-    KT_ROBOT_OPTIONS(arguments, settings),
-    KT_QUIET_OPTION(arguments, settings),
-    KT_VERBOSE_OPTION(arguments, settings),
+    KT_READER_OPTIONS(arguments, settings),
 };
 
 const kt_usage kt_usage_stability = {
@@ -63,8 +61,7 @@ const kt_usage kt_usage_stability = {
              "It is A-stable if no mode that decays or oscillates grows, for any step.\n"
              "It is L-stable if an infinitely stiff mode also vanishes after one step. Otherwise, the factor of its "
              "decay is given.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
 };
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
@@ -313,11 +310,7 @@ static int choose_method(const char *name, const kt_run *run, const kt_model *mo
     *method = kt_run_method(&wanted_run, model, storage);
     if (*method != NULL)
         return -1;
-    kt_nearest nearest = kt_nearest_make(wanted, NULL);
-    for (int i = 0; i < kt_method_count(); i++)
-        (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
-    return kt_misuse("stability: there is no method '%s'%s", wanted,
-                     nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
+    return kt_reject_method("stability", wanted);
 }
 
 static int show_subject(const kt_stability_subject *subject, const arguments *given) {

@@ -80,8 +80,7 @@ const kt_usage kt_usage_sweep = {
              "With --shard, FILE.shard names the sweep and its runs, and --merge checks it.\n"
              "On a terminal, a sweep of more than 100,000 runs needs a confirmation, unless --quiet is given.\n"
              "With MPI, 'mpirun kinetree sweep ...' divides the runs among its processes.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    KT_OPTIONS_OF(options),
     .groups = groups,
 };
 

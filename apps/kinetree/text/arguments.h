@@ -58,43 +58,30 @@ typedef struct kt_option {
     }
 
 /* Options of a subcommand that reads a robot's file, in the same struct. */
+#define KT_ROBOT_FLAG(type, settings, name, help)                                                                      \
+    { #name, KT_OPTION_FLAG, offsetof(type, settings.robot.name), NULL, help, NULL }
+#define KT_ROBOT_TEXT(type, settings, name, argument, help)                                                            \
+    { #name, KT_OPTION_TEXT, offsetof(type, settings.robot.name), argument, help, NULL }
 #define KT_ROBOT_OPTIONS(type, settings)                                                                               \
-    {"floating",                                                                                                       \
-     KT_OPTION_FLAG,                                                                                                   \
-     offsetof(type, settings.robot.floating),                                                                          \
-     NULL,                                                                                                             \
-     "let the root of a robot's file move freely; default: it is fixed to the world",                                  \
-     NULL},                                                                                                            \
-        {"keyframe",                                                                                                   \
-         KT_OPTION_TEXT,                                                                                               \
-         offsetof(type, settings.robot.keyframe),                                                                      \
-         "NAME",                                                                                                       \
-         "start from the positions, velocities and controls of this keyframe of MJCF; default: reference positions",   \
-         NULL},                                                                                                        \
-        {"contacts",                                                                                                   \
-         KT_OPTION_FLAG,                                                                                               \
-         offsetof(type, settings.robot.contacts),                                                                      \
-         NULL,                                                                                                         \
-         "let the collisions of a robot's file touch planes; default: they touch nothing",                             \
-         NULL},                                                                                                        \
-        {"ground",                                                                                                     \
-         KT_OPTION_TEXT,                                                                                               \
-         offsetof(type, settings.robot.ground),                                                                        \
-         "HEIGHT",                                                                                                     \
-         "add a floor at this height, m, to --contacts; default: none",                                                \
-         NULL},                                                                                                        \
-        {"search",                                                                                                     \
-         KT_OPTION_TEXT,                                                                                               \
-         offsetof(type, settings.robot.search),                                                                        \
-         "FOLDER:FOLDER",                                                                                              \
-         "find meshes of package:// and model://, and models that SDF includes, in these folders first; then in"       \
-         " those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, those in which"     \
-         " Gazebo keeps models, that of the robot and those around it",                                                \
-         NULL},                                                                                                        \
-    {                                                                                                                  \
-        "allow", KT_OPTION_TEXT, offsetof(type, settings.robot.allow), "FOLDER:FOLDER",                                \
-            "allow a robot's file to include files of these folders outside of its own", NULL                          \
-    }
+    KT_ROBOT_FLAG(type, settings, floating,                                                                            \
+                  "let the root of a robot's file move freely; default: it is fixed to the world"),                    \
+        KT_ROBOT_TEXT(type, settings, keyframe, "NAME",                                                                \
+                      "start from the positions, velocities and controls of this keyframe of MJCF; default: "          \
+                      "reference positions"),                                                                          \
+        KT_ROBOT_FLAG(type, settings, contacts,                                                                        \
+                      "let the collisions of a robot's file touch planes; default: they touch nothing"),               \
+        KT_ROBOT_TEXT(type, settings, ground, "HEIGHT",                                                                \
+                      "add a floor at this height, m, to --contacts; default: none"),                                  \
+        KT_ROBOT_TEXT(type, settings, search, "FOLDER:FOLDER",                                                         \
+                      "find meshes of package:// and model://, and models that SDF includes, in these folders first; " \
+                      "then in those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and "                  \
+                      "GAZEBO_MODEL_PATH, those in which Gazebo keeps models, that of the robot and those around it"), \
+        KT_ROBOT_TEXT(type, settings, allow, "FOLDER:FOLDER",                                                          \
+                      "allow a robot's file to include files of these folders outside of its own")
+
+/* Options of a subcommand that reads scenes and robots, in the same struct: all of these. */
+#define KT_READER_OPTIONS(type, settings)                                                                              \
+    KT_ROBOT_OPTIONS(type, settings), KT_QUIET_OPTION(type, settings), KT_VERBOSE_OPTION(type, settings)
 
 /* A heading of the help, above the option `first`. */
 typedef struct kt_option_group {
@@ -112,6 +99,9 @@ typedef struct kt_usage {
     const kt_option_group *groups; /* NULL, or headings in the order of the options; the last one has no title */
     const struct kt_usage *also;   /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
 } kt_usage;
+
+/* The options of a kt_usage: those of a table. */
+#define KT_OPTIONS_OF(table) .options = table, .option_count = sizeof table / sizeof table[0]
 
 /* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
  * are moved to argv[1] onwards and counted. Both "--name value" and "--name=value" are accepted, and "--" ends the
