@@ -11,6 +11,7 @@
 
 #include "command.h"
 #include "records/output.h"
+#include "text/bytes.h"
 
 #include "kinetree/joint.h"
 #include "kinetree/mechanism.h"
@@ -20,6 +21,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -60,19 +62,13 @@ typedef struct kt_content {
 
 /* Reads a whole file. Returns an exit code; text is NULL after printing an error. The caller frees it. */
 static int read_content(const char *path, kt_content *content) {
-    *content = (kt_content){NULL, 0};
+    kt_bytes bytes = {0};
     FILE *file = fopen(path, "rb");
-    const long end = file != NULL && fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
-    char *text = end >= 0 ? malloc((size_t)end + 1) : NULL;
-    if (text != NULL && fseek(file, 0, SEEK_SET) == 0 && fread(text, 1, (size_t)end, file) == (size_t)end) {
-        text[end] = '\0';
-        *content = (kt_content){text, (size_t)end};
-    } else {
+    if (file == NULL || !kt_bytes_read(&bytes, file, SIZE_MAX))
         kt_say("%s cannot be read: %s", kt_show(path).text, strerror(errno));
-        free(text);
-    }
     if (file != NULL)
         (void)fclose(file);
+    *content = (kt_content){bytes.text, bytes.used};
     return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
 }
 
