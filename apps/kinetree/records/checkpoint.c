@@ -118,11 +118,9 @@ static bool take_lock(kt_checkpoint *checkpoint) {
         kt_say("checkpoint %s cannot be written: %s", checkpoint->path, strerror(errno));
         return false;
     }
-    const size_t room = strlen(checkpoint->file) + sizeof ".new";
-    checkpoint->new_path = malloc(room);
+    checkpoint->new_path = kt_join_texts(checkpoint->file, ".new", "");
     if (checkpoint->new_path == NULL)
         return say_no_memory();
-    (void)snprintf(checkpoint->new_path, room, "%s.new", checkpoint->file);
     checkpoint->lock = lock_name(checkpoint);
     if (checkpoint->lock < 0)
         kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,

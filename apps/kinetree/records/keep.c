@@ -97,14 +97,11 @@ int kt_keep_close_run(kt_keep *keep, int64_t run, int64_t status, size_t rows, s
 /* Makes the HDF5 file. It has the name NAME.new until it is whole. A partial result gets the name of the side file if
  * an earlier result has the name. */
 static int make_file(kt_keep *keep, const kt_keep_words *words, bool whole) {
-    const size_t room = strlen(keep->output.name) + 8;
-    char *name = malloc(room), *part = kt_part_name(keep->output.name);
+    char *name = kt_join_texts(keep->output.name, ".new", ""), *part = kt_part_name(keep->output.name);
     int failed = name == NULL || part == NULL ? -1 : 0;
     const char *final = whole ? keep->output.name : part;
     if (failed != 0)
         kt_say("there is not enough memory");
-    else
-        (void)snprintf(name, room, "%s.new", keep->output.name);
     rewind(keep->file);
     if (failed == 0)
         failed = kt_hdf5_write(name, keep->file, words);

@@ -26,7 +26,7 @@ char *kt_folder_of(const char *path) {
     return slash == NULL ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
 }
 
-static char *join_texts(const char *a, const char *b, const char *c) {
+char *kt_join_texts(const char *a, const char *b, const char *c) {
     const size_t room = strlen(a) + strlen(b) + strlen(c) + 1;
     char *text = malloc(room);
     if (text != NULL)
@@ -48,7 +48,7 @@ static char *find_canonical_name(const char *path) {
     if (real == NULL)
         return NULL;
     const char *slash = strrchr(path, '/');
-    whole = join_texts(real, "/", slash != NULL ? slash + 1 : path);
+    whole = kt_join_texts(real, "/", slash != NULL ? slash + 1 : path);
     free(real);
     return whole;
 }
@@ -61,7 +61,7 @@ static char *read_one_link(const char *path) {
         return NULL;
     text[length] = '\0';
     char *folder = text[0] != '/' ? kt_folder_of(path) : NULL;
-    char *name = text[0] == '/' ? strdup(text) : folder != NULL ? join_texts(folder, "/", text) : NULL;
+    char *name = text[0] == '/' ? strdup(text) : folder != NULL ? kt_join_texts(folder, "/", text) : NULL;
     free(folder);
     return name;
 }
@@ -102,7 +102,7 @@ int kt_output_start(kt_output *output, const char *path) {
         struct stat status;
         const bool is_link = lstat(path, &status) == 0 && S_ISLNK(status.st_mode);
         output->name = is_link ? realpath(path, NULL) : strdup(path);
-        output->partial = output->name != NULL ? join_texts(output->name, ".partial", "") : NULL;
+        output->partial = output->name != NULL ? kt_join_texts(output->name, ".partial", "") : NULL;
         if (output->partial == NULL) {
             free(output->name);
             output->name = NULL;
@@ -224,7 +224,7 @@ int kt_output_write(const char *path, void (*write)(FILE *file, const void *what
 char *kt_partial_name(const char *path) {
     return path == NULL                                   ? NULL
            : is_stream(path) || is_written_in_place(path) ? strdup(path)
-                                                          : join_texts(path, ".partial", "");
+                                                          : kt_join_texts(path, ".partial", "");
 }
 
 char *kt_part_name(const char *path) {

@@ -32,6 +32,9 @@ int kt_open_locked(const char *name, int flags);
  * round, or memory is insufficient. */
 char *kt_follow_links(const char *path);
 
+/* Returns three texts as one, which the caller frees. NULL: not enough memory. */
+char *kt_join_texts(const char *a, const char *b, const char *c);
+
 /* Returns the folder of a file: "." if the path names none. The caller frees it. NULL: not enough memory. */
 char *kt_folder_of(const char *path);
 

@@ -30,12 +30,10 @@ typedef struct source {
  * whole name. */
 static char *split_path(const char *result, const char *folder, double *time) {
     const bool is_here = folder == NULL || result[0] == '/';
-    const size_t room = strlen(result) + (is_here ? 0 : strlen(folder)) + 2;
-    char *path = malloc(room), *end;
+    char *path = kt_join_texts(is_here ? "" : folder, is_here ? "" : "/", result), *end;
     *time = (double)NAN;
     if (path == NULL)
         return NULL;
-    snprintf(path, room, "%s%s%s", is_here ? "" : folder, is_here ? "" : "/", result);
     char *colon = strrchr(path, ':');
     if (colon == NULL || colon[1] == '\0' || access(path, F_OK) == 0)
         return path;

@@ -316,15 +316,6 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
 
 /* ---- output files ------------------------------------------------------------------------------------------------ */
 
-/* Returns BASE-accuracy.csv (or .svg); `kinetree run` writes its records to BASE.csv. The caller frees it. */
-static char *default_name(const char *base, const char *ending) {
-    const size_t room = strlen(base) + strlen("-accuracy") + strlen(ending) + 1;
-    char *name = malloc(room);
-    if (name != NULL)
-        snprintf(name, room, "%s-accuracy%s", base, ending);
-    return name;
-}
-
 /* Fills in the file names that the command line does not give. A picture needs a name that ends in its format, hence
  * /dev/null means no picture. */
 static void choose_files(kt_accuracy_arguments *arguments, const char *csv, const char *picture) {
@@ -358,8 +349,8 @@ int kt_command_accuracy(int argc, char **argv) {
     if (code >= 0)
         return code;
     char *base = kt_base_name(argv[1]);
-    char *csv = base != NULL ? default_name(base, ".csv") : NULL,
-         *picture = base != NULL ? default_name(base, ".svg") : NULL;
+    char *csv = base != NULL ? kt_join_texts(base, "-accuracy", ".csv") : NULL; /* BASE.csv is that of `run` */
+    char *picture = base != NULL ? kt_join_texts(base, "-accuracy", ".svg") : NULL;
     if (csv == NULL || picture == NULL) {
         code = kt_say_no_memory(NULL);
     } else {

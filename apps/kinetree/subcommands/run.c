@@ -342,18 +342,6 @@ static int check_columns(const char *command, const kt_model *model, const kt_ru
     return -1;
 }
 
-/* Returns a name such as "BASE.csv", which the caller frees. Returns NULL after printing the error if memory is
- * insufficient. */
-static char *name_after(const char *base, const char *ending) {
-    const size_t room = strlen(base) + strlen(ending) + 1;
-    char *name = malloc(room);
-    if (name != NULL)
-        snprintf(name, room, "%s%s", base, ending);
-    else
-        kt_say("there is not enough memory");
-    return name;
-}
-
 /* Returns the interval between the records of a view, s. A view plays 60 records a second, but has neither very few nor
  * very many. */
 static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
@@ -479,7 +467,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     int code = kt_run_override_markers(option, arguments->markers, model, &run, &markers);
     if (code >= 0)
         return code;
-    char *csv = name_after(base, ".csv"), *page = csv != NULL ? name_after(base, ".html") : NULL;
+    char *csv = kt_join_texts(base, ".csv", ""), *page = kt_join_texts(base, ".html", "");
     const bool has_own_name = manner->has_records && arguments->out != NULL; /* then no result has one by itself */
     const kt_result_names names = {.out = arguments->out != NULL || !manner->has_records ? arguments->out : csv,
                                    .summary = arguments->summary,
@@ -488,7 +476,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                                    .view = arguments->view != NULL ? arguments->view
                                            : manner->has_view && !has_own_name && arguments->resume == NULL ? page
                                                                                                             : NULL};
-    code = page == NULL ? KT_EXIT_INTEGRATION : kt_run_check_files(arguments, path, &names);
+    code = csv == NULL || page == NULL ? kt_say_no_memory(NULL) : kt_run_check_files(arguments, path, &names);
     code = code < 0 && manner->is_careful && arguments->resume == NULL ? kt_run_spare_results(&names) : code;
     code = code < 0 ? check_columns(arguments->command, model, &run) : code;
     if (!manner->has_records && run.interval == 0.0)

@@ -48,10 +48,7 @@ uint64_t kt_sweep_sum(const kt_sweep *sweep) {
 static char *shard_name(const char *out) {
     char *partial = kt_partial_name(out);
     const bool is_file = partial != NULL && strcmp(partial, out) != 0;
-    const size_t room = strlen(out) + sizeof SHARD_ENDING;
-    char *name = is_file ? malloc(room) : NULL;
-    if (name != NULL)
-        snprintf(name, room, "%s%s", out, SHARD_ENDING);
+    char *name = is_file ? kt_join_texts(out, SHARD_ENDING, "") : NULL;
     free(partial);
     return name;
 }
