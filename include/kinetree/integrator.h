@@ -214,8 +214,9 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *     the current state it is an error in either mode.
  *   KT_ERROR_STEP: the step became too small, max_steps are used up, or there is no progress. Progress is measured over
  *     windows of 10,000 tries, relative to the larger of |t| and |t_limit|. There is none if a window advances by less
- *     than 1e-6, or if five windows in a row advance by less than 1e-5 each. The same error reports a fixed step or
- *     max_step below the rounding of the time, and tolerances below the rounding of the state.
+ *     than 1e-6, or if five windows in a row advance by less than 1e-5 each. A simulation whose events may end it takes
+ *     at most 1e4 s in place of |t_limit|. The same error reports a fixed step or max_step below the rounding of the
+ *     time, and tolerances below the rounding of the state.
  *   KT_ERROR_CALLBACK: a callback stopped, or failed recoverably with a fixed step.
  *
  * Stabilised (rkc2, rkc4): a fixed step may need more stages than there are, which is KT_ERROR_STEP. An adaptive step

@@ -168,6 +168,7 @@ struct kt_integrator {
     uint64_t tries_end; /* the number of steps and rejected steps beyond which the present call has no more; 0: none */
     uint64_t tries_in_call; /* how many the call may take */
     bool used_up;           /* the call needed more of them */
+    bool may_end_early;     /* events may end the motion before t_limit */
     size_t blamed;          /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
@@ -446,9 +447,10 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
 
 /* Adaptive steps. A motion makes no progress if it advances, over KT_PROGRESS_TRIES tries, by less than KT_PROGRESS of
  * its time per try. The same is true for less than KT_PROGRESS_LASTING over KT_PROGRESS_WINDOWS such windows of tries
- * in a row. */
+ * in a row. If events may end the motion, its time is at most KT_PROGRESS_OPEN (s), or the reached time. */
 #define KT_PROGRESS 1e-10
 #define KT_PROGRESS_LASTING 1e-9
+#define KT_PROGRESS_OPEN 1e4
 enum { KT_PROGRESS_TRIES = 10000, KT_PROGRESS_WINDOWS = 5 };
 
 /* err_last of the step size control before the first step, and its lower bound (Hairer's DOPRI5). */

@@ -247,12 +247,18 @@ static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
 
+/* The time with which progress is compared. An event may end the motion long before t_limit. */
+static double progress_scale(const kt_integrator *it, double t_limit) {
+    const double scale = time_scale(it, t_limit);
+    return it->may_end_early ? fmax(fabs(it->memory.t), fmin(scale, KT_PROGRESS_OPEN)) : scale;
+}
+
 static bool is_stuck(kt_integrator *it, double t_limit) {
     kt_integrator_memory *m = &it->memory;
     const uint64_t tries = m->counts.steps + m->counts.rejected + 1;
     if (tries - m->window < KT_PROGRESS_TRIES)
         return false;
-    const double time = KT_PROGRESS_TRIES * time_scale(it, t_limit);
+    const double time = KT_PROGRESS_TRIES * progress_scale(it, t_limit);
     m->slow = m->advanced < KT_PROGRESS_LASTING * time ? m->slow + 1 : 0;
     const bool stuck = m->advanced < KT_PROGRESS * time || m->slow >= KT_PROGRESS_WINDOWS;
     if (!stuck)

@@ -2,6 +2,8 @@
  * motion. */
 #include "simulation/simulation.h"
 
+#include "integrator/integrator.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -47,6 +49,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             "there is room for %zu events; give their number in the simulation's options (events)",
                             simulation->size.event);
     kt_event_append(simulation, event);
+    simulation->integrator->may_end_early |= event->stop || event->action != NULL;
     return KT_OK;
 }
 

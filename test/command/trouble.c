@@ -243,6 +243,25 @@ KT_TEST(speeds_beyond_all_reason_end_in_four) {
     kt_expect(4, "above that of light", "$K run grow.yaml --quiet --out h.csv --record position,velocity");
 }
 
+/* The limit is far, and the event that ends the motion is not. A window of 10000 steps covers 430 s of 1e9 s, which
+ * counted as no progress. The motion has the bits of a run with a near limit. */
+KT_TEST(a_motion_that_an_event_ends_may_have_a_far_limit) {
+    static const char line[] = "$K run far.yaml --set simulate.duration=%s --quiet --out %s.csv && tail -n 1 %s.csv";
+    kt_write_file("far.yaml", "kinetree: 1\ngravity: [0, -9.81, 0]\nstates: {clock: {rate: 1}}\n"
+                              "bodies: [{name: a, joint: {type: revolute, position: 1}, mass: 1,\n"
+                              "          shape: {type: rod, to: [0, -1, 0]}}]\n"
+                              "simulate: {duration: 1, integrator: dop853, tolerance: 1e-12, until: clock > 700}\n"
+                              "output: {interval: 10}\n");
+    const kt_ran near = kt_shell(line, "800", "near", "near");
+    char *end = strdup(near.out);
+    const kt_ran far = kt_shell(line, "1e9", "far", "far");
+    kt_check_equal_int("near", near.code, 0);
+    kt_check_equal_int("far", far.code, 0);
+    kt_check_true("it ends at 700 s", strncmp(end, "700", 3) == 0 || strncmp(end, "699.99", 6) == 0);
+    kt_check_text("the end", far.out, end);
+    free(end);
+}
+
 /* An event that has not happened is named, in words and in the summary. `until` is not named if another event has ended
  * the run. */
 KT_TEST(events_that_never_happened_are_named) {
