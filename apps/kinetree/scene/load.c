@@ -20,19 +20,17 @@ int kt_check_scene_files(const kt_scene *scene) {
 
 int kt_read_scene_from(const char *path, const kt_settings *settings, const char *from, kt_scene *scene) {
     int code = kt_read_scene_as_written(path, settings, scene);
-    if (code == KT_EXIT_DONE && kt_check_scene_files(scene) >= 0) {
-        kt_scene_free(scene);
-        return KT_EXIT_USAGE;
-    }
-    if (code == KT_EXIT_DONE && kt_fmus_check(scene, settings != NULL && settings->is_quiet) != KT_EXIT_DONE) {
-        kt_scene_free(scene);
-        return KT_EXIT_SCENE;
-    }
-    if (code != KT_EXIT_DONE || (from == NULL && scene->from == NULL))
+    if (code != KT_EXIT_DONE)
         return code;
-    char *folder = from == NULL ? kt_folder_of(path) : NULL;
-    code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
-    free(folder);
+    if (kt_check_scene_files(scene) >= 0) {
+        code = KT_EXIT_USAGE;
+    } else if (kt_fmus_check(scene, settings != NULL && settings->is_quiet) != KT_EXIT_DONE) {
+        code = KT_EXIT_SCENE;
+    } else if (from != NULL || scene->from != NULL) {
+        char *folder = from == NULL ? kt_folder_of(path) : NULL;
+        code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
+        free(folder);
+    }
     if (code != KT_EXIT_DONE)
         kt_scene_free(scene);
     return code;

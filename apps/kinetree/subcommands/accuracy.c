@@ -283,25 +283,15 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     kt_say_left_out("accuracy", &scene);
     kt_say_fmus_left_out(&scene);
     code = kt_reject_contacts("accuracy", model);
-    if (code >= 0) {
-        kt_model_free(model);
-        kt_scene_free(&scene);
-        return code;
-    }
-    if ((arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0) {
-        kt_say("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
-               arguments->baselines ? "baselines" : "formulations");
-        kt_model_free(model);
-        kt_scene_free(&scene);
-        return KT_EXIT_USAGE;
-    }
-    if (!arguments->quiet && kt_model_mobility(model).minimal == 0)
+    if (code < 0 && (arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0)
+        code = kt_misuse("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
+                         arguments->baselines ? "baselines" : "formulations");
+    if (code < 0 && !arguments->quiet && kt_model_mobility(model).minimal == 0)
         kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
                "projection after each step closes them to rounding with any method. Methods differ in cost, and in the "
                "largest step that the projection can follow");
-    code = arguments->reference != NULL
-               ? kt_reference_read(arguments->reference, model, arguments->duration, &reference)
-               : -1;
+    if (code < 0 && arguments->reference != NULL)
+        code = kt_reference_read(arguments->reference, model, arguments->duration, &reference);
     if (code < 0) {
         const int start = kt_start_report(&scene, model);
         code = start == KT_EXIT_DONE ? -1 : start;

@@ -152,17 +152,13 @@ int kt_command_export(int argc, char **argv) {
     if (code != KT_EXIT_DONE)
         return code;
     code = kt_reject_fmus("export", &scene);
-    if (code >= 0) {
-        kt_scene_free(&scene);
-        return code;
-    }
-    code = KT_EXIT_DONE;
-    losses lost = begin_losses(argv[1], &scene, &a.settings);
-    const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost, &error);
-    if (status != KT_OK) {
-        kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
-               error.message);
-        code = status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
+    if (code < 0) {
+        losses lost = begin_losses(argv[1], &scene, &a.settings);
+        const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost, &error);
+        code = status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
+        if (status != KT_OK)
+            kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
+                   error.message);
     }
     kt_scene_free(&scene);
     return code;
