@@ -313,8 +313,10 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     const kt_status status = compile(&c->description, &own, &c->model[index], &from);
     for (int k = 0; status == KT_OK && k < c->switches.count; k++)
         set_stick(c, k, set, c->model[index]);
-    if (status == KT_OK)
+    if (status == KT_OK) {
         count_items_of_islands(c->model[index]);
+        kt_model_seal(c->model[index]);
+    }
     return status == KT_OK ? KT_OK : reject_variant(c, set, &from, error);
 }
 

@@ -313,8 +313,10 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
         set_slip_direction(data, k);
     for (size_t i = 0; i < p->islands; i++) {
         p->at = &p->island[i];
-        for (size_t k = 0; k < p->at->n; k++)
-            p->at->is_slow = p->at->is_slow || is_slow_slip(data, kt_slip_index(p, k));
+        p->at->is_slow = false;
+        p->at->found = true;
+        for (size_t k = 0; k < p->at->n && !p->at->is_slow; k++)
+            p->at->is_slow = is_slow_slip(data, kt_slip_index(p, k));
         any = any || p->at->is_slow;
     }
     if (any) {
@@ -426,5 +428,6 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
     model->n.slip_work = kt_slip_size(&model->n);
+    model->place_slip = kt_slip_place;
     *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
 }

@@ -78,8 +78,10 @@ typedef struct kt_slip_problem {
     double *W_at;       /* its part of W */
     kt_coulomb *c;
     kt_coulomb_solution *all, *held;
-    kt_coulomb_solution to; /* the part of `all` of the present island */
-    void *behind;           /* memory of the arrays of slow slip, which are laid out for it */
+    kt_coulomb_solution to;      /* the part of `all` of the present island */
+    const kt_loop_record *loops; /* of the model whose contacts are in `contact`, */
+    const kt_effect_record *effects;
+    uint64_t slips; /* and its kt_model.slips */
     KT_ARENA_DECLARE(SLIP_FIELDS)
     KT_ARENA_DECLARE(SLIP_SLOW_FIELDS)
 } kt_slip_problem;
@@ -114,9 +116,11 @@ static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
     return fabs(s[0]) >= most || fabs(s[1]) >= most;
 }
 
-/* The size of a problem. kt_slip_begin lays it out for an evaluation, and finds its contacts and islands.
- * kt_slip_begin_slow lays the arrays of slow slip out. kt_slip_select selects an island (slip_islands.c). */
+/* The size of a problem. kt_slip_place lays it out in new data, and finds its contacts and islands. kt_slip_begin
+ * begins an evaluation: it finds them again if the model has others. kt_slip_begin_slow prepares the solution of slow
+ * slip. kt_slip_select selects an island (slip_islands.c). */
 size_t kt_slip_size(const kt_counts *n);
+void kt_slip_place(const kt_model *model, kt_data *data);
 void kt_slip_begin(const kt_model *model, kt_data *data);
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);

@@ -22,7 +22,7 @@ static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
     if (model->n.group == 1) { /* the order of the loops */
         for (size_t k = 0; k < model->n.slip; k++)
             p->order[k] = (int)k;
-        p->island[0] = (kt_slip_island){.n = model->n.slip, .found = true};
+        p->island[0] = (kt_slip_island){.n = model->n.slip};
         p->islands = 1;
         return;
     }
@@ -34,7 +34,7 @@ static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
         const size_t n = (size_t)p->place[g];
         p->place[g] = (int)first;
         if (n > 0)
-            p->island[p->islands++] = (kt_slip_island){.index = (int32_t)g, .first = first, .n = n, .found = true};
+            p->island[p->islands++] = (kt_slip_island){.index = (int32_t)g, .first = first, .n = n};
         first += n;
     }
     for (size_t k = 0; k < model->n.slip; k++)
@@ -47,11 +47,8 @@ static const kt_effect_record *next_effect(const kt_model *model, const kt_effec
     return last != NULL && last + 1 < end && last[1].source == source ? last + 1 : kt_effect_record_find(model, source);
 }
 
-void kt_slip_begin(const kt_model *model, kt_data *data) {
-    kt_slip_problem *p = kt_slip_problem_of(data);
-    if (p->behind == NULL) /* new data are cleared, and stay with models of one shape */
-        p->behind = data->slip_work + lay_out_slip(p, model->n.slip, kt_slip_most(&model->n), &model->n);
-    p->wedged = model->n.slip;
+/* Lists the contacts that slip. */
+static void find_contacts(const kt_model *model, kt_slip_problem *p) {
     kt_slip_contact *next = p->contact;
     const kt_effect_record *effect = NULL;
     for (size_t i = 0; i < model->n.loop && next < p->contact + model->n.slip; i++) {
@@ -60,6 +57,23 @@ void kt_slip_begin(const kt_model *model, kt_data *data) {
             *next++ = (kt_slip_contact){loop, effect = next_effect(model, effect, loop->slips - 1)};
     }
     sort_contacts(model, p);
+    p->loops = model->loop;
+    p->effects = model->effect;
+    p->slips = model->slips;
+}
+
+void kt_slip_place(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t most = kt_slip_most(&model->n), used = lay_out_slip(p, model->n.slip, most, &model->n);
+    (void)lay_out_slow(p, data->slip_work + used, model->n.slip, most);
+    find_contacts(model, p);
+}
+
+void kt_slip_begin(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    if (p->slips != model->slips || p->loops != model->loop || p->effects != model->effect)
+        find_contacts(model, p); /* data serve all models of one shape */
+    p->wedged = model->n.slip;
 }
 
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island) {
@@ -75,6 +89,5 @@ void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *i
 }
 
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p) {
-    (void)lay_out_slow(p, p->behind, model->n.slip, kt_slip_most(&model->n));
     p->all = kt_coulomb_solution_init(model->n.slip, 3 * model->n.slip, p->solution);
 }

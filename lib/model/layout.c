@@ -33,7 +33,29 @@ size_t kt_model_layout(void *memory, const kt_counts *n) {
     return bytes;
 }
 
-void kt_model_seal(kt_model *model) { model->shape = shape_of(&model->n); }
+#if KT_HAS_SWITCHES
+/* FNV-1a over what lists of contacts that slip depend on (contact/slip_islands.c). */
+static uint64_t hash_of_slips(const kt_model *model) {
+    uint64_t hash = 14695981039346656037U;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        const int32_t parts[] = {(int32_t)i, loop->slips, loop->group,
+                                 loop->group < 0 ? -1 : model->group[loop->group].island};
+        for (size_t k = 0; loop->slips > 0 && k < sizeof parts / sizeof *parts; k++)
+            hash = (hash ^ (uint32_t)parts[k]) * 1099511628211U;
+    }
+    for (size_t k = 0; k < model->n.effect + model->n.effect_off; k++)
+        hash = (hash ^ (uint32_t)model->effect[k].source) * 1099511628211U;
+    return hash;
+}
+#endif
+
+void kt_model_seal(kt_model *model) {
+    model->shape = shape_of(&model->n);
+#if KT_HAS_SWITCHES
+    model->slips = model->n.slip > 0 ? hash_of_slips(model) : 0;
+#endif
+}
 
 void kt_other_data_report(kt_error *error, const char *call) {
     (void)kt_error_set(error, KT_ERROR_ARGUMENT, call,
@@ -89,6 +111,8 @@ void kt_data_rebind(const kt_model *model, kt_data *data) {
     data->crossings = before.crossings;
     data->passage = before.passage;
     forget_kinematics(model, data);
+    if (model->place_slip)
+        model->place_slip(model, data);
 }
 #endif
 
@@ -116,6 +140,8 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
 #if KT_HAS_SWITCHES
     (*data)->bytes = size;
     kt_clear((*data)->slip, 2 * model->n.slip * sizeof(double));
+    if (model->place_slip)
+        model->place_slip(model, *data);
 #endif
     return KT_OK;
 }

@@ -185,6 +185,9 @@ struct kt_model {
     kt_isa isa;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
+#if KT_HAS_SWITCHES
+    void (*place_slip)(const kt_model *model, kt_data *data); /* places kt_data.slip_work; NULL: nothing slips */
+#endif
 #if KT_HAS_VARIABLE_MASS
     kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
 #endif
@@ -217,7 +220,10 @@ struct kt_model {
     struct kt_variants *variants; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
     uint64_t set;                 /* of those that are on in this one */
     uint64_t shape;               /* of the data that belong to it: a hash of their lengths */
-    uint64_t revision;            /* how often parameters have been set */
+#if KT_HAS_SWITCHES
+    uint64_t slips; /* which loops slip, their places, and the order of effects: a hash; 0: none */
+#endif
+    uint64_t revision; /* how often parameters have been set */
 };
 
 /* The functions of time of all bodies of variable mass: their number, and the k-th. */
@@ -255,7 +261,7 @@ static inline bool kt_is_massless(const kt_model *model, size_t v) {
  * memory to its arrays, and its number of bytes. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
 
-/* Notes which data serve the model, whose counts are final. */
+/* Notes which data serve the model, whose counts and loops are final. */
 void kt_model_seal(kt_model *model);
 
 /* A characteristic length of the mechanism, m: the longest distance from joint to joint or from joint to centre of
@@ -408,7 +414,7 @@ typedef struct kt_slip_frame {
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "scratch: wrenches on bodies, with friction (kt_slip_load)") \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
-    X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out at its first use (contact/slip.h)")
+    X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out with the data (contact/slip.h)")
 #else
 #define KT_DATA_SLIP_FIELDS(X)
 #endif
