@@ -86,13 +86,17 @@ KT_INLINE kt_real3 kt_point_over_ground(const kt_model *model, const kt_data *da
     return kt_sub3(kt_add3(point, *arm), kt_from3(kt_vec3_sub(loop->frame[0].position, loop->origin)));
 }
 
-/* d'' at accelerations of zero of all joints; needs velocities and c. */
+/* d'' at accelerations of zero of all joints; needs velocities and c. The c of the first link is zero: its parent is the
+ * ground. */
 KT_INLINE kt_real3 kt_bias_over_ground(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                        kt_real3 arm) {
     const int32_t *path = model->path + loop->path[1];
     const kt_link_motion *m = &data->motion[path[0]];
+    if (loop->length[1] == 1)
+        return kt_cross3(m->omega, kt_cross3(m->omega, arm));
+    m = &data->motion[path[1]];
     kt_real3 alpha = m->alpha, linear = m->linear;
-    for (int i = 1; i < loop->length[1]; i++) {
+    for (int i = 2; i < loop->length[1]; i++) {
         m = &data->motion[path[i]];
         linear = kt_add3(linear, kt_add3(kt_cross3(alpha, m->offset), m->linear));
         alpha = kt_add3(alpha, m->alpha);
@@ -191,6 +195,20 @@ KT_INLINE void kt_ground_row_dof(const kt_dof *dof, void *context) {
     p->a[dof->index] = kt_dot3(p->normal, u);
 }
 
+/* The entries of a link in the row of a loop over the ground. The parent of a free joint is the ground: translations
+ * along its axes have the components of the normal. */
+KT_INLINE void kt_ground_row_link(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                                  kt_ground_row *p) {
+    if (link->motion != KT_MOTION_FREE || link->rest_is_rotated) {
+        kt_dofs_visit(link, parent->axes, m->axes, kt_ground_row_dof, p);
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        p->a[k] = KT_PART3(p->normal, k);
+        p->a[k + 3] = kt_dot3(p->normal, kt_cross3(m->axes[k], p->arm));
+    }
+}
+
 /* kt_rows_frames of a loop over the ground. */
 KT_INLINE void kt_rows_over_ground(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int32_t slot, bool moving) {
@@ -208,7 +226,7 @@ KT_INLINE void kt_rows_over_ground(const kt_model *model, const kt_data *data, c
         const kt_link *link = &model->link[path[i]];
         const kt_link_motion *m = &data->motion[path[i]];
         p.a = w->a + (size_t)slot * (size_t)w->m + link->local;
-        kt_dofs_visit(link, data->motion[link->parent].axes, m->axes, kt_ground_row_dof, &p);
+        kt_ground_row_link(link, &data->motion[link->parent], m, &p);
         p.arm = kt_add3(p.arm, m->offset);
     }
 }
@@ -286,19 +304,20 @@ KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size
 
 /* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
  * if `moving` velocities and c. */
-static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
-                                bool moving, const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
+static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, bool moving, const kt_real1 *q,
+                                const kt_real1 *v, kt_real1 t) {
     const kt_group *group = &model->group[g];
-    memset(w->a, 0, (size_t)w->m * (size_t)w->k * sizeof *w->a);
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    memset(w.a, 0, (size_t)w.m * (size_t)w.k * sizeof *w.a);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const int32_t *slot = kt_rows_slots(model, group, loop);
         if (loop->term_count)
-            kt_rows_relation(model, group, w, loop, slot[0], q, moving ? v : NULL, t);
+            kt_rows_relation(model, group, &w, loop, slot[0], q, moving ? v : NULL, t);
         else if (kt_loop_is_over_ground(loop))
-            kt_rows_over_ground(model, data, w, loop, slot[0], moving);
+            kt_rows_over_ground(model, data, &w, loop, slot[0], moving);
         else
-            kt_rows_frames(model, data, w, loop, slot, moving, v, t);
+            kt_rows_frames(model, data, &w, loop, slot, moving, v, t);
     }
 }
 

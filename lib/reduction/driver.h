@@ -61,7 +61,7 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
     else if (in_plane)
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
     else
-        kt_rows_fill(model, data, g, &w, moving, q, v, t);
+        kt_rows_fill(model, data, g, moving, q, v, t);
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */

@@ -21,7 +21,7 @@ static void fill_group(const kt_model *model, kt_data *data, size_t g, bool movi
     else if (in_plane)
         kt_planar_rows_fill(model, data, g, &w, moving, at->q, at->v, at->t);
     else
-        kt_rows_fill(model, data, g, &w, moving, at->q, at->v, at->t);
+        kt_rows_fill(model, data, g, moving, at->q, at->v, at->t);
 }
 
 /* As kt_group_prepare: near a singular position the last direction is less than usual. */
