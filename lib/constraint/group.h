@@ -66,7 +66,7 @@ static inline size_t kt_group_work_count(size_t m, size_t k) {
 /* Returns the size of the arrays for range space (reduction/half_columns.h) of a group with s equations at most. */
 static inline size_t kt_half_count(size_t m, size_t s) {
     const size_t n = (s + 3) / 4; /* vectors of equations */
-    return 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
+    return 16 + 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
 }
 
 /* Finds a group's matrices in the data. Inlined, since few of them are used in a place. The first function saves a

@@ -13,14 +13,22 @@ enum {
         HALF_COLUMNS = PLACE_OF_half_columns
 };
 
-/* Places the arrays; these are fewer operations than all matrices of a group take. */
-KT_INLINE void place(const kt_model *model, const kt_data *data, size_t g, kt_half *h) {
+/* Doubles before the arrays: the struct that places them. */
+enum { HEAD = 16 };
+_Static_assert(sizeof(kt_half) <= HEAD * sizeof(double), "the struct has room before its arrays (kt_half_count)");
+
+KT_INLINE kt_half *half_of(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
+    return (kt_half *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]);
+}
+
+/* Places the arrays. */
+KT_INLINE void place(const kt_group *group, kt_half *h) {
     h->m = group->v_count;
     h->rank = group->rank[KT_ROWS_ALL];
     h->n = (h->rank + LANES - 1) / LANES;
     const size_t m = (size_t)h->m, n = (size_t)h->n;
-    h->column = (kt_v4 *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]); /* a multiple of 8 */
+    h->column = (kt_v4 *)(void *)((double *)(void *)h + HEAD); /* a multiple of 8 */
     h->flow = h->column + n * m;
     h->rest = h->flow + 6 * m;
     h->change = h->rest + 2 * m;
@@ -48,20 +56,20 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
 /* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
  * whole is left there, too: it then stays at rest to the last bit. */
 static bool choose_half_equations(const kt_model *model, const kt_data *data, size_t g) {
-    kt_half h;
+    kt_half *h = half_of(model, data, g);
     int count = 0;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    place(model, data, g, &h);
+    place(&model->group[g], h);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
             continue;
-        if (count < h.rank)
-            h.slot[count] = r;
+        if (count < h->rank)
+            h->slot[count] = r;
         count++;
     }
-    for (int r = h.rank; r < LANES * h.n; r++)
-        h.slot[r] = -1;
-    return count == h.rank && h.rank < h.m && !has_free_armature(model, &model->group[g]);
+    for (int r = h->rank; r < LANES * h->n; r++)
+        h->slot[r] = -1;
+    return count == h->rank && h->rank < h->m && !has_free_armature(model, &model->group[g]);
 }
 
 bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) {
@@ -86,17 +94,16 @@ KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angu
 
 bool KT_KERNEL(kt_half_keep)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
-    kt_half h;
     kt_v4 n, f;
     if (link->motion == KT_MOTION_FREE)
         return kt_articulated_project_free(link, &data->motion[link->parent], &data->motion[i], tau, true, x,
                                            &data->articulated[link->articulated]);
     if (model->group[link->group].rank[KT_ROWS_ALL] == 0)
         return false;
-    place(model, data, (size_t)link->group, &h);
     axis_of(link, &data->motion[i], &n, &f);
-    h.inverse[link->local] = 1.0 / (kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f)) +
-                                    model->armature[link->v]);
+    half_of(model, data, (size_t)link->group)->inverse[link->local] =
+        1.0 /
+        (kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f)) + model->armature[link->v]);
     return false;
 }
 
@@ -201,7 +208,7 @@ KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
 }
 
 /* Adds the wrenches that act on a link, times 1 or -1; returns whether there are any. */
-static bool load_link(const batch *b, int32_t link, double sign, kt_v4 *moment, kt_v4 *force_sum) {
+KT_INLINE bool load_link(const batch *b, int32_t link, double sign, kt_v4 *moment, kt_v4 *force_sum) {
     bool any = false;
     for (int r = 0; r < b->forces; r++)
         for (int end = 0; end < 2; end++) {
@@ -231,11 +238,15 @@ KT_INLINE void apply_axes(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *y) {
         y[c] = kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
 }
 
-/* The force and the moment on a link by the forces of its free joint. */
+/* The force and the moment on a link by the forces of its free joint, whose parent is the ground. */
 KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, const kt_v4 *joint, kt_v4 *b) {
-    kt_v4 base[3];
-    kt_rest_axes(link, data->motion[0].axes, base);
-    apply_axes(base, joint, b);
+    if (link->rest_is_rotated) {
+        kt_v4 base[3];
+        kt_rest_axes(link, data->motion[0].axes, base);
+        apply_axes(base, joint, b);
+    } else {
+        memcpy(b, joint, 3 * sizeof *b);
+    }
     apply_axes(data->motion[i].axes, joint + 3, b + 3);
 }
 
@@ -271,15 +282,15 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
     take_free(&data->articulated[link->articulated], b, column);
 }
 
-/* The same of a free link on which no other link of the group acts. Returns whether its half columns are not zero. */
-static __attribute__((noinline)) bool take_free_leaf(const kt_model *model, const kt_data *data, int32_t i,
-                                                     const batch *b, kt_v4 *column) {
+/* The half columns of a free link on which no other link of the group acts. */
+static __attribute__((noinline)) void find_free_leaf(const kt_model *model, const kt_data *data, int32_t i,
+                                                     const batch *b) {
     const kt_link *link = &model->link[i];
-    kt_v4 x[6] = {{0.0}};
+    kt_v4 x[6], *column = b->column + link->local;
     bool live = false;
     for (int c = 0; c < 6; c++) {
-        column[c] = b->forces ? x[c] : entries(b, link->local + c);
-        live = live || (!b->forces && !is_zero(column[c]));
+        x[c] = column[c] = b->forces ? kt_v4_splat(0.0) : entries(b, link->local + c);
+        live = live || (!b->forces && !is_zero(x[c]));
     }
     if (b->forces)
         live = load_link(b, i, 1.0, x + 3, x);
@@ -287,7 +298,8 @@ static __attribute__((noinline)) bool take_free_leaf(const kt_model *model, cons
         apply_free(link, data, i, column, x);
     if (live)
         take_free(&data->articulated[link->articulated], x, column);
-    return live;
+    if (b->live)
+        memset(b->live + link->local, live, 6);
 }
 
 KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
@@ -301,15 +313,17 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
     const int32_t *link = model->group_link + group->link;
     bool from_child = false;
     wrenches p;
+    if (group->link_count == 1 && model->link[link[0]].motion == KT_MOTION_FREE) {
+        find_free_leaf(model, data, link[0], b);
+        return;
+    }
     memset(h->given, 0, (size_t)h->m);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const kt_link *at = &model->link[link[l]];
         const int32_t local = at->local, up = at->parent;
         kt_v4 *column = b->column + local;
         if (at->motion == KT_MOTION_FREE && !from_child && !h->given[local]) { /* its parent is the ground */
-            const bool any = take_free_leaf(model, data, link[l], b, column);
-            if (b->live)
-                memset(b->live + local, any, 6);
+            find_free_leaf(model, data, link[l], b);
             continue;
         }
         for (int c = 0; c < 6 && !from_child; c++)
@@ -344,8 +358,39 @@ static batch equations(const kt_model *model, const kt_group_work *w, const kt_h
 
 /* ---- S ----------------------------------------------------------------------------------------------------------- */
 
-/* Rows of vector i and so many columns of vector j, j <= i. */
-KT_INLINE void find_half_block_of(const kt_half *h, int i, int j, int columns) {
+/* Rows and columns of vector i, of so many equations. Also lambda = b'' - A M^-1 f of these. */
+KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, int i, int columns) {
+    const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
+    const kt_v4 *a = h->column + (size_t)i * m;
+    const uint8_t *live = h->live + (size_t)i * m;
+    kt_v4 sum[LANES] = {{0.0}}, along_free = kt_v4_splat(0.0);
+    for (size_t l = 0; l < m; l++) {
+        if (!live[l])
+            continue;
+        const kt_v4 x = kt_v4_splat(h->inverse[l]) * a[l];
+        along_free += kt_v4_splat(h->free[l]) * a[l];
+        for (int c = 0; c < columns; c++)
+            sum[c] += kt_v4_splat(x[c]) * a[l];
+    }
+    for (int c = 0; c < columns; c++)
+        memcpy(h->square + (LANES * (size_t)i + (size_t)c) * stride + LANES * (size_t)i, &sum[c], sizeof sum[c]);
+    for (int r = 0; r < LANES; r++) {
+        const int32_t slot = h->slot[LANES * i + r];
+        h->multiplier[LANES * i + r] = slot >= 0 ? w->right[slot] - along_free[r] : 0.0;
+    }
+}
+
+static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) {
+    if (h->rank - LANES * i >= LANES)
+        find_half_diagonal_of(w, h, i, LANES);
+    else if (h->rank - LANES * i == LANES - 1)
+        find_half_diagonal_of(w, h, i, LANES - 1);
+    else
+        find_half_diagonal_of(w, h, i, h->rank - LANES * i);
+}
+
+/* Rows of vector i and columns of vector j, j < i. */
+static void find_half_block(const kt_half *h, int i, int j) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;
     const uint8_t *live[2] = {h->live + (size_t)i * m, h->live + (size_t)j * m};
@@ -354,34 +399,11 @@ KT_INLINE void find_half_block_of(const kt_half *h, int i, int j, int columns) {
         if (!live[0][l] || !live[1][l])
             continue;
         const kt_v4 x = kt_v4_splat(h->inverse[l]) * b[l];
-        for (int c = 0; c < columns; c++)
+        for (int c = 0; c < LANES; c++)
             sum[c] += kt_v4_splat(x[c]) * a[l];
     }
-    for (int c = 0; c < columns; c++)
+    for (int c = 0; c < LANES; c++)
         memcpy(h->square + (LANES * (size_t)j + (size_t)c) * stride + LANES * (size_t)i, &sum[c], sizeof sum[c]);
-}
-
-static void find_half_block(const kt_half *h, int i, int j) {
-    if (h->rank - LANES * j >= LANES)
-        find_half_block_of(h, i, j, LANES);
-    else if (h->rank - LANES * j == LANES - 1)
-        find_half_block_of(h, i, j, LANES - 1);
-    else
-        find_half_block_of(h, i, j, h->rank - LANES * j);
-}
-
-/* lambda = b'' - A M^-1 f */
-static void find_right_side(const kt_group_work *w, const kt_half *h, int index) {
-    const kt_v4 *u = h->column + (size_t)index * (size_t)h->m;
-    const uint8_t *live = h->live + (size_t)index * (size_t)h->m;
-    kt_v4 sum = kt_v4_splat(0.0);
-    for (int l = 0; l < h->m; l++)
-        if (live[l])
-            sum += kt_v4_splat(h->free[l]) * u[l];
-    for (int r = 0; r < LANES; r++) {
-        const int32_t slot = h->slot[LANES * index + r];
-        h->multiplier[LANES * index + r] = slot >= 0 ? w->right[slot] - sum[r] : 0.0;
-    }
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
@@ -429,41 +451,44 @@ static void complete_responses(const kt_model *model, kt_data *data, const kt_gr
     *h->pending = 0;
 }
 
+/* Adds the accelerations due to lambda alone. */
+static void complete_multipliers(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
+    memset(h->free, 0, (size_t)h->m * sizeof *h->free);
+    complete_responses(model, data, group, h);
+}
+
 bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
-    kt_half h;
+    kt_half *h = half_of(model, data, g);
     if (group->rank[KT_ROWS_ALL] == 0)
         return true;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    place(model, data, g, &h);
-    find_free(model, data, group, &h);
-    for (int b = 0; b < h.n; b++) {
-        const batch rows = equations(model, &w, &h, b);
-        find_half_columns(model, data, group, &h, &rows);
-        find_right_side(&w, &h, b);
-        for (int j = 0; j <= b; j++)
-            find_half_block(&h, b, j);
+    find_free(model, data, group, h);
+    for (int b = 0; b < h->n; b++) {
+        const batch rows = equations(model, &w, h, b);
+        find_half_columns(model, data, group, h, &rows);
+        for (int j = 0; j < b; j++)
+            find_half_block(h, b, j);
+        find_half_diagonal(&w, h, b);
     }
-    if (!kt_half_find_multipliers(&h))
+    if (!kt_half_find_multipliers(h))
         return false;
-    for (int r = 0; r < w.k && h.rank < w.k; r++)
+    for (int r = 0; r < w.k && h->rank < w.k; r++)
         w.multiplier[r] = 0.0;
-    for (int r = 0; r < h.rank; r++)
-        w.multiplier[h.slot[r]] = h.multiplier[r];
-    memset(h.free, 0, (size_t)h.m * sizeof *h.free);
-    *h.pending = 1;
+    for (int r = 0; r < h->rank; r++)
+        w.multiplier[h->slot[r]] = h->multiplier[r];
+    *h->pending = 1;
     if (!data->between)
-        complete_responses(model, data, group, &h);
+        complete_multipliers(model, data, group, h);
     return true;
 }
 
 void KT_KERNEL(kt_half_complete)(const kt_model *model, kt_data *data, size_t g) {
-    kt_half h;
+    const kt_half *h = half_of(model, data, g);
     if (model->group[g].rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, &model->group[g]))
         return;
-    place(model, data, g, &h);
-    if (*h.pending)
-        complete_responses(model, data, &model->group[g], &h);
+    if (*h->pending)
+        complete_multipliers(model, data, &model->group[g], h);
 }
 
 /* ---- more forces ------------------------------------------------------------------------------------------------- */
@@ -521,20 +546,19 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
                                 int count, double *column, double *change, double *rate) {
     const kt_group *group = &model->group[g];
     const size_t rows = (size_t)group->row_count;
-    kt_half h;
-    place(model, data, g, &h);
-    if (rows > (size_t)h.rank)
+    const kt_half *h = half_of(model, data, g);
+    if (rows > (size_t)h->rank)
         memset(change, 0, (size_t)count * rows * sizeof *change);
     for (int j = 0; j < count; j += LANES) {
-        kt_v4 *u = (kt_v4 *)(void *)column + (size_t)j / LANES * (size_t)h.m, *x = h.change;
+        kt_v4 *u = (kt_v4 *)(void *)column + (size_t)j / LANES * (size_t)h->m, *x = h->change;
         const batch b = {.force = force + j, .forces = count - j < LANES ? count - j : LANES, .column = u};
-        find_half_columns(model, data, group, &h, &b);
-        find_multiplier_changes(&h, u, x);
-        for (int r = 0; r < h.rank; r++)
+        find_half_columns(model, data, group, h, &b);
+        find_multiplier_changes(h, u, x);
+        for (int r = 0; r < h->rank; r++)
             for (int k = 0; k < b.forces; k++)
-                change[(size_t)(j + k) * rows + (size_t)h.slot[r]] = x[r][k];
+                change[(size_t)(j + k) * rows + (size_t)h->slot[r]] = x[r][k];
         if (rate)
-            add_force_rates(&h, (kt_v4 *)(void *)column, x, j, count, rate);
+            add_force_rates(h, (kt_v4 *)(void *)column, x, j, count, rate);
     }
 }
 
@@ -554,17 +578,16 @@ static void combine_columns(const kt_half *h, const double *factor, int count, c
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
                                    const double *change, const double *column) {
     const kt_group *group = &model->group[g];
-    kt_half h;
+    const kt_half *h = half_of(model, data, g);
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    place(model, data, g, &h);
-    combine_columns(&h, factor, count, (const kt_v4 *)(const void *)column, h.free);
-    for (int r = 0; r < h.rank; r++) {
-        const double *from = change + h.slot[r];
-        double sum = 0.0, *lambda = w.multiplier + h.slot[r];
+    combine_columns(h, factor, count, (const kt_v4 *)(const void *)column, h->free);
+    for (int r = 0; r < h->rank; r++) {
+        const double *from = change + h->slot[r];
+        double sum = 0.0, *lambda = w.multiplier + h->slot[r];
         for (int j = 0; j < count; j++, from += group->row_count)
             sum += factor[j] * *from;
         *lambda += sum;
-        h.multiplier[r] = *h.pending ? *lambda : sum;
+        h->multiplier[r] = *h->pending ? *lambda : sum;
     }
-    complete_responses(model, data, group, &h);
+    complete_responses(model, data, group, h);
 }

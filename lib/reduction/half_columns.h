@@ -26,7 +26,7 @@
 enum { KT_HALF_LANES = 4 };
 
 /* The arrays of a group of m coordinates and n vectors of equations (kt_half_count). Links have the places of their
- * first coordinates. */
+ * first coordinates. The struct is before the arrays, and kt_half_prepare places them. */
 typedef struct kt_half {
     int m, n, rank;
     kt_v4 *column;      /* n m: half columns of each vector */
