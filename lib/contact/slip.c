@@ -83,19 +83,21 @@ static double coefficient_of_slip(const kt_data *data, size_t k) { return effect
  * unless `normal` is NULL. */
 static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                  double *normal, kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
     kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, at, a, error) : KT_ERROR_UNSUPPORTED;
     if (status != KT_OK || normal == NULL)
         return status;
-    const bool known = kt_slip_has_responses(model, data);
-    kt_slip_problem_of(data)->is_known = known;
-    if (known && kt_slip_problem_of(data)->has_friction)
+    /* spatial links respond behind the last pass as between the passes; planar ones may have been computed again */
+    const bool known = (p->has_friction && model->n.planar == 0) || kt_slip_has_responses(model, data);
+    p->is_known = known;
+    if (known && p->has_friction)
         return KT_OK;
     if (!known) {
         kt_multipliers_find(model, data, at, a);
         status = kt_multipliers_take(model, data, at->t, data->slip_multiplier, error);
     }
     for (size_t k = 0; status == KT_OK && k < model->n.slip; k++) {
-        const kt_loop_record *loop = kt_slip_problem_of(data)->contact[k].loop;
+        const kt_loop_record *loop = p->contact[k].loop;
         normal[k] = known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
     }
     return status;
@@ -120,20 +122,21 @@ static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t
                         pivot);
 }
 
-/* Solves (1 - G) N = N0 of an island, in the columns of slip_matrix; N becomes slip_normal. */
-static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_error *error) {
-    const kt_slip_problem *p = kt_slip_problem_of(data);
-    const size_t n = p->at->n;
-    double *A = data->slip_matrix, *N = p->normal;
-    for (size_t k = 0; k < n; k++)
-        if (!(A[k * n + k] > wedged))
-            return reject(model, data, kt_slip_index(p, k), t, A[k * n + k], error);
+/* Solves A N = b, the column behind the n columns of A. Returns the contact that friction wedges, with its pivot; n:
+ * none. */
+KT_INLINE size_t solve_normals_of(size_t n, double *A, double *N, double *pivot) {
     for (size_t k = 0; k < n; k++) {
-        const double *column = A + k * n, pivot = column[k];
-        if (!(pivot > wedged))
-            return reject(model, data, kt_slip_index(p, k), t, pivot, error);
+        *pivot = A[k * n + k];
+        if (!(*pivot > wedged))
+            return k;
+    }
+    for (size_t k = 0; k < n; k++) {
+        const double *column = A + k * n;
+        *pivot = column[k];
+        if (!(*pivot > wedged))
+            return k;
         for (size_t i = k + 1; i < n; i++) {
-            const double factor = column[i] / pivot;
+            const double factor = column[i] / *pivot;
             for (double *of = A + (k + 1) * n; of <= A + n * n; of += n)
                 of[i] -= factor * of[k];
         }
@@ -143,8 +146,36 @@ static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_e
         for (size_t j = k + 1; j < n; j++)
             sum -= A[j * n + k] * N[j];
         N[k] = sum / A[k * n + k];
-        data->slip_normal[kt_slip_index(p, k)] = N[k];
     }
+    return n;
+}
+
+/* The same, with constant lengths of loops for up to four contacts. */
+static size_t solve_normals(size_t n, double *A, double *N, double *pivot) {
+    switch (n) {
+    case 1:
+        return solve_normals_of(1, A, N, pivot);
+    case 2:
+        return solve_normals_of(2, A, N, pivot);
+    case 3:
+        return solve_normals_of(3, A, N, pivot);
+    case 4:
+        return solve_normals_of(4, A, N, pivot);
+    default:
+        return solve_normals_of(n, A, N, pivot);
+    }
+}
+
+/* Solves (1 - G) N = N0 of an island, in the columns of slip_matrix; N becomes slip_normal. */
+static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_error *error) {
+    const kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t n = p->at->n;
+    double pivot;
+    const size_t stuck = solve_normals(n, data->slip_matrix, p->normal, &pivot);
+    if (stuck < n)
+        return reject(model, data, kt_slip_index(p, stuck), t, pivot, error);
+    for (size_t k = 0; k < n; k++)
+        data->slip_normal[kt_slip_index(p, k)] = p->normal[k];
     return KT_OK;
 }
 

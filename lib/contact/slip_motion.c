@@ -30,33 +30,56 @@ static inline slip_end slip_end_of(const kt_link_kinematics *link, const kt_effe
                       .lever = arm};
 }
 
-/* find_slip of a sphere on a plane that is at rest. */
-static void find_slip_on_ground(const kt_link_kinematics *link, const kt_effect_record *effect, double s[2],
-                                kt_slip_frame *frame) {
+/* Whether the body at an end has the origin of its link: the arm from there is the lever. */
+static inline bool has_link_origin(const kt_effect_record *effect, int k) {
+    const kt_vec3 arm = effect->arm[k], lever = effect->frame[k].position;
+    return arm.x == lever.x && arm.y == lever.y && arm.z == lever.z;
+}
+
+/* Whether a contact is that of a sphere on a plane that is at rest. */
+static inline bool is_on_ground(const kt_effect_record *effect) {
+    return effect->link[1] == 0 && effect->link[0] != 0 && !effect->disc;
+}
+
+KT_INLINE void store_vec3(kt_vec3 *to, kt_v4 x) { memcpy(to, &x, sizeof *to); }
+
+/* The motion of a link: its axes, and its angular velocity, position and velocity. */
+typedef struct link_state {
+    const kt_v4 *axes;
+    kt_v4 omega, position, velocity;
+} link_state;
+
+/* find_slip of such a contact. */
+KT_INLINE void find_slip_on_ground(const link_state *link, const kt_effect_record *effect, double s[2],
+                                   kt_slip_frame *frame) {
     const kt_mat3 *plane = &effect->frame[1].rotation;
-    const kt_vec3 at = effect->frame[1].position, down = kt_vec3_scale(-effect->radius, plane->z);
-    const kt_vec3 arm = kt_mat3_apply(link->axes, effect->frame[0].position);
-    const kt_vec3 slip =
-        kt_vec3_add(kt_vec3_add(link->velocity, kt_vec3_cross(link->omega, arm)), kt_vec3_cross(link->omega, down));
-    s[0] = kt_vec3_dot(plane->x, slip);
-    s[1] = kt_vec3_dot(plane->y, slip);
+    const kt_v4 down = kt_v4_splat(-effect->radius) * kt_v4_from(plane->z);
+    const kt_v4 arm = kt_v4_apply_to(link->axes, effect->frame[0].position);
+    const kt_v4 slip = link->velocity + kt_v4_cross(link->omega, arm) + kt_v4_cross(link->omega, down);
+    s[0] = kt_v4_dot(kt_v4_from(plane->x), slip);
+    s[1] = kt_v4_dot(kt_v4_from(plane->y), slip);
     if (frame == NULL)
         return;
-    const kt_vec3 on_plane = kt_vec3_sub(kt_vec3_add(kt_vec3_add(link->position, arm), down), at);
+    const kt_v4 at = kt_v4_from(effect->frame[1].position), on_plane = link->position + arm + down - at;
     frame->axis[0] = plane->x;
     frame->axis[1] = plane->y;
-    frame->arm[0] = kt_vec3_add(kt_mat3_apply(link->axes, effect->arm[0]), down);
-    frame->arm[1] = kt_vec3_add(effect->arm[1], on_plane);
-    frame->lever[0] = kt_vec3_add(arm, down);
-    frame->lever[1] = kt_vec3_add(at, on_plane);
+    store_vec3(&frame->lever[0], arm + down);
+    store_vec3(&frame->lever[1], at + on_plane);
+    store_vec3(&frame->arm[0],
+               has_link_origin(effect, 0) ? arm + down : kt_v4_apply_to(link->axes, effect->arm[0]) + down);
+    store_vec3(&frame->arm[1], (has_link_origin(effect, 1) ? at : kt_v4_from(effect->arm[1])) + on_plane);
 }
 
 /* Finds the slip velocity of a contact from the motion of both links, and unless frame is NULL the axes and arms of its
  * friction. */
 static void find_slip(const kt_link_kinematics *of_sphere, const kt_link_kinematics *of_plane,
                       const kt_effect_record *effect, double s[2], kt_slip_frame *frame) {
-    if (effect->link[1] == 0 && effect->link[0] != 0 && !effect->disc) {
-        find_slip_on_ground(of_sphere, effect, s, frame);
+    if (is_on_ground(effect)) {
+        kt_v4 axes[3];
+        kt_v4_from_mat3(of_sphere->axes, axes);
+        const link_state link = {axes, kt_v4_from(of_sphere->omega), kt_v4_from(of_sphere->position),
+                                 kt_v4_from(of_sphere->velocity)};
+        find_slip_on_ground(&link, effect, s, frame);
         return;
     }
     const slip_end centre = slip_end_of(of_sphere, effect, 0), plane = slip_end_of(of_plane, effect, 1);
@@ -85,13 +108,9 @@ static bool set_poses_of_slip(const kt_model *model, kt_data *data, const double
     return true;
 }
 
-/* Finds axes, position and velocities of a link from this motion, along its path. For the ground nothing is written. */
-static void follow_link(const kt_model *model, const kt_data *data, const double *v, int32_t link,
-                        kt_link_kinematics *motion) {
-    const kt_link_motion *own = &data->motion[link];
+/* Finds the state of a link from this motion, along its path. */
+static void follow_link(const kt_model *model, const kt_data *data, const double *v, int32_t link, link_state *state) {
     kt_real3 position = kt_zero3(), velocity = kt_zero3();
-    if (link == 0)
-        return;
     for (int32_t i = link; i > 0; i = model->link[i].parent) {
         const kt_link_motion *m = &data->motion[i], *up = &data->motion[model->link[i].parent];
         kt_real3 angular, linear;
@@ -103,25 +122,55 @@ static void follow_link(const kt_model *model, const kt_data *data, const double
         kt_joint_twist(&model->link[i], up, m, v, &angular, &linear);
         velocity = kt_add3(velocity, linear);
     }
-    motion->axes = kt_v4_mat3(own->axes);
-    motion->omega = kt_v4_vec3(own->omega);
-    motion->position = kt_v4_vec3(position);
-    motion->velocity = kt_v4_vec3(velocity);
+    *state = (link_state){data->motion[link].axes, data->motion[link].omega, position, velocity};
+}
+
+/* find_slip from this motion, unless a sphere is on a plane at rest. */
+static void find_slip_along_paths(const kt_model *model, kt_data *data, const double *v, size_t k) {
+    const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
+    kt_link_kinematics motion[2];
+    for (int end = 0; end < 2; end++) {
+        link_state state;
+        if (effect->link[end] == 0) /* the ground's is not read */
+            continue;
+        follow_link(model, data, v, effect->link[end], &state);
+        motion[end].axes = kt_v4_mat3(state.axes);
+        motion[end].omega = kt_v4_vec3(state.omega);
+        motion[end].position = kt_v4_vec3(state.position);
+        motion[end].velocity = kt_v4_vec3(state.velocity);
+    }
+    find_slip(&motion[0], &motion[1], effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+}
+
+/* Finds slip from this motion. */
+static void find_frames_of_motion(const kt_model *model, kt_data *data, const double *v) {
+    const kt_slip_contact *contact = kt_slip_problem_of(data)->contact;
+    int32_t followed = 0; /* the link of `state`; contacts of a link follow each other */
+    link_state state;
+    for (size_t k = 0; k < model->n.slip; k++) {
+        const kt_effect_record *effect = contact[k].effect;
+        if (!is_on_ground(effect)) {
+            find_slip_along_paths(model, data, v, k);
+            continue;
+        }
+        if (effect->link[0] != followed)
+            follow_link(model, data, v, followed = effect->link[0], &state);
+        find_slip_on_ground(&state, effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+    }
 }
 
 void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
-    kt_link_kinematics *links = kt_links_scratch(data), own[2];
-    int32_t followed[2] = {0, 0}; /* the links of `own`; contacts of a link follow each other */
     data->posed = set_poses_of_slip(model, data, at->q, at->v);
-    if (!data->posed)
-        kt_links_sweep(model, data, at->q, at->v, links);
+    if (data->posed) {
+        find_frames_of_motion(model, data, at->v);
+        return;
+    }
+    kt_link_kinematics *links = kt_links_scratch(data);
+    kt_links_sweep(model, data, at->q, at->v, links);
     for (size_t k = 0; k < model->n.slip; k++) {
         const kt_effect_record *effect = kt_slip_problem_of(data)->contact[k].effect;
-        for (int end = 0; end < 2 && data->posed; end++)
-            if (effect->link[end] != followed[end])
-                follow_link(model, data, at->v, followed[end] = effect->link[end], &own[end]);
-        find_slip(data->posed ? &own[0] : &links[effect->link[0]], data->posed ? &own[1] : &links[effect->link[1]],
-                  effect, data->slip_velocity + 2 * k, &data->slip_frame[k]);
+        find_slip(&links[effect->link[0]], &links[effect->link[1]], effect, data->slip_velocity + 2 * k,
+                  &data->slip_frame[k]);
     }
 }
 

@@ -37,19 +37,19 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
         const size_t k = kt_slip_index(p, p->per == 2 ? j / 2 : j);
         const kt_slip_frame *frame = &data->slip_frame[k];
         const double *e = data->slip_direction + 2 * k;
-        const kt_vec3 along =
-            p->per == 2 ? frame->axis[j % 2]
-                        : kt_vec3_add(kt_vec3_scale(e[0], frame->axis[0]), kt_vec3_scale(e[1], frame->axis[1]));
+        const kt_v4 x = kt_v4_from(frame->axis[0]), y = kt_v4_from(frame->axis[1]);
+        const kt_v4 along = p->per == 2 ? (j % 2 == 0 ? x : y) : kt_v4_splat(e[0]) * x + kt_v4_splat(e[1]) * y;
         for (int end = 0; end < 2; end++) {
-            p->force[j].link[end] = p->contact[k].effect->link[end];
-            if (p->force[j].link[end] == 0)
+            kt_half_force *to = &p->force[j];
+            to->link[end] = p->contact[k].effect->link[end];
+            if (to->link[end] == 0)
                 continue;
-            const kt_vec3 force = end == 0 ? along : kt_vec3_scale(-1.0, along);
-            const kt_wrench wrench = {kt_vec3_cross(frame->lever[end], force), force};
-            memcpy(p->force[j].wrench[end], &wrench, sizeof wrench);
+            const kt_v4 force = end == 0 ? along : -along;
+            const kt_v4 moment = kt_v4_cross(kt_v4_from(frame->lever[end]), force);
+            memcpy(to->wrench[end], &moment, 3 * sizeof(double));
+            memcpy(to->wrench[end] + 3, &force, 3 * sizeof(double));
             if (p->per == 2)
-                add_joint_forces(model, data, p->force[j].link[end], p->force[j].wrench[end],
-                                 p->unit_force + j * model->n.v);
+                add_joint_forces(model, data, to->link[end], to->wrench[end], p->unit_force + j * model->n.v);
         }
     }
 }
