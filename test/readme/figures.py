@@ -171,7 +171,7 @@ def ten_stops():
 def warning_codes():
     """Those of the command's sources, and no others."""
     sources = "".join(path.read_text() for path in sorted((ROOT / "apps/kinetree").rglob("*.c")))
-    codes = set(re.findall(r'(?:kt_warning_of\(|\.code =)\s*"(\w+)"', sources))
+    codes = set(re.findall(r'(?:kt_warning_(?:of|at)\(\s*|\.code =)\s*"(\w+)"', sources))
     tables = re.split(r"^\| code \|.*\n", text_of("warnings.md"), flags=re.M)[1:]
     shown = {code for rows in tables for code in re.findall(r"^\| `(\w+)` \|", rows, flags=re.M)}
     note(f"{len(codes)} codes of warnings")
