@@ -195,11 +195,11 @@ KT_INLINE void kt_ground_row_dof(const kt_dof *dof, void *context) {
     p->a[dof->index] = kt_dot3(p->normal, u);
 }
 
-/* The entries of a link in the row of a loop over the ground. The parent of a free joint is the ground: translations
- * along its axes have the components of the normal. */
+/* The entries of a link in the row of a loop over the ground. Translations of a free joint along the ground's axes have
+ * the components of the normal. */
 KT_INLINE void kt_ground_row_link(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
                                   kt_ground_row *p) {
-    if (link->motion != KT_MOTION_FREE || link->rest_is_rotated) {
+    if (link->motion != KT_MOTION_FREE || link->parent != 0 || link->rest_is_rotated) {
         kt_dofs_visit(link, parent->axes, m->axes, kt_ground_row_dof, p);
         return;
     }
