@@ -86,8 +86,8 @@ KT_INLINE kt_real3 kt_point_over_ground(const kt_model *model, const kt_data *da
     return kt_sub3(kt_add3(point, *arm), kt_from3(kt_vec3_sub(loop->frame[0].position, loop->origin)));
 }
 
-/* d'' at accelerations of zero of all joints; needs velocities and c. The c of the first link is zero: its parent is the
- * ground. */
+/* d'' at accelerations of zero of all joints; needs velocities and c. The parent of the first link is the ground, so
+ * that its c is zero. */
 KT_INLINE kt_real3 kt_bias_over_ground(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                        kt_real3 arm) {
     const int32_t *path = model->path + loop->path[1];
