@@ -100,10 +100,10 @@ void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const k
     /* J + m (r . r 1 - r r') + 2 r . h 1 - r h' - h r' */
     const kt_op3 mean = kt_op3_add(g, h, kt_op3_scale(g, kt_op_number(g, 0.5), moved));
     const kt_op6 shift = kt_op6_inertia_of(g, r, mean);
-    const kt_op6 own = kt_op6_add(g, j, &shift);
+    const kt_op6 early = kt_op6_add(g, &to->inertia, &shift); /* the inertia of the child is the last to be known */
     to->mass = kt_op_add(g, to->mass, m);
     to->moment = kt_op3_add(g, to->moment, kt_op3_add(g, h, moved));
-    to->inertia = kt_op6_add(g, &to->inertia, &own);
+    to->inertia = kt_op6_add(g, &early, j);
 }
 
 /* Adds a body to its link. Its pose there is known. */
