@@ -425,8 +425,9 @@ static void note_all(kt_code_printer *p, const kt_code_function *f) {
 
 bool kt_code_part_is_small(const kt_code_printer *p, int part) {
     int count = 0;
-    if (p->loop_of_part[part] >= 0)
-        return p->roll.plan[p->loop_of_part[part]].size < KT_CODE_PART / 2;
+    const kt_code_loop_plan *l = p->loop_of_part[part] >= 0 ? &p->roll.plan[p->loop_of_part[part]] : NULL;
+    if (l != NULL) /* vectors need many registers */
+        return l->size < KT_CODE_PART / 2 && (l->recurs || l->count < KT_ROLL_WIDE);
     for (kt_op i = 0; i < p->graph->count; i++)
         count += p->part[i] == part && is_statement(p, i) && p->roll.loop[i] < 0;
     return count < KT_CODE_PART / 2;

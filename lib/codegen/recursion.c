@@ -368,17 +368,11 @@ void kt_code_compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_li
     }
 }
 
-void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
+/* Fills M: the columns beyond each link move to its parent. */
+static void fill_tree(kt_code_tree *tree, const kt_code_frame *frame, const kt_code_link *body, code_column *column,
+                      kt_op *mass) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_code_frame *frame = calloc((size_t)tree->link_count, sizeof *frame);
-    kt_code_link *body = calloc((size_t)tree->link_count, sizeof *body);
-    code_column *column = calloc((size_t)nv + 1, sizeof *column);
-    g->failed |= frame == NULL || body == NULL || column == NULL;
-    for (int i = 0; i < nv * nv; i++)
-        mass[i] = kt_op_number(g, 0.0);
-    if (!g->failed)
-        kt_code_compose_bodies(tree, frame, body);
     for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
         kt_graph_pass(g);
         kt_graph_section(g, "%s: columns of M, the wrenches of unit accelerations", body[i].name);
@@ -394,6 +388,116 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
             move_column(tree, frame, &column[v]);
         }
     }
+}
+
+/* ---- mass matrix of a chain -------------------------------------------------------------------------------------- */
+
+/* The axes of the links of a chain in those of the ground, and minus the positions of their origins from the last one.
+ */
+static void place_chain(kt_code_tree *tree, const kt_code_frame *frame, const kt_code_places *at) {
+    static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    kt_graph *g = tree->graph;
+    const int last = tree->link_count - 1;
+    at->turn[0] = kt_op33_of(g, unit);
+    at->position[last] = kt_op3_zero(g);
+    kt_graph_pass(g);
+    for (int i = 1; i <= last; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: axes of link %d in those of the ground, Q = Q_p R", tree->link[i].name, i);
+        for (int k = 0; k < 3; k++)
+            at->turn[i].row[k] = kt_code_down(g, &frame[i], at->turn[i - 1].row[k]);
+    }
+    kt_graph_pass(g);
+    for (int i = 1; i < last; i++) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: offset of the next origin in the axes of the ground, Q r", tree->link[i].name);
+        at->position[i] = kt_op33_apply(g, &at->turn[i], frame[i + 1].offset);
+    }
+    kt_graph_pass(g);
+    for (int i = last - 1; i > 0; i--) {
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: last origin from that of link %d, d = d_next + Q r", tree->link[i].name, i);
+        at->position[i] = kt_op3_add(g, at->position[i + 1], at->position[i]);
+    }
+}
+
+/* Moves a wrench of link i to the origin of the last link, in the axes of the ground. */
+static void move_to_last(kt_graph *g, const kt_code_places *at, const kt_code_frame *frame, int i, code_column *c) {
+    const kt_op33 *turn = &at->turn[c->at_rest ? i - 1 : i];
+    code_wrench *w = &c->wrench;
+    w->f = kt_op33_apply(g, turn, c->at_rest ? kt_code_rest_up(g, frame, w->f) : w->f);
+    w->n = kt_op33_apply(g, turn, c->at_rest ? kt_code_rest_up(g, frame, w->n) : w->n);
+    w->n = kt_op3_add(g, w->n, kt_op3_cross(g, at->position[i], w->f));
+}
+
+/* Sets the entries of row v for the joints beyond its link. */
+static void fill_row(kt_code_tree *tree, const kt_op *motion, const code_column *column, int v, kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    const kt_op *m = &motion[6 * v];
+    const kt_op3 s = {{m[0], m[1], m[2]}}, u = {{m[3], m[4], m[5]}};
+    kt_graph_pass(g);
+    for (int i = tree->link_count - 1; i > column[v].link; i--) {
+        const kt_link *link = tree->link[i].link;
+        kt_graph_step(g);
+        kt_graph_section(g, "%s: row %d of M, s . n + u . f", tree->link[i].name, v);
+        for (int c = link->v; c < link->v + kt_link_dofs(link); c++)
+            mass[v * nv + c] = mass[c * nv + v] = kt_op3_add_dots(g, s, column[c].wrench.n, u, column[c].wrench.f);
+    }
+}
+
+/* Fills M of a chain. Columns do not move from link to link: with the unit motion (s, u) of joint i and the column
+ * (n, f) of joint j > i, all about the origin of the last link and in the axes of the ground,
+ *
+ *   M_ij = s . n + u . f.
+ *
+ * The entries of a row do not wait for each other, and a compiler computes eight at once. An entry has a rounding error
+ * of the order of eps |f| (d_i + d_j), where d are distances from the last origin. Distances from the ground would be
+ * larger without a bound. */
+static void fill_chain(kt_code_tree *tree, const kt_code_frame *frame, const kt_code_link *body, code_column *column,
+                       kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const size_t count = (size_t)tree->link_count, nv = tree->model->n.v;
+    const kt_code_places at = {calloc(count, sizeof *at.turn), calloc(count, sizeof *at.position)};
+    kt_op *motion = calloc(6 * nv + 6, sizeof *motion);
+    g->failed |= at.turn == NULL || at.position == NULL || motion == NULL;
+    if (!g->failed)
+        place_chain(tree, frame, &at);
+    kt_graph_pass(g);
+    for (int i = tree->link_count - 1; i > 0 && !g->failed; i--) {
+        kt_graph_step(g);
+        kt_graph_section(g,
+                         "%s: unit motion (s, u) and column (n, f) of M about the last origin, axes of the ground\n"
+                         "u = s x d,  n = Q n - d x f,  f = Q f",
+                         body[i].name);
+        begin_columns(tree, frame, i, &body[i], column, mass);
+        at.position[i] = kt_op3_scale(g, kt_op_number(g, -1.0), at.position[i]);
+        kt_code_fill_jacobian(tree, &at, i, kt_op3_zero(g), motion);
+        for (int k = 0; k < kt_link_dofs(body[i].link); k++)
+            move_to_last(g, &at, &frame[i], i, &column[body[i].link->v + k]);
+    }
+    for (int v = 0; v < (int)nv && !g->failed; v++)
+        fill_row(tree, motion, column, v, mass);
+    free(at.turn);
+    free(at.position);
+    free(motion);
+}
+
+void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
+    kt_graph *g = tree->graph;
+    const int nv = (int)tree->model->n.v;
+    kt_code_frame *frame = calloc((size_t)tree->link_count, sizeof *frame);
+    kt_code_link *body = calloc((size_t)tree->link_count, sizeof *body);
+    code_column *column = calloc((size_t)nv + 1, sizeof *column);
+    g->failed |= frame == NULL || body == NULL || column == NULL;
+    for (int i = 0; i < nv * nv; i++)
+        mass[i] = kt_op_number(g, 0.0);
+    if (!g->failed)
+        kt_code_compose_bodies(tree, frame, body);
+    if (!g->failed && tree->is_uniform)
+        fill_chain(tree, frame, body, column, mass);
+    else if (!g->failed)
+        fill_tree(tree, frame, body, column, mass);
     kt_graph_pass(g);
     free(frame);
     free(body);

@@ -385,12 +385,11 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
         fine = read_node(r, g, l, local, cell);
     }
     fine = fine && read_guards(r, l, guard, guard_count, cell);
-    bool recurs = false;
     for (int k = 0; fine && k < l->slot_count; k++) {
         fine = classify_slot(r, g, l, &l->slot[k]);
-        recurs |= l->slot[k].kind == KT_SLOT_CARRIED;
+        l->recurs |= l->slot[k].kind == KT_SLOT_CARRIED;
     }
-    l->is_wide = !recurs || count >= KT_ROLL_WIDE;
+    l->is_wide = !l->recurs || count >= KT_ROLL_WIDE;
     free(cell);
     if (!fine) {
         drop_plan(r);

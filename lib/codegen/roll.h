@@ -31,6 +31,7 @@ typedef struct kt_code_loop_plan {
     int32_t *column;  /* of each node of an iteration; -1: none */
     bool *is_written; /* whether it is written to the outputs at once */
     int32_t column_count, first_row, last_row;
+    bool recurs;                   /* iterations wait for those before */
     bool is_wide;                  /* columns are contiguous, for vectors: of this loop, or of those that read them */
     int32_t place;                 /* of the first row, in the array of places */
     int32_t first_part, last_part; /* that write or read rows: beyond them, the places are free */

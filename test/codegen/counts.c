@@ -195,13 +195,13 @@ static void begin_robot(serial_robot *r) {
     r->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
 }
 
-/* Hinges about x, y and z in turn. */
-static void describe_chain(serial_robot *r) {
+/* Hinges about x, y and z in turn. at: of each in the link before. */
+static void describe_chain(serial_robot *r, kt_vec3 at) {
     begin_robot(r);
     for (int i = 0; i < LINKS; i++) {
         kt_body *b = add_link(r);
         b->joint.axis = kt_vec3_make(i % 3 == 0, i % 3 == 1, i % 3 == 2);
-        b->joint.at = i > 0 ? kt_vec3_make(0.0, 0.0, 0.25) : kt_vec3_make(0.0, 0.0, 0.0);
+        b->joint.at = i > 0 ? at : kt_vec3_make(0.0, 0.0, 0.0);
     }
 }
 
@@ -230,15 +230,20 @@ static void describe_racer(serial_robot *r) {
 KT_TEST(generated_functions_need_no_more_operations_than_before) {
     static serial_robot r;
     static const code_size arm = {{{523, 414, 6}, {249, 207, 0}, {241, 192, 0}, {156, 117, 0}}, 65936};
-    static const code_size humanoid = {{{4546, 3722, 50}, {1843, 1509, 6}, {1810, 1423, 6}, {4253, 2795, 6}}, 494321};
+    static const code_size humanoid = {{{4546, 3722, 50}, {1843, 1509, 6}, {1810, 1423, 6}, {4253, 2793, 6}}, 494321};
     static const code_size four_bar = {{{79, 51, 3}, {20, 11, 0}, {14, 5, 0}, {3, 3, 0}}, 18511};
     static const code_size chain = {{{3887, 3609, 31}, {1697, 1608, 0}, {1689, 1562, 0}, {4573, 2917, 0}}, 284228};
+    static const code_size like = {{{4733, 4548, 31}, {1903, 1833, 0}, {1894, 1789, 0}, {4901, 4001, 0}}, 223393};
     check_scene("arm7", &arm);
     check_scene("humanoid", &humanoid);
     check_scene("four-bar", &four_bar);
-    describe_chain(&r);
+    describe_chain(&r, kt_vec3_make(0.0, 0.0, 0.25));
     if (compile_robot(&r))
         check_model("chain of 32 links in space", r.model, &chain);
+    kt_model_free(r.model);
+    describe_chain(&r, kt_vec3_make(0.1, 0.2, -0.3));
+    if (compile_robot(&r))
+        check_model("chain of 32 links whose zeros agree", r.model, &like);
     kt_model_free(r.model);
 }
 
@@ -248,7 +253,7 @@ KT_TEST(numbers_that_parts_share_take_no_more_places_than_before) {
     kt_model *const arm = compile_scene("arm7"), *const humanoid = compile_scene("humanoid");
     check_places("arm7", arm, (const int[COUNTED]){0});
     check_places("humanoid", humanoid, (const int[COUNTED]){798, 345, 343, 1168});
-    describe_chain(&r);
+    describe_chain(&r, kt_vec3_make(0.0, 0.0, 0.25));
     if (compile_robot(&r))
         check_places("chain of 32 links in space", r.model, (const int[COUNTED]){481, 254, 0, 887});
     kt_model_free(arm);
