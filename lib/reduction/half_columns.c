@@ -335,8 +335,8 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
             column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
             live = live || (!b->forces && !is_zero(column[k]));
         }
-        if (b->live)
-            memset(b->live + local, live, (size_t)kt_link_dofs(at));
+        for (int k = 0; k < kt_link_dofs(at) && b->live; k++)
+            b->live[local + k] = live;
         if (live)
             take_link(model, data, link[l], b->forces == 0, column, &p);
         from_child = live && l > 0 && up == link[l - 1];
