@@ -371,6 +371,21 @@ KT_TEST(run_outlives_a_checkpoint_that_cannot_be_written) {
     kt_expect(0, NULL, "%s lost.csv --resume e/x && cmp whole.csv lost.csv", line);
 }
 
+/* While a folder has the name of the checkpoint, the first one cannot be renamed. The next try began behind the bytes of
+ * the first one, and made a checkpoint that --resume rejected. */
+KT_TEST(first_checkpoint_that_cannot_be_written_is_written_later) {
+    static const char line[] = "$K run chain.yaml --quiet --duration 200 --interval 0.02 --out";
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; %s whole.csv", line);
+    const kt_ran ran = kt_shell("%s late.csv --checkpoint late --checkpoint-interval 0.05 2>said & "
+                                "while test ! -e late.new && kill -0 $!; do :; done; mkdir late; "
+                                "until grep -q 'cannot be written' said || ! kill -0 $!; do :; done; rmdir late; "
+                                "while test ! -f late && kill -0 $!; do :; done; kill -KILL $!; wait $!; cat said",
+                                line);
+    kt_check_contains("warning", ran.out,
+                      "checkpoint late cannot be written: Is a directory; this run has written none");
+    kt_expect(0, NULL, "%s late.csv --resume late && cmp whole.csv late.csv", line);
+}
+
 KT_TEST(checkpoint_that_cannot_be_written_ends_the_run_at_its_start) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
     kt_expect(4, "none/x cannot be written: No such file",

@@ -200,13 +200,14 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
 }
 
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name; for the first checkpoint it
- * is locked already. */
+ * is locked already, and stays open if it cannot be written: the next try begins at its start again. */
 static bool write_and_rename(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
                              const char *words) {
     const int file = checkpoint->has_file ? kt_open_locked(checkpoint->new_path, O_WRONLY | O_CREAT) : checkpoint->lock;
     if (file < 0)
         return false;
-    if (ftruncate(file, 0) == 0 && write_parts(file, checkpoint, so_far, extremes, words) && fsync(file) == 0 &&
+    if (ftruncate(file, 0) == 0 && lseek(file, 0, SEEK_SET) == 0 &&
+        write_parts(file, checkpoint, so_far, extremes, words) && fsync(file) == 0 &&
         rename(checkpoint->new_path, checkpoint->file) == 0) {
         if (checkpoint->has_file)
             (void)close(checkpoint->lock);
