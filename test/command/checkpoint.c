@@ -371,8 +371,8 @@ KT_TEST(run_outlives_a_checkpoint_that_cannot_be_written) {
     kt_expect(0, NULL, "%s lost.csv --resume e/x && cmp whole.csv lost.csv", line);
 }
 
-/* While a folder has the name of the checkpoint, the first one cannot be renamed. The next try began behind the bytes of
- * the first one, and made a checkpoint that --resume rejected. */
+/* While a folder has the name of the checkpoint, the first one cannot be renamed. The next try began behind the bytes
+ * of the first one, and made a checkpoint that --resume rejected. */
 KT_TEST(first_checkpoint_that_cannot_be_written_is_written_later) {
     static const char line[] = "$K run chain.yaml --quiet --duration 200 --interval 0.02 --out";
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; %s whole.csv", line);
