@@ -2,6 +2,8 @@
  *
  * M = L'DL in the order of the coordinates, parents first: L and M have zeros for coordinates on different branches,
  * and there is no fill-in. A pivot D_kk that is not above rounding errors of M means that the joint has no inertia.
+ *
+ * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 6.5.
  */
 #include "codegen/recursion.h"
 
