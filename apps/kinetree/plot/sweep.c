@@ -269,7 +269,7 @@ static const double *average_map_places(picture *p, const double *x, const doubl
              end++) {
             const double value = z[(size_t)places[end].row];
             sum += !isfinite(value) ? 0.0 : p->chart->is_log ? fabs(value) : value;
-            finite += isfinite(value);
+            finite += isfinite(value) ? 1 : 0;
         }
         end += end == first; /* a place that is not a number */
         const double value = end - first == 1 ? z[(size_t)places[first].row] : sum / (double)finite;

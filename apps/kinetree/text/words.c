@@ -12,7 +12,7 @@
 
 enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
-static void print_words(const char *format, va_list arguments) {
+KT_PRINTF(1, 0) static void print_words(const char *format, va_list arguments) {
     char words[LONGEST], shown[LONGEST + 512];
     (void)vsnprintf(words, sizeof words, format, arguments);
     (void)kt_text_escape(words, shown, sizeof shown);
