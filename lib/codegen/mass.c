@@ -1,6 +1,6 @@
-/* The mass matrix of a tree. A composite body is a link with all links beyond it, as if their joints were locked; a
- * column of M is the wrench that moves a joint's composite body with unit acceleration. Columns move from link to link
- * to the ground, or, in a long chain, are expressed about the last origin in the axes of the ground.
+/* The mass matrix of a tree. A composite body is a link with all links beyond it, as if their joints were locked. A
+ * column of M is the wrench that gives a joint's composite body a unit acceleration. Columns move from link to link to
+ * the ground. In a long chain, they are about the last origin instead, in the axes of the ground.
  *
  * Source: Walker & Orin 1982 (composite bodies).
  */
@@ -191,8 +191,8 @@ static void fill_row(kt_code_tree *tree, const kt_op *motion, const code_column 
     }
 }
 
-/* Fills M of a chain. Columns do not move from link to link: with the unit motion (s, u) of joint i and the column
- * (n, f) of joint j > i, all about the origin of the last link and in the axes of the ground,
+/* Fills M of a chain. Columns do not move from link to link. Joint i has the unit motion (s, u), and joint j > i has
+ * the column (n, f). All four are about the origin of the last link, in the axes of the ground:
  *
  *   M_ij = s . n + u . f.
  *

@@ -5,8 +5,8 @@
 #include "kinetree/scene.h"
 
 /* Prints that functions of time, masses that are functions of time, times in events and limits of events begin anew.
- * Each line begins with `start`, a clause such as "the motion starts at t = 0 from the state of run.json". `source` has
- * the state, but no counts of events. Prints nothing if the scene has no such part. FMUs are left to the caller. */
+ * Each line begins with `start`, such as "the motion starts at t = 0 from the state of run.json". `source` names what
+ * has the state. Prints nothing if the scene has no such part. FMUs are left to the caller. */
 void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
 
 #endif
