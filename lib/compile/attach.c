@@ -128,6 +128,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         r->rest_velocity = loop->rest_velocity;
         r->poisson = loop->poisson;
         r->comes = loop->switching != KT_ALWAYS_ON;
+        r->released = false;
 #endif
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;

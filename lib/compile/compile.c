@@ -65,12 +65,11 @@ static kt_status compile_one(const kt_description *description, const kt_model_o
 /* Hard contacts and stops become switched loops first. */
 static kt_status compile_contacts(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error) {
-    kt_description expanded;
-    void *memory = NULL;
-    kt_status status = kt_contacts_expand(description, &expanded, &memory, error);
+    kt_expansion expanded = {.memory = NULL};
+    kt_status status = kt_contacts_expand(description, &expanded, error);
     if (status == KT_OK)
-        status = kt_variants_compile(&expanded, options, compile_one, model, error);
-    free(memory);
+        status = kt_variants_compile(&expanded.description, expanded.hard, options, compile_one, model, error);
+    free(expanded.memory);
     return status;
 }
 #endif
@@ -92,7 +91,7 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
     if (kt_contacts_count(description) > 0)
         return compile_contacts(description, settings, model, error);
     if (kt_switches_count(description) > 0)
-        return kt_variants_compile(description, settings, compile_one, model, error);
+        return kt_variants_compile(description, NULL, settings, compile_one, model, error);
 #endif
     return compile_one(description, settings, model, error);
 }

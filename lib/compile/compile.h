@@ -3,6 +3,7 @@
 #define KT_COMPILE_COMPILE_H
 
 #include "base/inner.h"
+#include "contact/hard.h"
 #include "model/check.h"
 #include "model/model.h"
 #include "model/switching.h"
@@ -13,13 +14,14 @@ KT_INNER kt_status kt_model_build(const kt_description *description, const kt_mo
 
 /* variants.c: counts the switched loops and effects, and builds the models of all their sets in one block. The result
  * *model is the model of the description itself. The function `compile` makes one model of a checked description, in
- * which the other loops and effects are off: KT_SWITCHED_OFF. */
+ * which the other loops and effects are off: KT_SWITCHED_OFF. hard: of each loop; NULL: no effect is a loop. */
 typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
 #if KT_HAS_SWITCHES
 int kt_switches_count(const kt_description *description);
-kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
-                              kt_compile_call *compile, kt_model **model, kt_error *error);
+kt_status kt_variants_compile(const kt_description *description, const kt_hard_loop *hard,
+                              const kt_model_options *options, kt_compile_call *compile, kt_model **model,
+                              kt_error *error);
 #endif
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */

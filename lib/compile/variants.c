@@ -45,6 +45,7 @@ int kt_switches_count(const kt_description *d) {
 
 typedef struct compilation {
     kt_description description; /* with the arrays below */
+    const kt_hard_loop *hard;   /* of each loop, or NULL */
     kt_loop *loops;
     kt_effect *effects;
     kt_switches switches;
@@ -58,17 +59,12 @@ typedef struct compilation {
     kt_model **model;           /* by their indices */
 } compilation;
 
+static int effect_of_loop(const compilation *c, int loop) { return c->hard != NULL ? c->hard[loop].effect : -1; }
+
 /* The effect whose friction sticks by the loop of switch k; -1: none. */
 static int effect_of_stick(const compilation *c, int k) {
-    if (c->item[k].loop < 0)
-        return -1;
-    const kt_loop *loop = &c->loops[c->item[k].loop];
-    const int effect = loop->equation_count - 1;
-    if (loop->side != KT_SIDE_NONE || (loop->type != KT_LOOP_RATES && loop->type != KT_LOOP_ROLLING) || effect < 0 ||
-        effect >= c->description.effect_count)
-        return -1;
-    const kt_effect *of = &c->effects[effect];
-    return (loop->type == KT_LOOP_RATES ? kt_effect_sticks(of) : kt_effect_rubs(of)) ? effect : -1;
+    const int loop = c->item[k].loop;
+    return loop >= 0 && c->loops[loop].side == KT_SIDE_NONE ? effect_of_loop(c, loop) : -1;
 }
 
 static void add_variant_switch(compilation *c, kt_switch item, kt_switching switching) {
@@ -81,17 +77,15 @@ static void add_variant_switch(compilation *c, kt_switch item, kt_switching swit
 }
 
 /* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (contact/hard.c). */
-static bool is_contact(const compilation *c, const kt_loop *loop) {
-    const int effect = loop->equation_count - 1;
-    const bool sticks = loop->type == KT_LOOP_ROLLING && effect >= 0 && effect < c->description.effect_count &&
-                        kt_effect_rubs(&c->effects[effect]);
-    return loop->side != KT_SIDE_NONE || sticks;
+static bool is_contact(const compilation *c, int loop) {
+    return c->loops[loop].side != KT_SIDE_NONE ||
+           (c->loops[loop].type == KT_LOOP_ROLLING && effect_of_loop(c, loop) >= 0);
 }
 
 /* Whether switch k belongs to a contact, or to friction of a joint that sticks. */
 static bool is_of_contact(const compilation *c, int k) {
     const kt_switch *item = &c->item[k];
-    return item->loop >= 0 ? is_contact(c, &c->loops[item->loop]) || effect_of_stick(c, k) >= 0
+    return item->loop >= 0 ? is_contact(c, item->loop) || effect_of_stick(c, k) >= 0
                            : kt_effect_sticks(&c->effects[item->effect]);
 }
 
@@ -130,14 +124,14 @@ static kt_status mask_contacts(compilation *c, const kt_model_options *options, 
 /* Lists the switches of loops, of contacts alone or of the others alone if those are told apart. */
 static void add_loop_switches(compilation *c, const kt_description *d, bool apart, bool contacts) {
     for (int i = 0; i < d->loop_count; i++)
-        if (!apart || is_contact(c, &c->loops[i]) == contacts)
+        if (!apart || is_contact(c, i) == contacts)
             add_variant_switch(c, (kt_switch){.loop = i, .effect = -1}, d->loops[i].switching);
 }
 
 /* A contact that is released at first has no bit by which events engage it. */
-static kt_status reject_released(const kt_description *d, kt_error *error) {
+static kt_status reject_released(const compilation *c, const kt_description *d, kt_error *error) {
     for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].side != KT_SIDE_NONE && !d->loops[i].holonomic)
+        if (d->loops[i].side != KT_SIDE_NONE && c->hard[i].released)
             return kt_error_set(error, KT_ERROR_MODEL, "switching",
                                 "'%.60s' is a hard contact or stop that is switched off, in a model of more than %d "
                                 "contacts and switches; let it act, or leave other contacts out",
@@ -150,7 +144,7 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
     const bool shares = count > KT_SWITCH_BITS;
     c->switches.own = count;
     for (int i = 0; shares && i < d->loop_count; i++)
-        c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, &d->loops[i]);
+        c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, i);
     c->bits = c->switches.own;
     if (c->switches.own > KT_SWITCH_BITS)
         c->switches.own = KT_SWITCH_BITS;
@@ -159,14 +153,14 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
         add_variant_switch(c, (kt_switch){.loop = -1, .effect = i}, switching_of(&d->effects[i]));
     if (shares)
         add_loop_switches(c, d, true, true);
-    return shares ? reject_released(d, error) : KT_OK;
+    return shares ? reject_released(c, d, error) : KT_OK;
 }
 
 /* Lists the contacts with friction by their effects. */
 static void list_contacts(compilation *c) {
     for (int i = 0; i < c->description.loop_count; i++) {
-        const int effect = c->loops[i].equation_count - 1;
-        if (c->loops[i].side != KT_SIDE_NONE && KT_IS_INDEX(effect, c->description.effect_count))
+        const int effect = effect_of_loop(c, i);
+        if (c->loops[i].side != KT_SIDE_NONE && effect >= 0)
             c->contact[effect] = i;
     }
 }
@@ -263,8 +257,8 @@ static void set_stick(compilation *c, int k, uint64_t set, kt_model *model) {
     const bool is_masked = (c->switches.masked & kt_switches_bit(&c->switches, k)) != 0;
     c->effects[effect].switching = is_on && !is_masked ? KT_SWITCHED_OFF : KT_ALWAYS_ON;
     c->loops[loop].switching = is_on && !backwards ? KT_ALWAYS_ON : KT_SWITCHED_OFF;
-    if (model && is_masked) /* rates have no contact of a wheel: whether the friction acts at first */
-        model->loop[loop].contact = (c->released & kt_switches_bit(&c->switches, k)) == 0;
+    if (model && is_masked)
+        model->loop[loop].released = (c->released & kt_switches_bit(&c->switches, k)) != 0;
     for (size_t i = 0; model && i < model->n.effect + model->n.effect_off; i++)
         if (model->effect[i].source == effect) {
             model->effect[i].direction = backwards ? -1.0 : 1.0;
@@ -311,6 +305,8 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     for (int k = 0; k < c->switches.count; k++)
         set_stick(c, k, set, NULL);
     const kt_status status = compile(&c->description, &own, &c->model[index], &from);
+    for (int i = 0; status == KT_OK && c->hard != NULL && i < c->description.loop_count; i++)
+        c->model[index]->loop[i].released = c->hard[i].released;
     for (int k = 0; status == KT_OK && k < c->switches.count; k++)
         set_stick(c, k, set, c->model[index]);
     if (status == KT_OK) {
@@ -392,9 +388,10 @@ static kt_status join_variants(const compilation *c, kt_model **model, kt_error 
     return KT_OK;
 }
 
-kt_status kt_variants_compile(const kt_description *description, const kt_model_options *options,
-                              kt_compile_call *compile, kt_model **model, kt_error *error) {
-    compilation c = {.initial = 0};
+kt_status kt_variants_compile(const kt_description *description, const kt_hard_loop *hard,
+                              const kt_model_options *options, kt_compile_call *compile, kt_model **model,
+                              kt_error *error) {
+    compilation c = {.hard = hard};
     kt_status status = begin_compilation(&c, description, options, error);
     for (uint64_t k = 0; status == KT_OK && k < kt_switches_models(&c.switches); k++)
         status = compile_one_set(&c, options, compile, k, error);

@@ -167,7 +167,7 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
         const uint64_t both = c->item[k].bit | c->item[k].back;
         const bool is_dry = k >= c->sides && !kt_contact_rubs(c, k);
         simulation->contact_friction |= is_dry ? both : 0;
-        const bool acts = model->loop[c->item[k].loop].contact;
+        const bool acts = !model->loop[c->item[k].loop].released;
         const bool is_released = acts ? is_dry && (model->set & both) == both : k < c->sides || is_dry;
         if (is_released)
             simulation->contact_released |= both; /* nothing if contacts share bits */

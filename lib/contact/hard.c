@@ -9,9 +9,8 @@
  *     contact        s = 0, whose friction sticks              rolling of a ball, or of a disc without its contact row
  *
  * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
- * keeps its index. If the loop or its effect is switched off, the loop is released at first. The member
- * `holonomic` is then false; the loop's type does not read this member. Friction of a joint is released with both of
- * its switches (compile/variants.c).
+ * keeps its index. If the loop or its effect is switched off, the loop is released at first. Friction of a joint is
+ * released with both of its switches (compile/variants.c).
  */
 #include "contact/hard.h"
 
@@ -29,6 +28,7 @@ typedef struct hard_parts {
     kt_loop *loop;
     kt_effect *effect;
     kt_term *term;
+    kt_hard_loop *hard;
     int *slot;    /* loops by the hashes of their names, from 1; 0: free */
     size_t slots; /* a power of two */
     char (*name)[NAME_SIZE];
@@ -62,6 +62,7 @@ static kt_loop *add_hard_loop(hard_parts *p, const kt_effect *effect, const char
     loop->rest_velocity = effect->rest_velocity;
     loop->poisson = effect->poisson;
     loop->switching = effect->switching;
+    p->hard[p->loops - 1] = (kt_hard_loop){.effect = -1};
     p->made++;
     return loop;
 }
@@ -79,8 +80,7 @@ static void add_stop_loop(hard_parts *p, const kt_effect *effect, double at, kt_
     loop->side = side;
 }
 
-/* The loop of friction that sticks: no rate. Its effect, from 1, is in a member that rates do not read
- * (compile/variants.c). */
+/* The loop of friction that sticks: no rate. */
 static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     kt_term *term = &p->term[p->made];
     kt_loop *loop = add_hard_loop(p, effect, effect->joint, ".stick");
@@ -89,8 +89,8 @@ static void add_stick(hard_parts *p, const kt_effect *effect, int index) {
     loop->terms = term;
     loop->term_count = 1;
     loop->switching = effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
-    loop->equation_count = index + 1;
     loop->restitution = 0.0;
+    p->hard[p->loops - 1].effect = index;
 }
 
 /* The point of an end, in its body's frame. */
@@ -119,15 +119,13 @@ static kt_loop *add_rolling(hard_parts *p, const kt_effect *effect, const char *
     return loop;
 }
 
-/* Adds the loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. This
- * loop and the loop of the contact store the index of their effect, from 1. They use a member that their types do not
- * read (compile/variants.c). */
+/* Adds the loop of a contact whose friction sticks: its point on the sphere has no velocity against the plane. */
 static void add_contact_stick(hard_parts *p, const kt_effect *effect, const char *of, int index) {
     kt_loop *loop = add_rolling(p, effect, of, ".stick");
     loop->holonomic = false;
     loop->switching = KT_SWITCHED_OFF;
-    loop->equation_count = index + 1;
     loop->restitution = 0.0;
+    p->hard[p->loops - 1] = (kt_hard_loop){.effect = index, .released = true};
 }
 
 /* The plane of a sphere, moved by its radius, in which its centre stays. */
@@ -172,7 +170,7 @@ static kt_status add_hard_contact(hard_parts *p, const kt_description *d, int in
         status = add_plane(p, d, effect, of, &loop, error);
     loop->side = KT_SIDE_ABOVE;
     if (effect->friction > 0.0) {
-        loop->equation_count = index + 1;
+        p->hard[p->loops - 1].effect = index;
         add_contact_stick(p, effect, loop->name, index);
     }
     return status;
@@ -185,28 +183,31 @@ static kt_status allocate_parts(const kt_description *d, hard_parts *p, void **m
     *p = (hard_parts){.loops = d->loop_count, .slots = 2};
     while (p->slots < 2 * most)
         p->slots *= 2;
-    *memory = malloc(most * (sizeof *p->loop + sizeof *p->term + sizeof *p->name) + (effects + 1) * sizeof *p->effect +
-                     p->slots * sizeof *p->slot);
+    *memory = malloc(most * (sizeof *p->loop + sizeof *p->term + sizeof *p->hard + sizeof *p->name) +
+                     (effects + 1) * sizeof *p->effect + p->slots * sizeof *p->slot);
     if (*memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     p->loop = *memory;
     p->effect = (kt_effect *)(void *)(p->loop + most);
     p->term = (kt_term *)(void *)(p->effect + effects + 1);
-    p->slot = (int *)(void *)(p->term + most);
+    p->hard = (kt_hard_loop *)(void *)(p->term + most);
+    p->slot = (int *)(void *)(p->hard + most);
     p->name = (char(*)[NAME_SIZE])(void *)(p->slot + p->slots);
     kt_copy(p->loop, d->loops, loops * sizeof *p->loop);
     kt_copy(p->effect, d->effects, effects * sizeof *p->effect);
     memset(p->slot, 0, p->slots * sizeof *p->slot);
+    for (int i = 0; i < d->loop_count; i++)
+        p->hard[i] = (kt_hard_loop){.effect = -1};
     for (int i = 0; i < d->loop_count; i++)
         if (p->loop[i].name != NULL)
             p->slot[slot_of_name(p, p->loop[i].name)] = i + 1;
     return KT_OK;
 }
 
-kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void **memory, kt_error *error) {
+kt_status kt_contacts_expand(const kt_description *d, kt_expansion *to, kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     hard_parts p;
-    kt_status status = allocate_parts(d, &p, memory, error);
+    kt_status status = allocate_parts(d, &p, &to->memory, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < loops; i++)
@@ -228,12 +229,13 @@ kt_status kt_contacts_expand(const kt_description *d, kt_description *to, void *
     }
     for (int i = 0; i < p.loops; i++)
         if (p.loop[i].side != KT_SIDE_NONE) {
-            p.loop[i].holonomic = p.loop[i].switching != KT_SWITCHED_OFF;
+            p.hard[i].released = p.loop[i].switching == KT_SWITCHED_OFF;
             p.loop[i].switching = KT_SWITCHED_OFF;
         }
-    *to = *d;
-    to->loops = p.loop;
-    to->loop_count = p.loops;
-    to->effects = p.effect;
+    to->hard = p.hard;
+    to->description = *d;
+    to->description.loops = p.loop;
+    to->description.loop_count = p.loops;
+    to->description.effects = p.effect;
     return status;
 }

@@ -11,10 +11,22 @@
 int kt_contacts_count(const kt_description *description);
 /* Notes in the effects of a compiled model which loops are in their place. first: scratch, one number an effect. */
 void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *model);
-/* Writes the description in which all of these are switched loops, and their effects are off (hard.c). Its arrays lie
- * in *memory, which the caller frees, also after an error. */
-KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_description *to, void **memory,
-                                        kt_error *error);
+
+/* What a loop of an expanded description is. */
+typedef struct kt_hard_loop {
+    int32_t effect; /* whose friction sticks by it, or the contact with friction that it is; -1: none */
+    bool released;  /* at first, as contact/rows.c reads it: the loop or its effect is switched off */
+} kt_hard_loop;
+
+/* The description in which all of these are switched loops, and their effects are off. */
+typedef struct kt_expansion {
+    kt_description description;
+    kt_hard_loop *hard; /* of each loop */
+    void *memory;       /* of all arrays */
+} kt_expansion;
+
+/* Writes an expansion (hard.c). The caller frees its memory, also after an error. */
+KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_expansion *to, kt_error *error);
 
 static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
 /* Whether a loop holds on one side only. */

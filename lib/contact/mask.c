@@ -119,7 +119,7 @@ static void set_friction(kt_mask *mask, uint64_t set) {
         if (effect < 0 || model->loop[i].type != KT_LOOP_RATES)
             continue;
         const bool is_back = (set & kt_switch_bits(model, kt_effect_switch(model, effect))) != 0;
-        mask->loop[i].contact = true; /* the set decides whether it is released, and not the description */
+        mask->loop[i].released = false; /* the set decides whether it is released, and not the description */
         for (size_t k = 0; k < count; k++)
             if (mask->effect[k].source == effect) {
                 mask->effect[k].idle = (set & kt_switch_bits(model, kt_loop_switch(model, (int)i))) != 0;

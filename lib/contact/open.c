@@ -83,7 +83,7 @@ static bool touches(open_contacts *c, size_t i, double *gap) {
 }
 
 static bool is_open_contact(const kt_loop_record *loop) {
-    return loop->side != KT_SIDE_NONE && loop->contact && kt_loop_is_off(loop);
+    return loop->side != KT_SIDE_NONE && !loop->released && kt_loop_is_off(loop);
 }
 
 static bool is_joint_friction(const kt_loop_record *loop) {
@@ -99,7 +99,7 @@ static kt_status check_friction(const kt_model *model, const kt_model *all, size
     const double rate = v[all->link[all->loop[i].link[0]].v];
     if ((on & stick) != 0)
         return KT_OK;
-    if ((model->variants->switches.masked & stick) != 0 && !model->loop[i].contact)
+    if ((model->variants->switches.masked & stick) != 0 && model->loop[i].released)
         return reject_released_friction(model, i, t, error);
     return (on != 0 ? -rate : rate) <= parting ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
 }

@@ -24,7 +24,7 @@ void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model) {
 bool kt_contact_is_released(const kt_contact *contact) {
     const kt_simulation *simulation = contact->simulation;
     return contact->bit != 0 ? (simulation->memory.released & contact->bit) != 0
-                             : !simulation->model->loop[contact->loop].contact;
+                             : simulation->model->loop[contact->loop].released;
 }
 
 int kt_effect_stick(const kt_model *model, int effect) {
