@@ -16,6 +16,10 @@
 
 #define EPS DBL_EPSILON
 
+/* Rounding errors of the mass matrix and of the derivatives of inverse dynamics, in eps of the largest entry. */
+#define MASS_ROUNDING 20.0
+#define LOAD_ROUNDING 100.0
+
 /* How many mechanisms a test draws: KT_MECHANISMS, or this number. */
 static int count_mechanisms(int usual) {
     const char *text = getenv("KT_MECHANISMS");
@@ -92,7 +96,7 @@ static void compare_mass(kt_generated *g, const kt_tree *tree, const kt_tree_sta
         most = fmax(most, (double)slow[i * nv + i]);
     for (int i = 0; i < nv; i++)
         for (int j = 0; j < nv; j++)
-            kt_worst_near(&c->mass, mass[i * nv + j], (double)slow[i * nv + j], 20.0 * EPS * most,
+            kt_worst_near(&c->mass, mass[i * nv + j], (double)slow[i * nv + j], MASS_ROUNDING * EPS * most,
                           "tree %d entry %d, %d", n, i, j);
 }
 
@@ -192,34 +196,61 @@ static void compare_matrices(const double *own, const double *right, int nv, dou
         kt_worst_near(worst, own[i], right[i], bound, "tree %d entry %d", n, i);
 }
 
-/* Against the library, whose derivatives follow from other equations: recursions for derivatives, which have tests with
- * differences. Both errors grow with the condition of M, which |M| |M^-1| bounds. */
-static void compare_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+/* Those of inverse dynamics. Returns the size of the largest, at least 1. */
+static double compare_load_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, const double *a,
+                                       void *work, comparison *c, int n) {
+    static double own[2][SQUARE], right[2][SQUARE];
+    const int nv = tree->nv;
+    kt_error error = {0};
+    const kt_status status =
+        kt_dynamics_inverse_derivatives(tree->model, tree->data, work, kt_derivative_work_size(tree->model), s->q, s->v,
+                                        a, NULL, right[0], right[1], &error);
+    kt_check_equal_int("inverse_derivatives", g->inverse_derivatives(g->model, s->q, s->v, a, own[0], own[1]), 0);
+    if (!kt_tree_fine("derivatives of inverse dynamics", status, &error))
+        return 1.0;
+    const double most = fmax(1.0, fmax(largest_of(right[0], nv * nv), largest_of(right[1], nv * nv)));
+    compare_matrices(own[0], right[0], nv, LOAD_ROUNDING * EPS * most, &c->derivatives[0], n);
+    compare_matrices(own[1], right[1], nv, LOAD_ROUNDING * EPS * most, &c->derivatives[1], n);
+    return most;
+}
+
+/* Those of forward dynamics. X = -M^-1 D, where D is dtau/dq or dtau/dv at the acceleration a, or -1. Hence
+ *
+ *   dX = -M^-1 (dD + dM X) + what the solution rounds,
+ *
+ * where |dD| <= 100 eps max(1, |D|) and |dM| <= 20 eps |M| are the bounds of these functions in this file, and the
+ * solution rounds by 4 eps |X| |M| |M^-1|. D = -1 has no error. */
+static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double load,
+                                        void *work, comparison *c, int n) {
     static double own[3][SQUARE], right[3][SQUARE], mass[SQUARE];
     const int nv = tree->nv;
     kt_error error = {0};
-    const size_t size = kt_derivative_work_size(tree->model);
-    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
-    kt_status status = kt_dynamics_inverse_derivatives(tree->model, tree->data, work, size, s->q, s->v, s->a, NULL,
-                                                       right[0], right[1], &error);
-    kt_check_equal_int("inverse_derivatives", g->inverse_derivatives(g->model, s->q, s->v, s->a, own[0], own[1]), 0);
-    double most = 1.0;
-    if (kt_tree_fine("derivatives of inverse dynamics", status, &error)) {
-        most = fmax(1.0, fmax(largest_of(right[0], nv * nv), largest_of(right[1], nv * nv)));
-        compare_matrices(own[0], right[0], nv, 100.0 * EPS * most, &c->derivatives[0], n);
-        compare_matrices(own[1], right[1], nv, 100.0 * EPS * most, &c->derivatives[1], n);
-    }
-    status = kt_dynamics_forward_derivatives(tree->model, tree->data, work, size, s->q, s->v, s->tau, NULL, right[0],
-                                             right[1], right[2], &error);
+    const kt_status status =
+        kt_dynamics_forward_derivatives(tree->model, tree->data, work, kt_derivative_work_size(tree->model), s->q, s->v,
+                                        s->tau, NULL, right[0], right[1], right[2], &error);
     kt_check_equal_int("forward_derivatives",
                        g->forward_derivatives(g->model, s->q, s->v, s->tau, own[0], own[1], own[2]), 0);
     kt_check_equal_int("mass", g->mass(g->model, s->q, mass), 0);
-    if (kt_tree_fine("derivatives of forward dynamics", status, &error)) {
-        const double condition = nv * largest_of(mass, nv * nv) * largest_of(right[2], nv * nv);
-        for (int k = 0; k < 3; k++)
-            compare_matrices(own[k], right[k], nv, 4.0 * EPS * condition * fmax(1.0, largest_of(right[k], nv * nv)),
-                             &c->derivatives[2 + k], n);
-    }
+    if (!kt_tree_fine("derivatives of forward dynamics", status, &error))
+        return;
+    const double inverse = nv * largest_of(right[2], nv * nv), condition = inverse * largest_of(mass, nv * nv);
+    for (int k = 0; k < 3; k++)
+        compare_matrices(own[k], right[k], nv,
+                         EPS * ((4.0 + MASS_ROUNDING) * condition * largest_of(right[k], nv * nv) +
+                                (k < 2 ? LOAD_ROUNDING * inverse * load : 0.0)),
+                         &c->derivatives[2 + k], n);
+}
+
+/* Against the library, whose derivatives follow from other equations: recursions for derivatives, which have tests with
+ * differences. */
+static void compare_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
+    double a[KT_TREE_NV];
+    const size_t size = kt_derivative_work_size(tree->model);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    compare_load_derivatives(g, tree, s, s->a, work, c, n);
+    kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, a), 0);
+    const double load = compare_load_derivatives(g, tree, s, a, work, c, n);
+    compare_forward_derivatives(g, tree, s, load, work, c, n);
     free(work);
 }
 
