@@ -283,13 +283,26 @@ static void note_loop(kt_code_printer *p, int loop, int part) {
         if (slot->kind == KT_SLOT_COLUMN)
             hold_columns(&p->roll.plan[slot->loop], part);
     }
-    for (int k = 0; k < p->roll.copy_count; k++)
-        if (p->roll.copy[k].reader == loop) {
-            note_reads(p, p->roll.copy[k].node, part);
-            hold_columns(&p->roll.plan[p->roll.copy[k].loop], part);
-        }
     if (l->column_count > 0)
         p->needs[part] |= 1 << CODE_PLACES;
+}
+
+int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy) {
+    const kt_code_loop_plan *reader = &p->roll.plan[copy->reader];
+    return reader->recurs                   ? p->part[p->roll.order[reader->start]]
+           : kt_code_is_leaf(p, copy->node) ? 0
+                                            : p->part[copy->node] + 1;
+}
+
+/* Notes what the copies need. */
+static void note_copies(kt_code_printer *p) {
+    for (int k = 0; k < p->roll.copy_count; k++) {
+        const kt_code_copy *copy = &p->roll.copy[k];
+        const int part = kt_code_part_of_copy(p, copy);
+        note_reads(p, copy->node, part);
+        hold_columns(&p->roll.plan[copy->loop], part);
+        p->needs[part] |= 1 << CODE_PLACES;
+    }
 }
 
 /* Divides the nodes between two loops into parts. Returns the part behind them. */
@@ -402,6 +415,7 @@ static void note_all(kt_code_printer *p, const kt_code_function *f) {
     for (int part = 0; part < p->part_count; part++)
         if (p->loop_of_part[part] >= 0)
             note_loop(p, p->loop_of_part[part], part);
+    note_copies(p);
     for (int k = 0; k < f->guard_count; k++) {
         const kt_op at = kt_code_guard_node(p, &f->guard[k]);
         const int part = at < 0 ? 0 : p->part[at];

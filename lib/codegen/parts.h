@@ -44,6 +44,10 @@ static inline int kt_code_loop_of(const kt_code_printer *p, kt_op i) {
 bool kt_code_is_written(const kt_code_printer *p, kt_op i);
 int kt_code_next_output(const kt_code_function *f, kt_op i, int from);
 
+/* The part that begins with a copy: that of the loop that reads it if iterations wait for those before, or the first in
+ * which its node is known. */
+int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy);
+
 /* The place of a node in `w`. */
 int kt_code_place(const kt_code_printer *p, kt_op i);
 

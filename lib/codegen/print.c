@@ -344,18 +344,21 @@ static void print_statements(kt_code_printer *p, const kt_code_function *f, int3
     }
 }
 
-/* Prints the copies that a loop reads, signs that are equal in all iterations, and the first values of what iterations
- * carry. */
-static void print_start_of_loop(kt_code_printer *p, int loop) {
-    const kt_code_loop_plan *l = &p->roll.plan[loop];
+/* Prints the copies to rows that a part begins with. */
+static void print_copies(kt_code_printer *p) {
     for (int k = 0; k < p->roll.copy_count; k++) {
         const kt_code_copy *copy = &p->roll.copy[k];
-        if (copy->reader != loop)
+        if (kt_code_part_of_copy(p, copy) != p->at_part)
             continue;
         fprintf(p->file, "    w[%d] = ", kt_code_roll_place(&p->roll.plan[copy->loop], copy->column, copy->row));
         print_real(p, copy->node, CODE_SUM);
         fputs(";\n", p->file);
     }
+}
+
+/* Prints signs that are equal in all iterations, and the first values of what iterations carry. */
+static void print_start_of_loop(kt_code_printer *p, int loop) {
+    const kt_code_loop_plan *l = &p->roll.plan[loop];
     for (int k = 0; k < l->slot_count; k++) {
         if (l->slot[k].kind == KT_SLOT_CARRIED)
             fprintf(p->file, "    real carried%d = ", (int)l->slot[k].base);
@@ -495,6 +498,7 @@ void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt
         fputs(" {\n", p->file);
         if (p->at_part == 0)
             print_first(p, f);
+        print_copies(p);
         if (p->loop_of_part[p->at_part] >= 0)
             print_loop(p, f, p->loop_of_part[p->at_part], &temporary);
         else
