@@ -1,12 +1,9 @@
 /* The hash of all that a generated file folds. */
+#include "base/sum.h"
 #include "codegen/loops.h"
 #include "kinetree/codegen.h"
 
-static void hash_code_bytes(uint64_t *h, const void *bytes, size_t count) {
-    const unsigned char *at = bytes;
-    for (size_t i = 0; i < count; i++)
-        *h = (*h ^ at[i]) * 0x100000001b3u;
-}
+static void hash_code_bytes(uint64_t *h, const void *bytes, size_t count) { *h = kt_sum_add(*h, bytes, count); }
 
 static void hash_code_int(uint64_t *h, int x) {
     const int32_t fixed = x;
@@ -20,7 +17,7 @@ static void hash_code_zeros(uint64_t *h, const double *x, int count) {
 }
 
 uint64_t kt_codegen_structure(const kt_model *model) {
-    uint64_t h = 0xcbf29ce484222325u;
+    uint64_t h = KT_SUM_START;
     if (model == NULL)
         return 0;
     const kt_vec3 g = kt_model_gravity(model);

@@ -15,6 +15,7 @@
 #include "contact/hard.h"
 
 #include "base/copy.h"
+#include "base/sum.h"
 #include "effect/effect.h"
 
 #include <stdio.h>
@@ -37,9 +38,7 @@ typedef struct hard_parts {
 
 /* The slot of a name, or a free one where it belongs. */
 static size_t slot_of_name(const hard_parts *p, const char *name) {
-    uint64_t hash = 0xcbf29ce484222325; /* G. Fowler, L. C. Noll, K.-P. Vo, FNV-1a */
-    for (const char *x = name; *x != '\0'; x++)
-        hash = (hash ^ (uint8_t)*x) * 0x100000001b3;
+    const uint64_t hash = kt_sum_add_text(KT_SUM_START, name);
     size_t slot = (size_t)(hash ^ hash >> 32) & (p->slots - 1);
     while (p->slot[slot] > 0 && strcmp(p->loop[p->slot[slot] - 1].name, name) != 0)
         slot = (slot + 1) & (p->slots - 1);

@@ -22,6 +22,7 @@
  * Sources: Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
  * Systems, 2004, 7.1.
  */
+#include "base/sum.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
@@ -322,17 +323,18 @@ static kt_status move_and_fire(motion *m, double t, kt_error *error) {
 
 /* The outcome of an event, which must be equal for its neighbours. */
 typedef struct outcome {
-    uint64_t set, loops; /* a hash of the loops that are on: a set may not tell all contacts apart */
+    uint64_t set, loops; /* a checksum of the loops that are on: a set may not tell all contacts apart */
     uint64_t impacts;
     int touching;
 } outcome;
 
 static outcome outcome_of(const kt_simulation *simulation) {
-    static const uint64_t prime = 0x100000001b3; /* G. Fowler, L. C. Noll, K.-P. Vo, FNV-1a */
     const kt_model *model = simulation->model;
-    outcome end = {.set = model->set};
-    for (size_t i = 0; i < model->n.loop; i++)
-        end.loops = (end.loops ^ (kt_loop_is_off(&model->loop[i]) ? 1 : 2)) * prime;
+    outcome end = {.set = model->set, .loops = KT_SUM_START};
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const bool is_off = kt_loop_is_off(&model->loop[i]);
+        end.loops = kt_sum_add(end.loops, &is_off, sizeof is_off);
+    }
 #if KT_HAS_EVENTS
     end.impacts = simulation->memory.contacts.impacts;
     end.touching = simulation->contacts != NULL ? kt_contacts_total(simulation->contacts) : 0;
