@@ -28,6 +28,8 @@ def grids():
     worst = max(abs(float(l["energy.kinetic.max"]) - 0.5 * float(l["m"]) * (2 * float(l["g"])) ** 2) / float(l["m"]) for l in lines)
     check("kinetic energy at the end, J/kg", worst, 1e-11)
     lines = rows(run("fall.yaml", "--vary", "m=1,2.5,1e3", "--columns", "position.stone", "--out", "-").stdout)
+    one = run("fall.yaml", "--vary", "g=1:3:1", "--out", "-")
+    same("a range of one value", ([float(l["g"]) for l in rows(one.stdout)], "a range of one value is its first end" in one.stderr), ([1.0], True))
     same("a list", [float(l["m"]) for l in lines], [1.0, 2.5, 1000.0])
     same("columns", list(lines[0])[7:], ["position.stone.end", "position.stone.min", "position.stone.max"] + ["lanes"] * is_fused() + ["why"])
 

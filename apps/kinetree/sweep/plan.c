@@ -225,6 +225,8 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
     if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0))
         return kt_misuse("--vary %s: a logarithmic range has ends above zero", text);
     axis->count = (int64_t)count;
+    if (axis->count == 1 && axis->a != axis->b)
+        kt_say("--vary %s: a range of one value is its first end; give 2 values or more", kt_show(text).text);
     return -1;
 }
 
