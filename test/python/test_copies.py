@@ -166,6 +166,27 @@ def test_a_deep_copy_has_events_forces_and_parameters_of_its_own(scenes):
             pickle.dumps(each)
 
 
+def test_a_copied_batch_keeps_the_times_of_its_states():
+    """A force by a function of time: v = 3 (1 - cos(pi t)) / (2 pi)."""
+    model = kt.Scene("""
+kinetree: 1
+bodies: [{name: block, mass: 2, joint: {name: slide, type: prismatic, axis: x}}]
+effects: [{type: motor, joint: slide, force: {sine: {amplitude: 3, frequency: 0.5}}}]
+""").model
+    batch = model.batch(11, method="rk4")
+    batch.step(0.01, 50)
+    copies = [copy.deepcopy(batch), pickle.loads(pickle.dumps(batch))]
+    for each in (batch, *copies):
+        each.step(0.01, 50)
+        assert np.abs(each.rows(each.v) - 3 / np.pi).max() < 1e-9 and np.array_equal(each.v, batch.v)
+    assert np.abs(batch.t.ravel()[:11] - 1.0).max() < 1e-13
+    batch.t[:] = 1.5
+    assert np.abs(batch.rows(batch.forward_dynamics()) + 1.5).max() < 1e-14
+    for call in (lambda: batch.forward_dynamics(t=0.5), lambda: batch.step(0.01, 1, t=0.5)):
+        with pytest.raises(kt.ArgumentError, match="t: it needs Q; without Q a batch computes the states in its memory"):
+            call()
+
+
 def test_a_copy_of_a_model_keeps_its_parameters(scenes):
     scene = kt.load(scenes / "double-pendulum.yaml")
     model = scene.model.copy()

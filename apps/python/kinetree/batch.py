@@ -1,7 +1,7 @@
 """Many states of one model at once, in lanes and threads."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class Batch(Fixed):
     q, v, x, tau, a : numpy.ndarray
         Positions, velocities, auxiliary states, joint forces and accelerations in the memory of C, groups x numbers x `width`.
         State s is ``batch.q[s // width, :, s % width]``. The last group may have lanes that belong to no state.
+    t : numpy.ndarray
+        The time of each state, s, groups x `width`. Steps in the memory advance it.
     width : int
         States in a group.
 
@@ -75,9 +77,13 @@ class Batch(Fixed):
         self.q, self.v = view(lanes.q, m.nq, lanes.state_stride), view(lanes.v, m.nv, lanes.state_stride)
         self.x = view(lanes.x, m.nx, lanes.state_stride)
         self.tau, self.a = view(lanes.tau, m.nv, lanes.force_stride), view(lanes.a, m.nv, lanes.force_stride)
+        self.t = self._memory.strided(lanes.t, (int(lanes.groups), self.width), (8 * self.width, 8))
+
+    def _arrays(self) -> Tuple[Vector, ...]:
+        return self.q, self.v, self.x, self.tau, self.a, self.t[:, None]
 
     def __reduce__(self) -> Any:
-        return _batch_at, (self.model, (self.states, self.threads, self.method), [each.copy() for each in (self.q, self.v, self.x, self.tau, self.a)])
+        return _batch_at, (self.model, (self.states, self.threads, self.method), [each.copy() for each in self._arrays()])
 
     def __deepcopy__(self, memo: Any) -> "Batch":
         return _batch_at(*self.__reduce__()[1])
@@ -132,19 +138,19 @@ class Batch(Fixed):
         return out
 
     def forward_dynamics(self, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, TAU: Optional[Numbers] = None, *, X: Optional[Numbers] = None,
-                         t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+                         t: Optional[float] = None, out: Optional[Vector] = None) -> Vector:
         """Accelerations of every state, with effects and loops.
 
         Parameters
         ----------
         Q : array of states x nq, optional
-            Positions, rad or m. Without Q the states in `q`, `v`, `x` and `tau` are computed in place.
+            Positions, rad or m. Without Q the states in `q`, `v`, `x`, `tau` and `t` are computed in place.
         V, TAU : arrays of states x nv, optional
             Velocities (rad/s, m/s) and joint forces (N m, N). Default: zero.
         X : array of states x nx, optional
             Auxiliary states. Default: the initial ones.
-        t : float
-            Time, s.
+        t : float, optional
+            Time, s. Default: 0.
         out : array of states x nv, optional
             Where to write.
 
@@ -153,7 +159,7 @@ class Batch(Fixed):
         numpy.ndarray
             states x nv accelerations, rad/s^2 or m/s^2; `self.a` if neither Q nor `out` is given.
         """
-        m, inputs = self.model, self._inputs(Q, V=V, TAU=TAU, X=X)
+        m, inputs = self.model, self._inputs(Q, V=V, TAU=TAU, X=X, t=t)
         if inputs is None:
             with self._guard:
                 self._run(lib.KT_BATCH_FORWARD)
@@ -161,7 +167,7 @@ class Batch(Fixed):
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
         X_, x = self._auxiliary_states(X)
-        out, t = output(out, (self.states, m.nv)), finite(t, "t")
+        out, t = output(out, (self.states, m.nv)), finite(0.0 if t is None else t, "t")
         with self._guard:
             lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
             self._run(lib.KT_BATCH_FORWARD)
@@ -169,7 +175,7 @@ class Batch(Fixed):
         del inputs, V_, TAU_, X_  # arrays live until here
         return out
 
-    def _inputs(self, Q: Optional[Numbers], **others: Optional[Numbers]) -> Optional[Tuple[Any, Any]]:
+    def _inputs(self, Q: Optional[Numbers], **others: Union[Numbers, float, None]) -> Optional[Tuple[Any, Any]]:
         """Positions and their address; None if the memory is used in place."""
         if Q is not None:
             return self._rows(Q, self.model.nq, "Q")
@@ -250,7 +256,7 @@ class Batch(Fixed):
         return found
 
     def step(self, h: float, steps: int, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, TAU: Optional[Numbers] = None, *,
-             X: Optional[Numbers] = None, t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+             X: Optional[Numbers] = None, t: Optional[float] = None, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Take steps of the method of this batch with constant joint forces.
 
         Parameters
@@ -261,8 +267,8 @@ class Batch(Fixed):
             How many steps.
         Q, V, TAU, X : arrays, optional
             As in `forward_dynamics`. Without Q the states in the memory take the steps.
-        t : float
-            Time at the start, s.
+        t : float, optional
+            Time at the start, s. Default: 0.
         out : tuple of arrays, optional
             Where to write Q and V (and X).
 
@@ -275,7 +281,7 @@ class Batch(Fixed):
         if self.method is None:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", "the batch has no method; make it with model.batch(states, method='rk4')")
         h, steps = finite(h, "h"), _count(steps, 0, (1 << 31) - 1, "steps")
-        inputs, kept = self._inputs(Q, V=V, TAU=TAU, X=X), 3 if m.nx else 2
+        inputs, kept = self._inputs(Q, V=V, TAU=TAU, X=X, t=t), 3 if m.nx else 2
         if inputs is None and out is None:
             with self._guard:
                 self._run(lib.KT_BATCH_STEP, h, steps)
@@ -284,7 +290,7 @@ class Batch(Fixed):
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
         X_, x = self._auxiliary_states(X)
         results = outputs(out, [(self.states, count) for count in (m.nq, m.nv, m.nx)[:kept]])
-        t = finite(t, "t")
+        t = finite(0.0 if t is None else t, "t")
         with self._guard:
             if inputs is not None:
                 lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
@@ -304,7 +310,7 @@ class Batch(Fixed):
 
 def _batch_at(model: Model, how: Any, arrays: List[Vector]) -> Batch:
     batch = Batch(model, *how)
-    for own, array in zip((batch.q, batch.v, batch.x, batch.tau, batch.a), arrays):
+    for own, array in zip(batch._arrays(), arrays):
         if own.shape == array.shape:
             own[:] = array
             continue

@@ -252,7 +252,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         t : float
             Time at the start of the step, s.
         method : str
-            An explicit Runge-Kutta method that ``kinetree integrators`` lists.
+            A one-step method that ``kinetree integrators`` lists.
         out : tuple of arrays, optional
             Where to write q and v (and x).
 
