@@ -2,6 +2,7 @@
 #include "subcommands/run.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 int kt_run_keep_start(kt_keep *keep, const char *out) {
     const int code = kt_keep_open(keep, out, false);
@@ -26,8 +27,10 @@ static const char **list_words(const kt_scene *scene, const kt_columns *columns)
         words[i] = names + i * NAME_SIZE;
         words[n + i] = kt_column_quantity(columns, i).unit;
     }
-    for (int i = 0; words != NULL && i < scene->parameter_count; i++)
-        words[2 * n + (size_t)i] = scene->parameters[i].name;
+    for (int i = 0; words != NULL && i < scene->parameter_count; i++) {
+        const char *name = scene->parameters[i].name; /* the attribute `status` is that of the run */
+        words[2 * n + (size_t)i] = strcmp(name, "status") == 0 ? "parameters.status" : name;
+    }
     return words;
 }
 

@@ -2,6 +2,8 @@
  * random values. Everything about a run follows from its number, so that any part of a sweep can be computed
  * anywhere. */
 #include "sweep/sweep.h"
+
+#include "records/output.h"
 #include "text/bytes.h"
 
 #include "base/decimal.h"
@@ -174,7 +176,17 @@ static int check_fixed_values(const kt_sweep_plan *plan, const kt_settings *sett
     return -1;
 }
 
-/* The axis of "PATH=..."; *rest: the text after it. */
+/* Whether a name of `length` bytes is that of a column of every line (kt_sweep_header). */
+static bool names_line_column(const char *name, size_t length) {
+    static const char *const columns[] = {"run", "status", "time", "steps", "evaluations", "why"};
+    for (size_t i = 0; i < sizeof columns / sizeof columns[0]; i++)
+        if (strncmp(columns[i], name, length) == 0 && columns[i][length] == '\0')
+            return true;
+    return false;
+}
+
+/* The axis of "PATH=..."; *rest: the text after it. A parameter with the name of a column of the lines keeps its
+ * section, so that names of columns are unique. */
 static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **rest, int *code) {
     const char *equals = strchr(text, '=');
     const size_t length = (size_t)(equals - text);
@@ -189,7 +201,13 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
         return NULL;
     }
     kt_axis *axis = &plan->axes[plan->count++];
-    axis->path = strndup(text, length);
+    char *path = strndup(text, length);
+    if (path != NULL && names_line_column(text, length)) {
+        axis->path = kt_join_texts("parameters.", path, "");
+        free(path);
+    } else {
+        axis->path = path;
+    }
     *rest = equals + 1;
     if (axis->path == NULL)
         *code = kt_say_no_memory(NULL);
