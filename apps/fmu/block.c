@@ -1,8 +1,8 @@
 /* The state of an instance as one flat block without pointers, and the functions of FMI 3.0 that hand it over. Another
  * process may continue from it.
  *
- *     header, numbers: time, given parameters, their flags, tunable parameters of the compilation and of the
- *     present, torques, y, events, signals; then the checkpoint of the simulation
+ *     header, numbers: time, time of the start, given parameters, their flags, tunable parameters of the compilation
+ *     and of the present, torques, y, events, signals; then the checkpoint of the simulation
  */
 #include "instance.h"
 
@@ -20,10 +20,10 @@ typedef struct kt_fmu_header {
     uint64_t sum; /* of all other bytes: a damaged block is rejected */
 } kt_fmu_header;
 
-static const char mark[8] = "ktFMU04";
+static const char mark[8] = "ktFMU05";
 
 static size_t block_number_count(const kt_fmu *fmu) {
-    return 1 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
+    return 2 + 2 * ((size_t)fmu->parameter_count + (size_t)fmu->tunables.count) + (size_t)fmu->nv +
            (size_t)kt_fmu_size(fmu) + 3 * (size_t)fmu->event_count + kt_fmu_signal_numbers(fmu);
 }
 
@@ -52,6 +52,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
     make_header(fmu, header);
     double *to = (double *)(header + 1);
     *to++ = fmu->time;
+    *to++ = fmu->start;
     for (int i = 0; i < fmu->parameter_count; i++)
         *to++ = fmu->given[i];
     for (int i = 0; i < fmu->parameter_count; i++)
@@ -100,10 +101,11 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !block_fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU, or it is damaged");
-    const double *from = (const double *)(header + 1), *compiled = from + 1 + 2 * fmu->parameter_count;
+    const double *from = (const double *)(header + 1), *compiled = from + 2 + 2 * fmu->parameter_count;
     const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;
     kt_status status = KT_OK;
-    if (take_parameters(fmu, from + 1) || fmu->is_stale) {
+    fmu->start = from[1]; /* a parameter that is set before the run compiles the scene anew at this time */
+    if (take_parameters(fmu, from + 2) || fmu->is_stale) {
         kt_fmu_copy_tunables(fmu, compiled, fmu->tunables.wanted);
         status = kt_fmu_compile(fmu, error);
     }

@@ -94,13 +94,17 @@ def check_rollback(fmu):
     claim("rollbacks_end_and_have_equal_bits", [] if fine else [str(results)])
 
 
-def check_shared(folder):
-    """Instances with own masses, fixed and tunable, that step by turns: x = F t^2 / 2 m."""
+def pushed_block(folder):
+    """x = offset + F t^2 / 2 m."""
     scene = folder / "shared.yaml"
     scene.write_text("kinetree: 1\nparameters: {m: 2, offset: 0}\nbodies:\n"
                      "  - {name: block, mass: =m, joint: {name: slide, type: prismatic, axis: x, position: =offset}}\n"
                      "simulate: {integrator: rk4, step: 0.001, duration: 1}\noutput: {record: [position]}\n")
-    fmu = Fmu(scene, folder, "--input", "slide")
+    return Fmu(scene, folder, "--input", "slide")
+
+
+def check_shared(fmu):
+    """Instances with own masses, fixed and tunable, that step by turns."""
     one, two = Instance(fmu, m=4.0, offset=1.0), Instance(fmu)
     for instance in (one, two):
         instance.set(**{"input.slide": 3.0})
@@ -112,6 +116,23 @@ def check_shared(folder):
     worst = max(abs(a - b) for a, b in zip(found, expected))
     note(f"{found}, expected {expected}; largest difference {worst:.1e}, bound 1e-13")
     claim("instances_share_no_parameters", [] if worst <= 1e-13 else [str(found)])
+
+
+def check_start(fmu):
+    """An instance takes over the initialization of another one, which begins at 5 s, and then gets a parameter. Its
+    scene began at 0 s then, and the first step ended at once."""
+    problems = []
+    for exchange in (False, True):
+        one, two = (Instance(fmu, exchange, start, initializes=True) for start in (5.0, 0.0))
+        two.restore(one.keep())
+        two.set(offset=1.0, **{"input.slide": 3.0})
+        two.call("ExitInitializationMode")
+        if not exchange:
+            two.step(0.1)
+        found, expected = two.get("time", "position.slide"), [5.0, 1.0] if exchange else [5.1, 1 + 3 * 0.1 ** 2 / 4]
+        note(f"{found}, expected {expected}, bound 1e-13")
+        problems += [] if max(abs(a - b) for a, b in zip(found, expected)) <= 1e-13 else [str(found)]
+    claim("a_state_of_the_initialization_holds_its_start", problems)
 
 
 def check_steps(fmu):
@@ -152,4 +173,6 @@ def check_complaints(folder):
     check_damage(fmu)
     check_rollback(fmu)
     check_steps(fmu)
-    check_shared(folder)
+    block = pushed_block(folder)
+    check_shared(block)
+    check_start(block)

@@ -12,9 +12,11 @@ def reals(values):
 
 
 class Instance:
-    """An instance after its initialization, with values of variables by name. A failure raises RuntimeError."""
+    """An instance after its initialization, or in it (`initializes`), with values of variables by name. A failure raises
+    RuntimeError."""
 
-    def __init__(self, fmu, exchange=False, start=0.0, event_mode=False, early=False, update=None, **values):
+    def __init__(self, fmu, exchange=False, start=0.0, event_mode=False, early=False, update=None,
+                 initializes=False, **values):
         self.fmu, self.library, self.messages = fmu, ctypes.CDLL(str(fmu.binary)), []
         self.log = LOG(lambda _, status, category, message: self.messages.append(message.decode()))
         self.update = UPDATE(update) if update else None
@@ -32,7 +34,8 @@ class Instance:
             raise RuntimeError(f"no instance: {self.messages}")
         self.set(**values)
         self.call("EnterInitializationMode", FLAG(False), REAL(0), REAL(start), FLAG(False), REAL(0))
-        self.call("ExitInitializationMode")
+        if not initializes:
+            self.call("ExitInitializationMode")
         self.time = start
 
     def status(self, name, *arguments):
