@@ -59,7 +59,7 @@ typedef struct kt_fmu_sizes {
     X(double, before, s->y, "rates at one end of a difference")                                                        \
     X(double, behind, s->y, "and at the other")                                                                        \
     X(double, turn, s->v, "d")                                                                                         \
-    X(double, moved, s->q, "E(q) d: dq without changes of norms")                                                      \
+    X(double, moved, s->q, "E(q) d / |p|: dq of unit quaternions")                                                     \
     X(double, still, s->q, "zeros")                                                                                    \
     X(double, part, s->q, "E(dq) v")                                                                                   \
     X(double, rates, s->y, "result")                                                                                   \
@@ -151,6 +151,19 @@ static void write_turns(const kt_fmu *fmu, const double *q, const double *dq, do
         memcpy(turn + c.v, dq + c.q, (size_t)plain * sizeof *dq);
         if (c.nq > c.nv)
             quaternion_turn_of(q + c.q + plain, dq + c.q + plain, turn + c.v + plain);
+    }
+}
+
+/* Turns changes of quaternions of any norm into those of the unit quaternions that columns have. */
+static void normalise_changes(const kt_fmu *fmu, const double *q, double *moved) {
+    for (int body = 1; body < kt_model_body_count(fmu->model); body++) {
+        const kt_coordinates c = kt_body_coordinates(fmu->model, body);
+        const int first = c.q + c.nq - 4;
+        if (c.nq == c.nv)
+            continue;
+        const double *p = q + first, norm = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+        for (int i = 0; i < 4; i++)
+            moved[first + i] /= norm;
     }
 }
 
@@ -268,6 +281,7 @@ kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error)
         return status;
     write_turns(fmu, q, l->dy, l->turn);
     kt_position_rate(fmu->model, q, l->turn, l->moved);
+    normalise_changes(fmu, q, l->moved);
     kt_position_rate(fmu->model, l->dy, v, l->part);
     kt_position_rate(fmu->model, l->still, v, l->rates); /* v in plain coordinates, which do not depend on q */
     for (int i = 0; i < nq; i++)

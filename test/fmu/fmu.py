@@ -23,6 +23,7 @@ from complaints import check_complaints
 from events import check_events
 from footholds import check_footholds
 from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_fmusim_inputs, check_library, check_schema
+from instance import REAL, SIZE, Instance, reals
 from signals import check_signals
 from steps import check_steps
 from tunable import check_tunables
@@ -212,6 +213,27 @@ def check_slopes(folder):
         if not (rates <= RATES and outputs <= OUTPUTS and adjoint <= ADJOINT):
             problems.append(f"{name}: {rates}, {outputs}, {adjoint} {errors}")
     claim("directional_and_adjoint_derivatives_are_those_of_differences", problems)
+
+
+def check_norms(folder):
+    """An importer leaves the norm of a quaternion. Outputs are those of the unit quaternion, and so are derivatives."""
+    instance = Instance(Fmu(SCENES / "spinning-top.yaml", folder), exchange=True)
+    knowns = [name for name in instance.fmu.variables if name.startswith("q.")][:4]
+    unknowns = [name.replace("q.", "position.") for name in knowns]
+    state, turn, width, size = instance.states(), (0.3, -0.2, 0.5, 0.1), 1e-3, SIZE(4)
+    state[:4] = [1.1 * x for x in state[:4]]
+    instance.rates(0.0, state)
+    found = (REAL * 4)()
+    instance.call("GetDirectionalDerivative", instance.references(unknowns), size, instance.references(knowns), size,
+                  reals(turn), size, found, size)
+    wanted = [0.0] * 4
+    for k, weight in ((-2, 1), (-1, -8), (1, 8), (2, -1)):
+        instance.rates(0.0, [x + k * width * d for x, d in zip(state, turn)] + state[4:])
+        wanted = [x + weight * y / (12 * width) for x, y in zip(wanted, instance.get(*unknowns))]
+    worst = max(abs(x - y) for x, y in zip(found, wanted))
+    note(f"a quaternion of norm 1.1: derivatives differ by {worst:.1e}, bound 1e-11")
+    claim("derivatives_of_outputs_are_those_of_the_unit_quaternion", [] if len(knowns) == 4 and worst <= 1e-11
+          else [f"{list(found)}, {wanted}"])
 
 
 def check_rates(folder):
@@ -409,6 +431,7 @@ def main():
         check_exchange(folder)
         check_rates(folder)
         check_slopes(folder)
+        check_norms(folder)
         check_values(folder)
         check_times(folder)
         check_tunables(folder)
