@@ -388,6 +388,29 @@ def check_scenes(folder):
     claim("every_bundled_scene_starts", problems + ([] if count >= 70 else [f"only {count} scenes"]))
 
 
+def check_names_of_users(folder):
+    """Events with any characters, and parameters with the name of a column: the description is XML, names are unique
+    and structured, and each parameter acts."""
+    scene, problems = folder / "named.yaml", []
+    scene.write_text("kinetree: 1\nparameters: {time: 2, m: 1.5}\nbodies:\n"
+                     "  - {name: cart, mass: =m, joint: {type: prismatic, axis: x, position: =time, velocity: 1}}\nevents:\n"
+                     "  - {name: 'a<b & \"c\" it''s', when: position.cart - 9, then: record}\n"
+                     "  - {name: 1st hit, when: position.cart - 8, then: record}\n"
+                     "  - {name: gr\u00f6\u00dfe, when: position.cart - 7, then: record}\n"
+                     "  - {name: left-hit, when: position.cart - 6, then: record}\n"
+                     "simulate: {integrator: rk4, step: 0.001, duration: 1}\noutput: {columns: {m: 2*position.cart}}\n")
+    events = [r"event.'a<b & \"c\" it\'s'", "event.'1st hit'", "event.'gr%C3%B6%C3%9Fe'", "event.'left-hit'"]
+    for version in (2, 3):
+        fmu = Fmu(scene, folder, "--fmi", version)
+        count = len(list(fmu.root.find("ModelVariables")))
+        found = [name for name in fmu.variables if name.startswith("event.")]
+        problems += [] if count == len(fmu.variables) and found == events else [f"FMI {version}: {found}, {count} names"]
+    one = Instance(fmu, **{"parameters.time": 3.0, "parameters.m": 4.0})
+    values = one.get("position.cart", "m", "parameters.time", "time", "parameters.m")
+    problems += [] if values == [3, 6, 3, 0, 4] else [str(values)]
+    claim("names_of_events_and_parameters_are_unique_and_structured", problems)
+
+
 def check_settings(folder):
     """Settings of the export, with formulas, quotes and units, act as those of a run."""
     scene = folder / "settings.yaml"
@@ -443,6 +466,7 @@ def main():
         check_uses(folder)
         check_rejections(folder)
         check_scenes(folder)
+        check_names_of_users(folder)
         check_settings(folder)
         check_binary(folder)
         check_page(folder)

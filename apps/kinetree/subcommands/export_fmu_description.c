@@ -12,6 +12,7 @@
 
 #include "../fmu/reference.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -44,9 +45,8 @@ static void write_xml_attribute(const char *name, const char *text, FILE *to) {
     fputc('"', to);
 }
 
-/* Writes the name of a variable in the structured convention: quotes surround a part that has a hyphen. */
-static void write_variable_name(const char *name, FILE *to) {
-    fputs(" name=\"", to);
+/* Writes a name in the structured convention: quotes surround a part that has a hyphen. */
+static void write_name_parts(const char *name, FILE *to) {
     while (*name != '\0') {
         const size_t length = strcspn(name, ".()[]");
         const char *quote = memchr(name, '-', length) != NULL ? "'" : "";
@@ -55,7 +55,41 @@ static void write_variable_name(const char *name, FILE *to) {
         if (*name != '\0')
             fputc(*name++, to);
     }
-    fputc('"', to);
+}
+
+/* Whether all parts of a name between dots begin with a letter or _, and go on with letters, digits, _ and -. */
+static bool has_plain_parts(const char *name) {
+    bool begins = true;
+    for (; *name != '\0'; name++) {
+        const unsigned char c = (unsigned char)*name;
+        const bool is_letter = (c < 128 && isalpha(c)) || c == '_', goes_on = is_letter || isdigit(c) || c == '-';
+        if (begins ? !is_letter : !goes_on && c != '.')
+            return false;
+        begins = c == '.';
+    }
+    return !begins;
+}
+
+/* Writes the name of an event, which may have any characters. Quotes surround a name that has others than the
+ * structured convention. Quotes and backslashes in it have a backslash, and bytes that are no printable ASCII have
+ * their number. */
+static void write_event_identifier(const char *name, FILE *to) {
+    if (has_plain_parts(name)) {
+        write_name_parts(name, to);
+        return;
+    }
+    fputc('\'', to);
+    for (; *name != '\0'; name++) {
+        const unsigned char c = (unsigned char)*name;
+        if (c < ' ' || c > '~') {
+            fprintf(to, "%%%02X", c);
+            continue;
+        }
+        if (strchr("'\"\\", c) != NULL)
+            fputc('\\', to);
+        write_xml_escaped((const char[]){*name, '\0'}, to);
+    }
+    fputc('\'', to);
 }
 
 /* ---- units ------------------------------------------------------------------------------------------------------- */
@@ -172,6 +206,7 @@ static int state_count(const kt_model *model) {
 /* A variable. NULL: it does not have this attribute. */
 typedef struct kt_fmu_variable {
     const char *name, *description, *causality, *variability, *initial, *unit;
+    const char *event; /* NULL, or the name of an event, which follows `name` */
     const double *start;
     int reference, derivative; /* derivative: the reference of its state; 0: it is not a derivative */
     bool may_jump;             /* it is a state that events and projections set in model exchange */
@@ -205,8 +240,11 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
                                          {"variability", v->variability},
                                          {"initial", v->initial}};
     fputs(is_second ? "    <ScalarVariable" : "    <Float64", to);
-    write_variable_name(v->name, to);
-    fprintf(to, " valueReference=\"%d\"", v->reference);
+    fputs(" name=\"", to);
+    write_name_parts(v->name, to);
+    if (v->event != NULL)
+        write_event_identifier(v->event, to);
+    fprintf(to, "\" valueReference=\"%d\"", v->reference);
     for (size_t i = 0; i < sizeof attributes / sizeof attributes[0]; i++)
         if (attributes[i][1] != NULL)
             write_xml_attribute(attributes[i][0], attributes[i][1], to);
@@ -306,12 +344,22 @@ static void write_signals(const kt_fmu_model *fmu, FILE *to) {
             write_signal(fmu, &fmu->inputs->items[k], signal++, to);
 }
 
+/* Writes the name of a parameter. One with the name of a column, such as the time, has its section before the name. */
+static void write_parameter_name(const kt_fmu_model *fmu, const char *parameter, char *name, size_t size) {
+    bool is_column = false;
+    for (size_t i = 0; i < fmu->columns->count && !is_column; i++)
+        is_column = kt_column_name(fmu->columns, i, name, size) > 0 && strcmp(name, parameter) == 0;
+    (void)snprintf(name, size, "%s%s", is_column ? "parameters." : "", parameter);
+}
+
 static void write_parameters(const kt_fmu_model *fmu, FILE *to) {
+    char name[KT_FMU_NAME];
     for (int i = 0; i < fmu->scene->parameter_count; i++) {
         const bool follows = kt_fmu_role_follows(fmu->roles[i]);
         const kt_fmu_use *use = &fmu->uses[i];
+        write_parameter_name(fmu, fmu->scene->parameters[i].name, name, sizeof name);
         write_variable(fmu,
-                       &(kt_fmu_variable){.name = fmu->scene->parameters[i].name,
+                       &(kt_fmu_variable){.name = name,
                                           .description = use->text[0] != '\0' ? use->text : "used in formulas",
                                           .unit = use->unit[0] != '\0' ? use->unit : NULL,
                                           .causality = follows ? "calculatedParameter" : "parameter",
@@ -354,12 +402,11 @@ static void write_fmu_state(const kt_fmu_model *fmu, int index, int order, FILE 
 static int indicator_count(const kt_fmu_model *fmu) { return fmu->has_exchange ? kt_scene_event_room(fmu->scene) : 0; }
 
 static void write_indicators(const kt_fmu_model *fmu, FILE *to) {
-    char name[KT_FMU_NAME + 32];
     for (int i = 0; i < indicator_count(fmu); i++) {
         const bool is_until = i >= fmu->scene->event_count;
-        (void)snprintf(name, sizeof name, "event.%s", is_until ? "until" : fmu->scene->events[i].name);
         write_variable(fmu,
-                       &(kt_fmu_variable){.name = name,
+                       &(kt_fmu_variable){.name = "event.",
+                                          .event = is_until ? "until" : fmu->scene->events[i].name,
                                           .description = "Event indicator",
                                           .causality = "local",
                                           .variability = "continuous",
