@@ -81,6 +81,11 @@ MACROS = '''
 #endif
 #define KT_ISA baseline
 
+/* What parts alone call that are left out is removed as dead code. */
+#if (defined(KINETREE_SMALL) || defined(KINETREE_TREES)) && defined(__GNUC__) && !defined(__OPTIMIZE__)
+#error "KINETREE_SMALL and KINETREE_TREES would not link without optimisation: compile with -O1 or more"
+#endif
+
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wpsabi"          /* vectors are passed between inlined functions only */
 #pragma GCC diagnostic ignored "-Wunused-function" /* no set of parts uses all functions of the headers */

@@ -161,6 +161,9 @@ def main():
     fast = subprocess.run([compiler, *FLAGS, *MODES["small"], "-ffast-math", "-fsyntax-only", "kinetree.c"], cwd=folder, capture_output=True, text=True)
     expected = fast.returncode != 0 and "sums must keep their order" in fast.stderr
     claim("a_compiler_that_reorders_sums_is_rejected", [] if expected else [fast.stderr[:400] or "it compiles"])
+    slow = subprocess.run([compiler, *FLAGS, "-O0", *MODES["small"], "-fsyntax-only", "kinetree.c"], cwd=folder, capture_output=True, text=True)
+    expected = slow.returncode != 0 and "would not link without optimisation" in slow.stderr
+    claim("small_without_optimisation_is_rejected", [] if expected else [slow.stderr[:400] or "it compiles, and does not link"])
     check_wrong_calls(root)
     engine = bench.engine("full", ["-DKINETREE_FULL"])
     claim("full_compiles_without_warnings", [] if engine else ["it does not compile"])
