@@ -24,12 +24,6 @@ typedef struct beam {
     double q[1200], v[1200];
 } beam;
 
-static bool fine(const char *what, kt_status status, const kt_error *e) {
-    if (status != KT_OK)
-        kt_note("%s: %s", e->where, e->message);
-    return status == KT_OK || kt_check_true(what, false);
-}
-
 static bool open_beam(beam *b, const char *text) {
     kt_error e = {0};
     memset(b, 0, sizeof *b);

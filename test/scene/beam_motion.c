@@ -15,12 +15,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-static bool fine(const char *what, kt_status status, const kt_error *e) {
-    if (status != KT_OK)
-        kt_note("%s: %s", e->where, e->message);
-    return status == KT_OK || kt_check_true(what, false);
-}
-
 /* The quantity that is observed in a run: the point of a body in the axes of the hub. */
 typedef struct watch {
     int hub, last, component; /* bodies; 1: the least y; 2: the largest distance from the hub's x axis */

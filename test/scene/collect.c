@@ -74,3 +74,17 @@ char *kt_write_text(const kt_scene *scene) {
     free(text);
     return NULL;
 }
+
+void kt_check_unwritable(const char *what, const kt_scene *scene, kt_status expected, const char *part) {
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {KT_OK, "", ""};
+    FILE *stream = open_memstream(&text, &size);
+    if (stream == NULL)
+        return;
+    kt_check_equal_int(what, kt_scene_write(scene, stream, &error), expected);
+    (void)fclose(stream);
+    kt_check_contains(what, error.message, part);
+    kt_check_equal_int("bytes written", (long long)size, 0);
+    free(text);
+}

@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "check.h"
+
 /* All faults of a reading, "LINE:COLUMN: MESSAGE" and a line end each. Faults that do not fit are only counted. */
 typedef struct kt_collected {
     char path[256]; /* the required beginning of every `where` */
@@ -31,5 +33,15 @@ bool kt_same_bytes(const void *a, const void *b, size_t size);
 
 /* Writes into memory that the caller frees; NULL after showing why not. */
 char *kt_write_text(const kt_scene *scene);
+
+/* Checks that a scene cannot be written, with this part of the message, and that nothing is. */
+void kt_check_unwritable(const char *what, const kt_scene *scene, kt_status expected, const char *part);
+
+/* Whether a call has succeeded, after a check that shows why not. */
+static inline bool fine(const char *what, kt_status status, const kt_error *error) {
+    if (status != KT_OK)
+        kt_note("%s: %s", error->where, error->message);
+    return status == KT_OK || kt_check_true(what, false);
+}
 
 #endif

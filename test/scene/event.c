@@ -10,8 +10,8 @@
 #include <string.h>
 
 #include "check.h"
-#include "collect.h"
 #include "difference.h"
+#include "running.h"
 
 /* A stone is thrown. The level is h, which the marker has 0.1 m below the stone:
  *     x = 3 t,   y = 1 + 4 t - g t^2 / 2. */
@@ -29,14 +29,6 @@ static const char thrown[] = "kinetree: 1\n"
                              "  - {name: above, when: \"marker.stone.foot.y > 1.2\", then: [record, {call: tell}]}\n"
                              "  - {name: far, when: marker.stone.foot.x - 2*h, then: [{call: tell}], limit: 1}\n"
                              "simulate: {duration: 10, until: \"marker.stone.foot.y < h\"}\n";
-
-static kt_collected faults;
-
-static bool parse(const char *text, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    return kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) == KT_OK;
-}
 
 /* ---- a run ------------------------------------------------------------------------------------------------------- */
 
@@ -79,7 +71,7 @@ KT_TEST(a_run_has_the_events_of_its_scene) {
     kt_error error = {0};
     rows r = {0};
     const kt_scene_call calls[] = {{"tell", tell, &r}};
-    if (!kt_check_true("the scene is read", parse(thrown, &scene)))
+    if (!kt_check_true("the scene is read", running_parse(thrown, NULL, &scene)))
         return;
     kt_simulation_options options = kt_simulation_options_default();
     options.events = kt_scene_event_room(&scene);
@@ -117,36 +109,6 @@ KT_TEST(a_run_has_the_events_of_its_scene) {
 
 /* ---- long steps -------------------------------------------------------------------------------------------------- */
 
-/* A scene that is simulated with its events. */
-typedef struct told_run {
-    kt_model *model;
-    kt_simulation *simulation;
-    kt_scene_watch *watch;
-} told_run;
-
-static bool open_run(const char *text, told_run *r) {
-    kt_scene scene;
-    kt_error error = {0};
-    if (!kt_check_true("the scene is read", parse(text, &scene)))
-        return false;
-    kt_simulation_options options = kt_simulation_options_default();
-    options.events = kt_scene_event_room(&scene);
-    kt_status status = kt_model_compile(&scene.description, NULL, &r->model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(r->model, &scene.run, &options, &r->simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&scene, r->model, r->simulation, NULL, 0, &r->watch, &error);
-    kt_scene_free(&scene);
-    kt_check_text("is made", status == KT_OK ? "" : error.message, "");
-    return status == KT_OK;
-}
-
-static void close_run(told_run *r) {
-    kt_scene_watch_free(r->watch);
-    kt_simulation_free(r->simulation);
-    kt_model_free(r->model);
-}
-
 /* A crank turns by itself, so that a step grows to many of its turns. Its tip passes y = 0 if 0.1 + t/2 = k pi. A
  * cosine passes its level in each of its periods. A spike of 2 ms is one event. */
 KT_TEST(events_of_a_crank_are_found_in_long_steps) {
@@ -161,15 +123,15 @@ KT_TEST(events_of_a_crank_are_found_in_long_steps) {
         "  - {name: crest, when: cos(40*t) > 0.9999, then: record}\n"
         "  - {name: spike, when: abs(t - 41.123) < 1e-3, then: record}\n"
         "simulate: {duration: 50}\n";
-    told_run r = {.model = NULL};
-    if (open_run(text, &r)) {
+    running r;
+    if (running_start(text, NULL, &r)) {
         kt_error error = {0};
         kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
         kt_check_equal_int("turns", (long)kt_simulation_event_count(r.simulation, "turn"), 7);
         kt_check_equal_int("crests", (long)kt_simulation_event_count(r.simulation, "crest"), 318);
         kt_check_equal_int("spike", (long)kt_simulation_event_count(r.simulation, "spike"), 1);
     }
-    close_run(&r);
+    running_stop(&r);
 }
 
 /* Three events happen at t = 2. The first ends a part of the step, and the second is its breakpoint. They happen in the
@@ -186,39 +148,26 @@ KT_TEST(events_at_a_breakpoint_happen_together_in_order) {
                                "  - {name: b, when: step(t - 2) > 0.5, then: {set: {x: 10*x + 2}}}\n"
                                "  - {name: c, when: position.slide > 2, then: {set: {x: 10*x + 3}}}\n"
                                "simulate: {duration: 50}\n";
-    told_run r = {.model = NULL};
-    if (open_run(text, &r)) {
+    running r;
+    if (running_start(text, NULL, &r)) {
         kt_error error = {0};
         kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
         kt_check_near("x", kt_simulation_own_states(r.simulation)[0], 123.0, 0.0);
     }
-    close_run(&r);
+    running_stop(&r);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-/* The text that a scene is written as; the caller frees it. */
-static char *text_of(const kt_scene *scene) {
-    char *text = NULL;
-    size_t size = 0;
-    kt_error error = {0};
-    FILE *stream = open_memstream(&text, &size);
-    if (stream == NULL)
-        return NULL;
-    kt_check_equal_int("writes", kt_scene_write(scene, stream, &error), KT_OK);
-    fclose(stream);
-    return text;
-}
-
 KT_TEST(events_are_written_and_read_again) {
     kt_scene scene, again;
-    if (!kt_check_true("reads", parse(thrown, &scene)))
+    if (!kt_check_true("reads", running_parse(thrown, NULL, &scene)))
         return;
-    char *text = text_of(&scene), *second = NULL;
-    const bool is_read = text != NULL && parse(text, &again);
-    kt_check_text("reads again", is_read ? "" : faults.first.message, "");
+    char *text = kt_write_text(&scene), *second = NULL;
+    const bool is_read = text != NULL && running_parse(text, NULL, &again);
+    kt_check_text("reads again", is_read ? "" : running_faults.first.message, "");
     if (is_read) {
-        second = text_of(&again);
+        second = kt_write_text(&again);
         kt_check_text("the same text", second, text);
         kt_check_contains("a parameter is its number", text, "2*(0.25)");
         kt_check_equal_int("events", again.event_count, 3);
@@ -277,11 +226,11 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         snprintf(text, sizeof text,
                  "kinetree: 1\nbodies:\n  - {name: arm, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n%s\n",
                  wrong[i].events);
-        if (!kt_check_true(wrong[i].events, !parse(text, &scene)))
+        if (!kt_check_true(wrong[i].events, !running_parse(text, NULL, &scene)))
             continue;
-        kt_check_equal_int("faults", (long long)faults.count, 1);
-        kt_check_text("place", faults.first.where, wrong[i].place);
-        kt_check_contains("words", faults.first.message, wrong[i].words);
+        kt_check_equal_int("faults", (long long)running_faults.count, 1);
+        kt_check_text("place", running_faults.first.where, wrong[i].place);
+        kt_check_contains("words", running_faults.first.message, wrong[i].words);
     }
 }
 
@@ -298,7 +247,7 @@ KT_TEST(rates_of_angles_are_set_in_degrees) {
                  "  - {name: box, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
                  "events: [{name: a, when: position.arm, then: {set: {%s}}}]\n",
                  sets[i]);
-        if (kt_check_true(sets[i], parse(text, &scene)))
+        if (kt_check_true(sets[i], running_parse(text, NULL, &scene)))
             kt_scene_free(&scene);
     }
 }

@@ -10,17 +10,15 @@
 #include <stdlib.h>
 
 #include "check.h"
-#include "collect.h"
 #include "expression/steep.h"
+#include "running.h"
 #include "sanitized.h"
 
 enum { TEXT = 4096, MEMORY = 8192, MOST = 40000 };
 
 /* A scene that is simulated with its events. */
 typedef struct featured {
-    kt_model *model;
-    kt_simulation *simulation;
-    kt_scene_watch *watch;
+    running run;
     int count;
     double times[MOST]; /* of its events */
 } featured;
@@ -28,8 +26,6 @@ typedef struct featured {
 /* A mass that a force moves. Its event is a change of sign of the formula less the level. */
 static bool begin(featured *f, const char *force, const char *formula, double level) {
     char text[TEXT];
-    kt_scene scene;
-    kt_error error = {0};
     (void)snprintf(text, sizeof text,
                    "kinetree: 1\n"
                    "gravity: [0, 0, 0]\n"
@@ -42,28 +38,11 @@ static bool begin(featured *f, const char *force, const char *formula, double le
                    "simulate: {duration: 10}\n"
                    "output: {interval: 0.1}\n",
                    force, formula, level);
-    f->model = NULL;
-    f->simulation = NULL;
-    f->watch = NULL;
     f->count = 0;
-    if (!kt_parse_right(text, &scene))
-        return false;
-    kt_simulation_options options = kt_simulation_options_default();
-    options.events = kt_scene_event_room(&scene);
-    kt_status status = kt_model_compile(&scene.description, NULL, &f->model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(f->model, &scene.run, &options, &f->simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&scene, f->model, f->simulation, NULL, 0, &f->watch, &error);
-    kt_scene_free(&scene);
-    return status == KT_OK || kt_check_text(formula, error.message, "");
+    return running_start(text, NULL, &f->run);
 }
 
-static void end(featured *f) {
-    kt_scene_watch_free(f->watch);
-    kt_simulation_free(f->simulation);
-    kt_model_free(f->model);
-}
+static void end(featured *f) { running_stop(&f->run); }
 
 static int keep(const kt_record *record, void *user) {
     featured *f = user;
@@ -124,12 +103,12 @@ KT_TEST(searches_of_events_share_a_limit) {
             continue;
         const double level = kt_expression_evaluate(formula, &at);
         if (begin(&f, "1", text, level)) {
-            f.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - LIMIT;
-            const kt_status status = kt_simulation_run(f.simulation, keep, &f, &error);
+            f.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - LIMIT;
+            const kt_status status = kt_simulation_run(f.run.simulation, keep, &f, &error);
             if (status != KT_OK)
                 kt_check_text(text, error.message, "");
-            const double used = (double)(f.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
-            const uint64_t count = kt_simulation_counts_get(f.simulation).cut;
+            const double used = (double)(f.run.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
+            const uint64_t count = kt_simulation_counts_get(f.run.simulation).cut;
             kt_worst_below(&taken, used, LIMIT + 60.0 * (double)formula->count, "%s", text);
             kt_worst_below(&cuts, (double)count, 16 + 16 * 7, "%s", text);
             if (count > 0)
@@ -165,24 +144,24 @@ KT_TEST(restored_run_cuts_the_same_searches_of_events) {
     static const char formula[] = "tanh(20*sin(200*t)) + exp(-(5*sin(190*t))^2)";
     kt_error error = {0};
     if (begin(&first, force, formula, 0.3) && begin(&second, force, formula, 0.3) &&
-        kt_check_true("room", kt_simulation_state_size(first.simulation) <= sizeof block)) {
-        first.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
-        kt_check_equal_int("advance", kt_simulation_advance(first.simulation, 1.5, &error), KT_OK);
-        const uint64_t before = kt_simulation_counts_get(first.simulation).cut;
-        kt_simulation_save(first.simulation, block);
-        kt_check_equal_int("restore", kt_simulation_restore(second.simulation, block, &error), KT_OK);
-        kt_check_equal_int("advance", kt_simulation_advance(first.simulation, 3.0, &error), KT_OK);
-        kt_check_equal_int("advance", kt_simulation_advance(second.simulation, 3.0, &error), KT_OK);
-        const kt_simulation_counts a = kt_simulation_counts_get(first.simulation),
-                                   b = kt_simulation_counts_get(second.simulation);
+        kt_check_true("room", kt_simulation_state_size(first.run.simulation) <= sizeof block)) {
+        first.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
+        kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 1.5, &error), KT_OK);
+        const uint64_t before = kt_simulation_counts_get(first.run.simulation).cut;
+        kt_simulation_save(first.run.simulation, block);
+        kt_check_equal_int("restore", kt_simulation_restore(second.run.simulation, block, &error), KT_OK);
+        kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 3.0, &error), KT_OK);
+        kt_check_equal_int("advance", kt_simulation_advance(second.run.simulation, 3.0, &error), KT_OK);
+        const kt_simulation_counts a = kt_simulation_counts_get(first.run.simulation),
+                                   b = kt_simulation_counts_get(second.run.simulation);
         kt_check_above("cut before", (double)before, 0.5);
         kt_check_above("cut behind", (double)(a.cut - before), 0.5);
         kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
-        kt_check_equal_int("operations", second.simulation->memory.sought, first.simulation->memory.sought);
-        kt_check_equal_int("events", (long)kt_simulation_event_count(second.simulation, "level"),
-                           (long)kt_simulation_event_count(first.simulation, "level"));
-        kt_check_equal_bits("velocities", kt_simulation_velocities(second.simulation),
-                            kt_simulation_velocities(first.simulation), 1);
+        kt_check_equal_int("operations", second.run.simulation->memory.sought, first.run.simulation->memory.sought);
+        kt_check_equal_int("events", (long)kt_simulation_event_count(second.run.simulation, "level"),
+                           (long)kt_simulation_event_count(first.run.simulation, "level"));
+        kt_check_equal_bits("velocities", kt_simulation_velocities(second.run.simulation),
+                            kt_simulation_velocities(first.run.simulation), 1);
     }
     end(&second);
     end(&first);

@@ -120,44 +120,29 @@ KT_TEST(stops_and_contacts_are_released_and_engaged) {
 /* If a stop is engaged while it is beyond its boundary, the run ends with a message. A stop that is closed while others
  * are engaged is counted once. */
 KT_TEST(a_floor_above_what_has_fallen_is_rejected) {
-    kt_scene scene = {.events = NULL};
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
-    kt_scene_watch *watch = NULL;
-    kt_error error = {0};
-    kt_simulation_options options = kt_simulation_options_default();
-    const bool is_read = parse(FLOORS("  - {name: early, when: t - 0.8, then: {engage: net}}\n"
-                                      "  - {name: back, when: t - 1.2, then: {engage: floor}}\n"),
-                               &scene);
-    if (!kt_check_true("it is read", is_read))
-        return;
-    options.events = kt_scene_event_room(&scene);
-    kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+    watched w;
+    const kt_status status = watched_open(&w,
+                                          FLOORS("  - {name: early, when: t - 0.8, then: {engage: net}}\n"
+                                                 "  - {name: back, when: t - 1.2, then: {engage: floor}}\n"),
+                                          NULL, 0);
     if (kt_check_true("is made", status == KT_OK)) {
-        const uint64_t all = (uint64_t)1 << kt_loop_switch(model, kt_loop_find(model, "net.lower"));
-        kt_check_equal_int("the net is released", (long long)kt_simulation_released(simulation), (long long)all);
-        kt_check_true("fails", kt_simulation_advance(simulation, 3.0, &error) != KT_OK);
-        kt_check_near("when, s", kt_simulation_time(simulation), 1.2, 16.0 * DBL_EPSILON);
-        kt_check_contains("words", error.message, "'floor.lower' is");
-        kt_check_contains("words", error.message, "beyond its boundary");
+        const uint64_t all = (uint64_t)1 << kt_loop_switch(w.model, kt_loop_find(w.model, "net.lower"));
+        kt_check_equal_int("the net is released", (long long)kt_simulation_released(w.simulation), (long long)all);
+        kt_check_true("fails", kt_simulation_advance(w.simulation, 3.0, &w.error) != KT_OK);
+        kt_check_near("when, s", kt_simulation_time(w.simulation), 1.2, 16.0 * DBL_EPSILON);
+        kt_check_contains("words", w.error.message, "'floor.lower' is");
+        kt_check_contains("words", w.error.message, "beyond its boundary");
         const kt_contact_counts counts =
-            kt_simulation_contacts(simulation); /* the contact that lay on has not closed again at 0.8 s */
+            kt_simulation_contacts(w.simulation); /* the contact that lay on has not closed again at 0.8 s */
         kt_check_equal_int("impacts", (long long)counts.impacts, 2);
         kt_check_equal_int("closings", (long long)counts.closings, 2);
         kt_check_equal_int("openings", (long long)counts.openings, 2);
         kt_check_equal_int("sticks", (long long)counts.sticks, 1);
         kt_check_equal_int("slips", (long long)counts.slips, 0);
-        kt_check_true("no contact", kt_simulation_release(simulation, ~(uint64_t)0, &error) == KT_ERROR_ARGUMENT);
-        kt_check_contains("words", error.message, "are hard stops, contacts, slack ropes, or joint friction");
+        kt_check_true("no contact", kt_simulation_release(w.simulation, ~(uint64_t)0, &w.error) == KT_ERROR_ARGUMENT);
+        kt_check_contains("words", w.error.message, "are hard stops, contacts, slack ropes, or joint friction");
     }
-    kt_simulation_free(simulation);
-    kt_scene_watch_free(watch);
-    kt_model_free(model);
-    kt_scene_free(&scene);
+    watched_free(&w);
 }
 
 /* Each contact without a name has the friction of its own name. */
@@ -186,31 +171,16 @@ KT_TEST(friction_bears_the_name_of_its_contact) {
 KT_TEST(an_event_of_a_name_that_another_one_has_is_rejected) {
     static const char *const names[] = {"floor.lower", "table.stick", "until", "low"};
     for (int i = 0; i < 4; i++) {
-        kt_scene scene = {.events = NULL};
-        kt_model *model = NULL;
-        kt_simulation *simulation = NULL;
-        kt_scene_watch *watch = NULL;
-        kt_error error = {0};
-        kt_simulation_options options = kt_simulation_options_default();
+        watched w;
         char text[2000];
         (void)snprintf(text, sizeof text, FLOORS("  - {name: %s, when: t - 0.8, then: record}\n"), names[i]);
-        if (!kt_check_true("it is read", parse(text, &scene)))
-            return;
-        options.events = kt_scene_event_room(&scene);
-        kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
-        if (status == KT_OK)
-            status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
-        if (status == KT_OK)
-            status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
+        const kt_status status = watched_open(&w, text, NULL, 0);
         kt_check_equal_int(names[i], (long long)status, i < 3 ? (long long)KT_ERROR_SCENE : (long long)KT_OK);
         if (i < 3) {
-            kt_check_contains("where", error.where, names[i]);
-            kt_check_contains("words", error.message, "an event of this name already");
+            kt_check_contains("where", w.error.where, names[i]);
+            kt_check_contains("words", w.error.message, "an event of this name already");
         }
-        kt_simulation_free(simulation);
-        kt_scene_watch_free(watch);
-        kt_model_free(model);
-        kt_scene_free(&scene);
+        watched_free(&w);
     }
 }
 

@@ -14,12 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool fine(const char *what, kt_status status, const kt_error *e) {
-    if (status != KT_OK)
-        kt_note("%s: %s", e->where, e->message);
-    return status == KT_OK || kt_check_true(what, false);
-}
-
 /* The first and the last record of a run. */
 typedef struct ending {
     double q[16], v[16], energy[2];

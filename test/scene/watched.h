@@ -76,12 +76,16 @@ static kt_status watched_open(watched *w, const char *text, const char *integrat
     return status;
 }
 
-/* Returns whether all went well, after a check of that. */
-static bool watched_close(watched *w, kt_status status) {
+static void watched_free(watched *w) {
     kt_simulation_free(w->simulation);
     kt_scene_watch_free(w->watch);
     kt_model_free(w->model);
     kt_scene_free(&w->scene);
+}
+
+/* Returns whether all went well, after a check of that. */
+static bool watched_close(watched *w, kt_status status) {
+    watched_free(w);
     if (!kt_check_true("it runs", status == KT_OK))
         kt_note("%s: %s", w->error.where, w->error.message);
     return status == KT_OK;

@@ -264,20 +264,6 @@ KT_TEST(any_text_comes_back) {
 
 /* ---- what cannot be written -------------------------------------------------------------------------------------- */
 
-static void check_rejected(const char *what, const kt_scene *scene, kt_status expected, const char *part) {
-    char *text = NULL;
-    size_t size = 0;
-    kt_error error = {KT_OK, "", ""};
-    FILE *stream = open_memstream(&text, &size);
-    if (stream == NULL)
-        return;
-    kt_check_equal_int(what, kt_scene_write(scene, stream, &error), expected);
-    (void)fclose(stream);
-    kt_check_contains(what, error.message, part);
-    kt_check_equal_int("bytes written", (long long)size, 0);
-    free(text);
-}
-
 /* NOLINTNEXTLINE(readability-function-size): a list */
 KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     kt_scene scene = kt_scene_default();
@@ -286,68 +272,68 @@ KT_TEST(nothing_is_written_of_a_scene_that_is_wrong) {
     body.mass = (double)NAN;
     scene.description.bodies = &body;
     scene.description.body_count = 1;
-    check_rejected("a mass that is no number", &scene, KT_ERROR_MODEL, "mass is nan");
+    kt_check_unwritable("a mass that is no number", &scene, KT_ERROR_MODEL, "mass is nan");
     body.mass = 1.0;
     body.parent = "b";
-    check_rejected("a parent that does not exist", &scene, KT_ERROR_MODEL, "parent 'b' does not exist");
+    kt_check_unwritable("a parent that does not exist", &scene, KT_ERROR_MODEL, "parent 'b' does not exist");
     body.parent = NULL;
     scene.description.name = "\xFF";
-    check_rejected("a text that is not UTF-8", &scene, KT_ERROR_MODEL, "not UTF-8");
+    kt_check_unwritable("a text that is not UTF-8", &scene, KT_ERROR_MODEL, "not UTF-8");
     scene.description.name = NULL;
 
     scene.run.integrator = "leapfrog";
-    check_rejected("an unknown method", &scene, KT_ERROR_ARGUMENT, "leapfrog");
+    kt_check_unwritable("an unknown method", &scene, KT_ERROR_ARGUMENT, "leapfrog");
     scene.run.integrator = "rk4";
-    check_rejected("a method that needs a step", &scene, KT_ERROR_ARGUMENT, "fixed step");
+    kt_check_unwritable("a method that needs a step", &scene, KT_ERROR_ARGUMENT, "fixed step");
     scene.run = kt_run_default();
     scene.run.duration = (double)INFINITY;
-    check_rejected("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
+    kt_check_unwritable("an endless run", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
     scene.run.integrator = "";
-    check_rejected("an empty name", &scene, KT_ERROR_ARGUMENT, "there is no method ''");
+    kt_check_unwritable("an empty name", &scene, KT_ERROR_ARGUMENT, "there is no method ''");
     scene.run = kt_run_default();
     scene.run.interval = -1.0;
-    check_rejected("a negative interval", &scene, KT_ERROR_ARGUMENT, "not negative");
+    kt_check_unwritable("a negative interval", &scene, KT_ERROR_ARGUMENT, "not negative");
     scene.run = kt_run_default();
     scene.run.step = (double)NAN;
-    check_rejected("a step that is no number", &scene, KT_ERROR_ARGUMENT, "finite");
+    kt_check_unwritable("a step that is no number", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
     scene.run.relative = scene.run.absolute = 0.0;
-    check_rejected("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
+    kt_check_unwritable("no tolerance", &scene, KT_ERROR_ARGUMENT, "above 0");
     scene.run.relative = -1.0;
-    check_rejected("a negative relative tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
+    kt_check_unwritable("a negative relative tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
     scene.run.relative = 1.0;
     scene.run.absolute = -1.0;
-    check_rejected("a negative absolute tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
+    kt_check_unwritable("a negative absolute tolerance", &scene, KT_ERROR_ARGUMENT, "not negative");
     scene.run.relative = scene.run.absolute = DBL_MAX;
-    check_rejected("tolerances without a sum", &scene, KT_ERROR_ARGUMENT, "finite");
+    kt_check_unwritable("tolerances without a sum", &scene, KT_ERROR_ARGUMENT, "finite");
     scene.run = kt_run_default();
 #define ADD_BIT(id, bit, name) +(bit)
     scene.run.record = 1U KT_RECORD_LIST(ADD_BIT); /* the lowest bit that none has */
 #undef ADD_BIT
-    check_rejected("a record that does not exist", &scene, KT_ERROR_ARGUMENT, "record");
+    kt_check_unwritable("a record that does not exist", &scene, KT_ERROR_ARGUMENT, "record");
     scene.run = kt_run_default();
     const kt_marker_pair pair = {"a", "tip"};
     scene.run.markers = &pair;
     scene.run.marker_count = 1;
-    check_rejected("a marker that does not exist", &scene, KT_ERROR_ARGUMENT, "has no marker 'tip'");
+    kt_check_unwritable("a marker that does not exist", &scene, KT_ERROR_ARGUMENT, "has no marker 'tip'");
     const kt_marker_pair stranger = {"b", "tip"}, nobody = {NULL, "tip"}, nothing = {"a", NULL};
     scene.run.markers = &stranger;
-    check_rejected("a marker of nobody", &scene, KT_ERROR_ARGUMENT, "body 'b' does not exist");
+    kt_check_unwritable("a marker of nobody", &scene, KT_ERROR_ARGUMENT, "body 'b' does not exist");
     scene.run.markers = &nobody;
-    check_rejected("a marker without a body", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
+    kt_check_unwritable("a marker without a body", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
     scene.run.markers = &nothing;
-    check_rejected("a body without a marker", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
+    kt_check_unwritable("a body without a marker", &scene, KT_ERROR_ARGUMENT, "no body or no marker");
     scene.run.marker_count = -1;
-    check_rejected("markers fewer than none", &scene, KT_ERROR_ARGUMENT, "is not the length of the array");
+    kt_check_unwritable("markers fewer than none", &scene, KT_ERROR_ARGUMENT, "is not the length of the array");
     scene.run.marker_count = 1;
     scene.run.markers = NULL;
-    check_rejected("markers that are NULL", &scene, KT_ERROR_ARGUMENT, "is not the length of the array");
+    kt_check_unwritable("markers that are NULL", &scene, KT_ERROR_ARGUMENT, "is not the length of the array");
     scene.run = kt_run_default();
     scene.run.metric = (kt_metric)9;
-    check_rejected("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "has no meaning");
+    kt_check_unwritable("a metric that does not exist", &scene, KT_ERROR_ARGUMENT, "has no meaning");
     scene.run.metric = (kt_metric)-1;
-    check_rejected("a metric below all", &scene, KT_ERROR_ARGUMENT, "has no meaning");
+    kt_check_unwritable("a metric below all", &scene, KT_ERROR_ARGUMENT, "has no meaning");
 }
 
 static int push_nothing(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
@@ -368,8 +354,8 @@ KT_TEST(effect_of_a_program_is_not_written) {
     effect.end_count = 1;
     scene.description.effects = &effect;
     scene.description.effect_count = 1;
-    check_rejected("an effect that calls back", &scene, KT_ERROR_UNSUPPORTED,
-                   "effects[0] calls back into a program; no scene file can hold it");
+    kt_check_unwritable("an effect that calls back", &scene, KT_ERROR_UNSUPPORTED,
+                        "effects[0] calls back into a program; no scene file can hold it");
 }
 
 static int exert_nothing(void *user, const double *u, double *force, double *rates) {
@@ -391,16 +377,16 @@ KT_TEST(law_of_a_program_is_not_written) {
     effect.law = exert_nothing;
     scene.description.effects = &effect;
     scene.description.effect_count = 1;
-    check_rejected("a law", &scene, KT_ERROR_UNSUPPORTED,
-                   "effects[0] calls back into a program; no scene file can hold it");
+    kt_check_unwritable("a law", &scene, KT_ERROR_UNSUPPORTED,
+                        "effects[0] calls back into a program; no scene file can hold it");
     const char *const names[] = {"current"};
     effect.states = names;
     effect.state_count = 1;
     state.name = "current";
     scene.description.states = &state;
     scene.description.state_count = 1;
-    check_rejected("a rate", &scene, KT_ERROR_UNSUPPORTED,
-                   "the rate of state 'current' is a program's; no scene file can hold it");
+    kt_check_unwritable("a rate", &scene, KT_ERROR_UNSUPPORTED,
+                        "the rate of state 'current' is a program's; no scene file can hold it");
 }
 
 KT_TEST(full_disk_is_an_error) {
