@@ -30,11 +30,12 @@ static void check_number(kt_checked *c, const kt_key *key) {
         (void)kt_checker_number(c->checker, key->name, *x);
 }
 
+static const char *const places_of_six[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
+
 static void check_six(kt_checked *c, const kt_key *key) {
-    static const char *const place[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
     const double *x = member(c->object, key);
     for (int i = 0; i < 6; i++)
-        (void)kt_checker_not_negative(c->checker, key->name, place[i], x[i]);
+        (void)kt_checker_not_negative(c->checker, key->name, places_of_six[i], x[i]);
 }
 
 /* A default of zero means that no axis is given. */
@@ -162,11 +163,10 @@ static void check_coordinates(kt_checked *c, const kt_key *key) {
 }
 
 static void check_armature(kt_checked *c, const kt_key *key) {
-    static const char *const place[6] = {"[0]", "[1]", "[2]", "[3]", "[4]", "[5]"};
     const int count = kt_joint_sizes[((const kt_joint *)c->object)->type].nv;
     const double *x = member(c->object, key);
     for (int i = 0; i < count; i++) {
-        const char *suffix = count == 1 ? "" : place[i];
+        const char *suffix = count == 1 ? "" : places_of_six[i];
         if (kt_checker_not_negative(c->checker, key->name, suffix, x[i]) && x[i] != 0.0 && x[i] < KT_MASS_LEAST)
             kt_checker_fault(c->checker, key->name, -1, "%s%s is %g, too small to compute with; give 0, or %g or more",
                              key->name, suffix, x[i], KT_MASS_LEAST);
@@ -239,77 +239,51 @@ static void check_key_joint(kt_checked *c, const kt_key *key) {
         (void)kt_checker_scalar_joint(c->checker, key->name, -1, joint);
 }
 
-/* Checks keys of numbers, places and ends. Returns false for other kinds of keys. */
-static bool check_place_key(kt_checked *c, const kt_key *key) {
-    const void *at = member(c->object, key);
-    switch (key->kind) {
-    case KT_KEY_NUMBER:
+static void check_distance_key(kt_checked *c, const kt_key *key) {
+    if (!((const kt_effect *)c->object)->initial_length)
         check_number(c, key);
-        break;
-    case KT_KEY_DISTANCE:
-        if (!((const kt_effect *)c->object)->initial_length)
-            check_number(c, key);
-        break;
-    case KT_KEY_SIX:
-        check_six(c, key);
-        break;
-    case KT_KEY_VECTOR:
-        check_vector(c, key);
-        break;
-    case KT_KEY_AXIS:
-        check_axis(c, key);
-        break;
-    case KT_KEY_ROTATION:
-        kt_checker_rotation(c->checker, key->name, -1, "", at);
-        break;
-    case KT_KEY_FRAME:
-        check_frame(c, key);
-        break;
-    case KT_KEY_END:
-    case KT_KEY_BODY:
-        check_end(c, key, at, -1);
-        break;
-    case KT_KEY_ENDS:
-        check_end(c, key, at, 0);
-        check_end(c, key, (const kt_end *)at + 1, 1);
-        break;
-    default:
-        return false;
-    }
-    return true;
 }
 
+static void check_rotation_key(kt_checked *c, const kt_key *key) {
+    kt_checker_rotation(c->checker, key->name, -1, "", member(c->object, key));
+}
+
+static void check_one_end(kt_checked *c, const kt_key *key) { check_end(c, key, member(c->object, key), -1); }
+
+static void check_both_ends(kt_checked *c, const kt_key *key) {
+    const kt_end *ends = member(c->object, key);
+    check_end(c, key, &ends[0], 0);
+    check_end(c, key, &ends[1], 1);
+}
+
+/* The checks of the kinds of keys, except those of check_form. A flag has two valid values; a point is part of an end;
+ * others are of functions: check_function.c. */
+static void (*const key_checks[KT_KEY_KIND_COUNT])(kt_checked *c, const kt_key *key) = {
+    [KT_KEY_NUMBER] = check_number,
+    [KT_KEY_DISTANCE] = check_distance_key,
+    [KT_KEY_SIX] = check_six,
+    [KT_KEY_VECTOR] = check_vector,
+    [KT_KEY_AXIS] = check_axis,
+    [KT_KEY_ROTATION] = check_rotation_key,
+    [KT_KEY_FRAME] = check_frame,
+    [KT_KEY_END] = check_one_end,
+    [KT_KEY_BODY] = check_one_end,
+    [KT_KEY_ENDS] = check_both_ends,
+    [KT_KEY_JOINT] = check_key_joint,
+    [KT_KEY_TERMS] = check_terms,
+    [KT_KEY_FORMULA] = check_coupling_formula,
+    [KT_KEY_FUNCTION] = check_function,
+    [KT_KEY_FUNCTIONS] = check_functions,
+    [KT_KEY_POSITION] = check_coordinates,
+    [KT_KEY_VELOCITY] = check_coordinates,
+    [KT_KEY_ARMATURE] = check_armature,
+};
+
 static void check_key(kt_checked *c, const kt_key *key) {
-    if (check_place_key(c, key))
-        return;
-    switch (key->kind) {
-    case KT_KEY_JOINT:
-        check_key_joint(c, key);
-        break;
-    case KT_KEY_TERMS:
-        check_terms(c, key);
-        break;
-    case KT_KEY_FORMULA:
-        check_coupling_formula(c, key);
-        break;
-    case KT_KEY_FUNCTION:
-        check_function(c, key);
-        break;
-    case KT_KEY_FUNCTIONS:
-        check_functions(c, key);
-        break;
-    case KT_KEY_POSITION:
-    case KT_KEY_VELOCITY:
-        check_coordinates(c, key);
-        break;
-    case KT_KEY_ARMATURE:
-        check_armature(c, key);
-        break;
-    default: /* a flag has two valid values; a point is part of an end; others are of functions: check_function.c */
-        if (KT_CHECKS_FORMS)
-            check_form(c, key);
-        break;
-    }
+    if (key_checks[key->kind] != NULL)
+        key_checks[key->kind](c, key);
+    else if (KT_CHECKS_FORMS)
+        check_form(c, key);
 }
 
 void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const void *object, const void *standard) {
