@@ -321,8 +321,6 @@ static void check_all(kt_checker *checker) {
 kt_status kt_description_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {
     if (KT_IS_MISSING(error, description))
         return KT_ERROR_ARGUMENT;
-    if (description == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_description_check", "description is NULL");
     kt_checker checker = kt_checker_make(description, report, user);
     if (check_counts(&checker)) {
         void *memory = place_memory(&checker);
@@ -332,7 +330,5 @@ kt_status kt_description_check(const kt_description *description, kt_report *rep
         check_all(&checker);
         free(memory);
     }
-    if (checker.first.code != KT_OK && error != NULL)
-        *error = checker.first;
-    return checker.first.code;
+    return kt_checker_result(&checker, error);
 }

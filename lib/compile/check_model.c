@@ -71,8 +71,6 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
     if (KT_IS_MISSING(error, description))
         return KT_ERROR_ARGUMENT;
     others o = {.description = description, .report = report, .user = user};
-    if (!description)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_model_check", "description is NULL");
     kt_status status = kt_description_check(description, note_fault, &o, error);
     if (o.no_memory)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_model_check", "out of memory");

@@ -331,11 +331,8 @@ kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, k
         kt_checker checker = kt_checker_make(&around, NULL, NULL);
         checker.item = KT_ITEM_BODY;
         kt_checker_mass(&checker, body);
-        if (checker.first.code != KT_OK) {
-            if (error != NULL)
-                *error = checker.first;
+        if (kt_checker_result(&checker, error) != KT_OK)
             return checker.first.code;
-        }
         kt_mat3 r = kt_mat3_identity();
         const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER ||
                                (KT_HAS_FORMULAS && body->shape.type == KT_SHAPE_POLYGON);

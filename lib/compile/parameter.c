@@ -383,9 +383,7 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
         kt_joint_check(&checker, &body.joint);
     else
         kt_checker_mass(&checker, &body);
-    if (checker.first.code != KT_OK && error)
-        *error = checker.first;
-    return checker.first.code;
+    return kt_checker_result(&checker, error);
 }
 
 /* The rules of a description, for the effect as it would be: those of the key, and those that hold between numbers. */
@@ -416,9 +414,7 @@ static kt_status check_changed_effect(const kt_model *m, const kt_parameter *par
     kt_checker_key(&checker, parameter->key, &effect, &standard);
     if (kt_effect_kind_of(record.type)->check)
         kt_effect_kind_of(record.type)->check(&checker, &effect);
-    if (checker.first.code != KT_OK && error)
-        *error = checker.first;
-    return checker.first.code;
+    return kt_checker_result(&checker, error);
 }
 
 /* "gravity", "body 'arm'", "effect 'motor'", "loop 'drive'" */

@@ -53,6 +53,9 @@ kt_checker kt_checker_make(const kt_description *description, kt_report *report,
 /* Whether the check may end: a fault has been found, and no report is wanted. */
 bool kt_checker_is_done(const kt_checker *checker);
 
+/* The status of the check so far: of the first fault, which *error then is. */
+kt_status kt_checker_result(const kt_checker *checker, kt_error *error);
+
 /* Reports a fault of the item being checked. */
 void kt_checker_fault(kt_checker *checker, const char *field, int sub, const char *format, ...) KT_PRINTF(4, 5);
 

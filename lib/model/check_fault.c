@@ -6,8 +6,13 @@
 #include <stdio.h>
 
 kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user) {
-    const kt_checker checker = {.description = description, .report = report, .user = user};
-    return checker;
+    return (kt_checker){.description = description, .report = report, .user = user};
+}
+
+kt_status kt_checker_result(const kt_checker *checker, kt_error *error) {
+    if (checker->first.code != KT_OK && error != NULL)
+        *error = checker->first;
+    return checker->first.code;
 }
 
 bool kt_checker_is_done(const kt_checker *checker) { return checker->report == NULL && checker->first.code != KT_OK; }

@@ -4,17 +4,13 @@
 #include <string.h>
 
 const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const char *name) {
-    if (!descriptor || !name)
-        return NULL;
-    for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++)
+    for (int i = 0; descriptor && name && i < descriptor->key_count; i++)
         if (strcmp(descriptor->keys[i].name, name) == 0)
             return &descriptor->keys[i];
     return NULL;
 }
 
 const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind) {
-    if (!descriptor)
-        return NULL;
     for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++)
         if (descriptor->keys[i].kind == kind)
             return &descriptor->keys[i];

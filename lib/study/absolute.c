@@ -424,11 +424,7 @@ void kt_absolute_free(kt_absolute *absolute) {
     kt_aligned_release(absolute);
 }
 
-const kt_model *kt_absolute_model(const kt_absolute *absolute) {
-    if (!absolute)
-        return NULL;
-    return absolute ? absolute->model : NULL;
-}
+const kt_model *kt_absolute_model(const kt_absolute *absolute) { return absolute ? absolute->model : NULL; }
 
 void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) {
     if (!options)

@@ -263,7 +263,7 @@ kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, con
         return KT_ERROR_ARGUMENT;
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
-    if (method == NULL || !(setting > 0.0) || (adaptive && method->embedded_order == 0))
+    if (!(setting > 0.0) || (adaptive && method->embedded_order == 0))
         return reject_study(error, "accuracy",
                             "a method, adaptive only with an error estimate, and a setting above zero");
     kt_status status = kt_accuracy_compile(study, variant, &model, &absolute, error);
