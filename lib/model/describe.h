@@ -25,6 +25,9 @@
 #define KT_DESCRIBES 1
 #endif
 
+/* The names of a list X(id, name), as an array. */
+#define KT_LISTED_NAME(id, name) #name,
+
 /* Members of a descriptor: the array `keys` of its file. */
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 

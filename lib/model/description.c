@@ -1,4 +1,5 @@
 /* The default structs of a description, and the names of types. */
+#include "model/describe.h"
 #include "model/record.h"
 
 #include <math.h>
@@ -8,107 +9,62 @@ static const kt_vec3 axis_z = {0.0, 0.0, 1.0};
 
 kt_joint kt_joint_default(void) {
     const double none = (double)INFINITY;
-    const kt_joint joint = {.type = KT_JOINT_FIXED, .axis = axis_z, .limits = {-none, none, none, none}};
-    return joint;
+    return (kt_joint){.type = KT_JOINT_FIXED, .axis = axis_z, .limits = {-none, none, none, none}};
 }
 
-kt_shape kt_shape_default(void) {
-    const kt_shape shape = {.type = KT_SHAPE_NONE, .axis = axis_z};
-    return shape;
-}
+kt_shape kt_shape_default(void) { return (kt_shape){.type = KT_SHAPE_NONE, .axis = axis_z}; }
 
 kt_body kt_body_default(void) {
-    const kt_body body = {.name = NULL, .joint = kt_joint_default(), .shape = kt_shape_default()};
-    return body;
+    return (kt_body){.name = NULL, .joint = kt_joint_default(), .shape = kt_shape_default()};
 }
 
-kt_end kt_end_default(void) {
-    const kt_end end = {.body = NULL};
-    return end;
-}
+kt_end kt_end_default(void) { return (kt_end){.body = NULL}; }
 
 kt_loop kt_loop_default(void) {
-    const kt_loop loop = {
-        .name = NULL,
-        .axis = axis_z,
-        .axis2 = axis_z,
-        .holonomic = true,
+    return (kt_loop) {
+        .name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true,
 #if KT_HAS_SWITCHES
         .rest_velocity = 1e-6
 #endif
     };
-    return loop;
 }
 
 kt_effect kt_effect_default(void) {
-    const kt_effect effect = {.name = NULL,
-                              .stribeck = 0.01,
-                              .smoothing = 1e-3,
-                              .lower = -(double)INFINITY,
-                              .upper = (double)INFINITY,
-                              .limit = (double)INFINITY,
-                              .exponent = 1.5,
-                              .slip = 1e-3,
-                              .restitution = (double)INFINITY,
-                              .rest_velocity = 1e-6,
-                              .axis = axis_z};
-    return effect;
+    return (kt_effect){.name = NULL,
+                       .stribeck = 0.01,
+                       .smoothing = 1e-3,
+                       .lower = -(double)INFINITY,
+                       .upper = (double)INFINITY,
+                       .limit = (double)INFINITY,
+                       .exponent = 1.5,
+                       .slip = 1e-3,
+                       .restitution = (double)INFINITY,
+                       .rest_velocity = 1e-6,
+                       .axis = axis_z};
 }
 
-kt_state kt_state_default(void) {
-    const kt_state state = {.name = NULL};
-    return state;
-}
+kt_state kt_state_default(void) { return (kt_state){.name = NULL}; }
 
-kt_description kt_description_default(void) {
-    const kt_description description = {.name = NULL, .tolerance = 1e-6};
-    return description;
-}
+kt_description kt_description_default(void) { return (kt_description){.name = NULL, .tolerance = 1e-6}; }
 
-#define JOINT_CASE(id, name, nq, nv)                                                                                   \
-    case id:                                                                                                           \
-        return #name;
+#define JOINT_NAME(id, name, nq, nv) #name,
 
 const char *kt_joint_type_name(kt_joint_type type) {
-    switch (type) {
-        KT_JOINT_LIST(JOINT_CASE)
-    case KT_JOINT_TYPE_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_JOINT_LIST(JOINT_NAME)};
+    return (unsigned)type < KT_JOINT_TYPE_COUNT ? names[type] : NULL;
 }
 
-#define NAME_CASE(id, name)                                                                                            \
-    case id:                                                                                                           \
-        return #name;
-
 const char *kt_shape_type_name(kt_shape_type type) {
-    switch (type) {
-        KT_SHAPE_LIST(NAME_CASE)
-    case KT_SHAPE_TYPE_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_SHAPE_LIST(KT_LISTED_NAME)};
+    return (unsigned)type < KT_SHAPE_TYPE_COUNT ? names[type] : NULL;
 }
 
 const char *kt_loop_type_name(kt_loop_type type) {
-    switch (type) {
-        KT_LOOP_LIST(NAME_CASE)
-    case KT_LOOP_CUSTOM:
-        return "custom";
-    case KT_LOOP_TYPE_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_LOOP_LIST(KT_LISTED_NAME)};
+    return type == KT_LOOP_CUSTOM ? "custom" : (unsigned)type < KT_LOOP_TYPE_COUNT ? names[type] : NULL;
 }
 
 const char *kt_effect_type_name(kt_effect_type type) {
-    switch (type) {
-        KT_EFFECT_LIST(NAME_CASE)
-    case KT_EFFECT_CUSTOM:
-        return "custom";
-    case KT_EFFECT_TYPE_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_EFFECT_LIST(KT_LISTED_NAME)};
+    return type == KT_EFFECT_CUSTOM ? "custom" : (unsigned)type < KT_EFFECT_TYPE_COUNT ? names[type] : NULL;
 }

@@ -26,22 +26,15 @@
 #include "integrator/multistep.h"
 #include "kinetree/loop.h"
 #include "linear/lapack.h"
+#include "model/describe.h"
 #include "model/model.h"
 
 #include <math.h>
 #include <string.h>
 
 const char *kt_dae_name(kt_dae_type type) {
-    switch (type) {
-#define KT_DAE_NAME(id, name)                                                                                          \
-    case id:                                                                                                           \
-        return #name;
-        KT_DAE_LIST(KT_DAE_NAME)
-#undef KT_DAE_NAME
-    case KT_DAE_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_DAE_LIST(KT_LISTED_NAME)};
+    return (unsigned)type < KT_DAE_COUNT ? names[type] : NULL;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

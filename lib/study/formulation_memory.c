@@ -3,21 +3,14 @@
 #include "dynamics/dynamics.h"
 #include "linear/lapack.h"
 #include "mechanism/evaluate.h"
+#include "model/describe.h"
 #include "study/formulation.h"
 
 #include <math.h>
 
 const char *kt_constraint_formulation_name(kt_constraint_formulation_type type) {
-    switch (type) {
-#define KT_CONSTRAINT_FORMULATION_NAME(id, name)                                                                       \
-    case id:                                                                                                           \
-        return #name;
-        KT_CONSTRAINT_FORMULATION_LIST(KT_CONSTRAINT_FORMULATION_NAME)
-#undef KT_CONSTRAINT_FORMULATION_NAME
-    case KT_CONSTRAINT_FORMULATION_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_CONSTRAINT_FORMULATION_LIST(KT_LISTED_NAME)};
+    return (unsigned)type < KT_CONSTRAINT_FORMULATION_COUNT ? names[type] : NULL;
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */

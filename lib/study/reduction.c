@@ -1,27 +1,16 @@
 /* Reductions and formulations by name. */
 #include "study/reduction.h"
 #include "kinetree/study.h"
-
-#define NAME_CASE(id, name)                                                                                            \
-    case id:                                                                                                           \
-        return #name;
+#include "model/describe.h"
 
 const char *kt_reduction_name(kt_reduction reduction) {
-    switch (reduction) {
-        KT_REDUCTION_LIST(NAME_CASE)
-    case KT_REDUCTION_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_REDUCTION_LIST(KT_LISTED_NAME)};
+    return (unsigned)reduction < KT_REDUCTION_COUNT ? names[reduction] : NULL;
 }
 
 const char *kt_formulation_name(kt_formulation formulation) {
-    switch (formulation) {
-        KT_FORMULATION_LIST(NAME_CASE)
-    case KT_FORMULATION_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_FORMULATION_LIST(KT_LISTED_NAME)};
+    return (unsigned)formulation < KT_FORMULATION_COUNT ? names[formulation] : NULL;
 }
 
 const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction) {
