@@ -7,12 +7,14 @@
  * position with the largest last direction. The chosen equations get a weight, by which they are chosen everywhere,
  * unless they are much shorter there (group.h).
  */
+#include "base/aligned.h"
 #include "compile/rank_samples.h"
 #include "kinetree/loop.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+
+KT_ARENA_ARRAYS(place_rank_samples, kt_rank_samples, KT_RANK_SAMPLES_FIELDS, const kt_counts *n)
 
 /* Assigns slots to the nontrivial equations of a group, in their order, those with a residual first. The others get
  * -1. */
@@ -152,24 +154,14 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
     if (open_lapack(model, error) != KT_OK)
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
-    kt_rank_samples found = {.q = malloc(3 * model->n.q * sizeof(double)),
-                             .fraction = malloc(model->n.group * sizeof(double)),
-                             .nontrivial = calloc(model->n.row, sizeof(bool)),
-                             .chosen = calloc(KT_ROWS_COUNT * model->n.row, sizeof(bool)),
-                             .near = malloc((model->n.v + 1) * sizeof(double)),
-                             .sampled = calloc(model->n.group, sizeof(bool)),
-                             .open = calloc(model->n.group, sizeof(bool)),
-                             .seen = calloc(model->n.group, sizeof(bool)),
-                             .placed = calloc(model->n.group, sizeof(bool)),
-                             .rank = calloc(model->n.group * KT_ROWS_COUNT, sizeof(int32_t)),
-                             .cap = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(int32_t)),
-                             .usual = calloc(model->n.front * KT_ROWS_COUNT + 1, sizeof(double))};
-    kt_status status = KT_OK;
-    if (!found.q || !found.fraction || !found.nontrivial || !found.chosen || !found.sampled || !found.rank ||
-        !found.near || !found.open || !found.seen || !found.placed || !found.cap || !found.usual)
-        status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
-    if (status == KT_OK)
-        status = kt_data_create(model, &data, error);
+    kt_rank_samples found = {.places = false};
+    const size_t bytes = place_rank_samples(NULL, NULL, &model->n);
+    void *memory = kt_arena_allocate(bytes, "ranks", NULL);
+    if (memory == NULL)
+        return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
+    memset(memory, 0, bytes);
+    (void)place_rank_samples(&found, memory, &model->n);
+    kt_status status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
         begin_ranks(model, data, found.nontrivial);
         memcpy(found.q + 2 * model->n.q, model->q0, model->n.q * sizeof *found.q);
@@ -191,17 +183,6 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         status = choose_among_delayed(model, &found, error);
     }
     kt_data_free(data);
-    free(found.usual);
-    free(found.cap);
-    free(found.rank);
-    free(found.placed);
-    free(found.seen);
-    free(found.open);
-    free(found.near);
-    free(found.sampled);
-    free(found.chosen);
-    free(found.nontrivial);
-    free(found.fraction);
-    free(found.q);
+    kt_aligned_release(memory);
     return status;
 }

@@ -137,7 +137,7 @@ static kt_status undo_rounding(kt_model *model, kt_data *data, size_t g, kt_rank
     for (size_t i = 0; i < 2 * model->n.loop; i++)
         given[i] = model->loop[i / 2].frame[i % 2];
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
-    const kt_status status = kt_group_repair(model, data, g, found->q, done);
+    const kt_status status = kt_group_repair(model, data, g, found->q, given, done);
     model->rounding = rounding;
     if (*done) {
         forget_samples(model, data, g, found);

@@ -2,6 +2,7 @@
 #ifndef KT_COMPILE_RANK_SAMPLES_H
 #define KT_COMPILE_RANK_SAMPLES_H
 
+#include "base/arena.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "reduction/delassus.h"
@@ -10,20 +11,24 @@
 
 enum { KT_RANK_SAMPLES = 7 };
 
-/* The results of the samples: for each equation, whether it is nontrivial (not void); for each group, whether any
- * position was closed, and its ranks. */
+/* The results of the samples: type, name, count, meaning. */
+#define KT_RANK_SAMPLES_FIELDS(X)                                                                                      \
+    X(double, q, 3 * n->q, "three positions; the third of each group's links where its rank was found")                \
+    X(double, fraction, n->group, "of the displacements, from which a group closes")                                   \
+    X(double, near, n->v, "a displacement that the equations allow")                                                   \
+    X(bool, nontrivial, n->row, "equations that are not void")                                                         \
+    X(bool, sampled, n->group, "groups that are closed at any position")                                               \
+    X(bool, open, n->group, "groups that no sample closes")                                                            \
+    X(bool, seen, n->group, "those of them that one closes except for a disagreement")                                 \
+    X(bool, placed, n->group, "groups with a loop whose place may move")                                               \
+    X(bool, chosen, KT_ROWS_COUNT * n->row, "equations, at the best position of each group")                           \
+    X(int32_t, rank, KT_ROWS_COUNT * n->group, "of each group")                                                        \
+    X(int32_t, cap, KT_ROWS_COUNT * n->front, "of the steps of fronts: independent equations up to there")             \
+    X(double, usual, KT_ROWS_COUNT * n->front, "likewise: the largest size of the last one")
+
 typedef struct kt_rank_samples {
-    double *q;        /* three positions; the third of each group's links where its rank was found */
-    double *fraction; /* of the displacements, from which a group closes */
-    double *near;     /* a displacement that the equations allow */
-    bool *nontrivial, *sampled;
-    bool *open, *seen; /* groups that no sample closes; those of them that one closes except for a disagreement */
-    bool *placed;      /* groups with a loop whose place may move */
-    bool places;       /* only these are evaluated */
-    bool *chosen;      /* KT_ROWS_COUNT times the equations: at the best position of each group */
-    int32_t *rank;     /* KT_ROWS_COUNT a group */
-    int32_t *cap;      /* KT_ROWS_COUNT times the steps of fronts: independent equations up to there */
-    double *usual;     /* likewise: the largest size of the last one */
+    bool places; /* only groups with a place that may move are evaluated */
+    KT_ARENA_DECLARE(KT_RANK_SAMPLES_FIELDS)
 } kt_rank_samples;
 
 /* The size of the displacement of a sample. */

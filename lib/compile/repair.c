@@ -19,6 +19,8 @@
  */
 #include "compile/repair.h"
 
+#include "base/aligned.h"
+#include "base/arena.h"
 #include "base/generic.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
@@ -27,7 +29,6 @@
 #include "linear/cholesky.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -47,22 +48,35 @@ enum {
     1e-13 /* the gap, relative to the scales, at which corrections are found; they go on as long as it shrinks */
 #define DIFFERENCE 1e-5
 
+/* Arrays for n corrections, k equations, m coordinates and nq positions: type, name, count, meaning. */
+#define REPAIR_FIELDS(X)                                                                                               \
+    X(double, p, n, "corrections, in radians and lengths of the longest loop")                                         \
+    X(double, step, n, "right-hand side of the normal equations of the corrections, and the step")                     \
+    X(double, row, n + k + m, "a row of W' B, and scratch")                                                            \
+    X(double, h, n *n, "matrix of the normal equations")                                                               \
+    X(double, b, n *k, "B")                                                                                            \
+    X(double, a, k *m, "A in units of its scales, by rows")                                                            \
+    X(double, phi, k, "in units of its scales")                                                                        \
+    X(double, left, k *k, "singular vectors, those of the largest values first")                                       \
+    X(double, right, m *m, "likewise")                                                                                 \
+    X(double, size, k + m, "singular values")                                                                          \
+    X(double, work, k *m, "scratch")                                                                                   \
+    X(double, before, m, "the motion at the position before")                                                          \
+    X(double, newton, 5 * (k + m) * (k + m) + (m + 1) * (k + 1) * (m + 2) + 4 * (k + m) + nq,                          \
+      "of positions in which a direction is lost")                                                                     \
+    X(double, q, (GENERIC + FLAT + 2) * nq, "the positions")
+
 typedef struct repair {
     kt_model *model;
     kt_data *data;
     size_t g;
-    int k, m, rank, count;      /* equations, coordinates; corrections */
-    const kt_pose *given;       /* two a loop */
-    double *p;                  /* corrections, in radians and lengths of the longest loop */
-    double *h, *step, *b, *row; /* normal equations of the corrections; B; a row of W' B */
-    double *a, *phi;            /* A and phi in units of their scales, A by rows */
-    double *left, *right;       /* singular vectors, those of the largest values first */
-    double *size, *work;
-    double *newton; /* of positions in which a direction is lost */
-    double *before; /* the motion at the position before */
-    double *q;      /* the positions */
-    int generic, flat;
+    int k, m, rank, count; /* equations, coordinates; corrections */
+    const kt_pose *given;  /* two a loop */
+    int generic, flat;     /* positions */
+    KT_ARENA_DECLARE(REPAIR_FIELDS)
 } repair;
+
+KT_ARENA_ARRAYS(place_repair, repair, REPAIR_FIELDS, size_t n, size_t k, size_t m, size_t nq)
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
@@ -476,8 +490,8 @@ static bool repair_group_rows(repair *u, const double *base) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static kt_status try_group(kt_model *model, kt_data *data, size_t g, const double *base, const kt_pose *given,
-                           bool *found) {
+kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, const kt_pose *given,
+                          bool *found) {
     const kt_group *group = &model->group[g];
     repair u = {.model = model,
                 .data = data,
@@ -486,46 +500,21 @@ static kt_status try_group(kt_model *model, kt_data *data, size_t g, const doubl
                 .m = group->v_count,
                 .given = given,
                 .count = 2 * CORRECTIONS * group->loop_count};
+    *found = false;
     u.rank = u.m - 1;
     if (u.rank < 1 || u.k < u.rank || kt_group_has_fronts(group) || group->loop_count > LOOPS_MAX ||
         u.k + u.m > SIZE_MAX_OF_GROUP)
         return KT_OK;
-    const size_t n = (size_t)u.count, k = (size_t)u.k, m = (size_t)u.m, both = k + m;
-    const size_t newton = 5 * both * both + (m + 1) * (k + 1) * (m + 2) + 4 * both + model->n.q;
-    double *numbers =
-        calloc(n * n + 4 * n + n * k + 4 * both * both + 6 * both + newton + (GENERIC + FLAT + 2) * model->n.q,
-               sizeof *numbers);
-    if (!numbers)
+    const size_t n = (size_t)u.count, k = (size_t)u.k, m = (size_t)u.m, nq = model->n.q;
+    const size_t bytes = place_repair(NULL, NULL, n, k, m, nq);
+    void *memory = kt_arena_allocate(bytes, "the repair of a group", NULL);
+    if (memory == NULL)
         return KT_ERROR_MEMORY;
-    u.p = numbers;
-    u.step = u.p + n;
-    u.row = u.step + n;
-    u.h = u.row + n + both;
-    u.b = u.h + n * n;
-    u.a = u.b + n * k;
-    u.phi = u.a + k * m;
-    u.left = u.phi + k;
-    u.right = u.left + k * k;
-    u.size = u.right + m * m;
-    u.work = u.size + both;
-    u.before = u.work + k * m;
-    u.newton = u.before + m;
-    u.q = u.newton + newton;
-    *found = repair_group_rows(&u, base);
-    free(numbers);
-    return KT_OK;
-}
-
-kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, bool *found) {
-    kt_pose *given = malloc(2 * model->n.loop * sizeof *given);
-    *found = false;
-    if (!given)
-        return KT_ERROR_MEMORY;
-    for (size_t i = 0; i < 2 * model->n.loop; i++)
-        given[i] = model->loop[i / 2].frame[i % 2];
-    const kt_status status = try_group(model, data, g, q, given, found);
+    memset(memory, 0, bytes);
+    (void)place_repair(&u, memory, n, k, m, nq);
+    *found = repair_group_rows(&u, q);
+    kt_aligned_release(memory);
     if (!*found)
         kt_loops_place_ends(model, given);
-    free(given);
-    return status;
+    return KT_OK;
 }
