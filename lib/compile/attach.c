@@ -193,10 +193,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         *number += kt_curve_number_count(&function);
         prepare_loop(loop, m, r, number);
         m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
-        r->name = (uint32_t)*text;
-        const size_t length = strlen(loop->name) + 1;
-        memcpy(m->text + *text, loop->name, length);
-        *text += length;
+        r->name = kt_model_keep_text(m, text, loop->name);
     }
 }
 
@@ -251,12 +248,8 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         r->joint_force_derivatives = KT_IF_JACOBIAN(effect->joint_force_derivatives);
         r->corner = effect->corner;
         r->user = effect->user;
-        if (effect->name) {
-            const size_t size = strlen(effect->name) + 1;
-            r->name = (uint32_t)*text;
-            memcpy(m->text + *text, effect->name, size);
-            *text += size;
-        }
+        if (effect->name)
+            r->name = kt_model_keep_text(m, text, effect->name);
         const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;

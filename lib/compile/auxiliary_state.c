@@ -79,16 +79,13 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
         const kt_state *state = &d->states[i];
         int law, of;
         const kt_effect rate = effect_of(d, state, &law, &of);
-        const size_t size = strlen(state->name) + 1;
         kt_effect_record *r = &m->state[i];
         *r = (kt_effect_record){.type = (int32_t)rate.type,
                                 .source = (int32_t)(law < 0 ? i : law),
-                                .name = (uint32_t)*text,
+                                .name = kt_model_keep_text(m, text, state->name),
                                 .law_rate = (int32_t)of + 1,
                                 .corner = rate.corner,
                                 .user = rate.user};
-        memcpy(m->text + *text, state->name, size);
-        *text += size;
         m->v0[m->n.v + (size_t)i] = state->initial;
         status = kt_attach_fill_formulas(a, m, &rate, r, number, variable, part, error);
     }

@@ -123,14 +123,6 @@ static size_t find_planes(build *b, kt_plan plan) {
     return in_space ? 0 : planes;
 }
 
-static uint32_t keep_model_text(kt_model *m, size_t *used, const char *text) {
-    const uint32_t at = (uint32_t)*used;
-    const size_t length = strlen(text) + 1;
-    memcpy(m->text + at, text, length);
-    *used += length;
-    return at;
-}
-
 /* Records which coordinates the description gives. The last three velocity coordinates of a joint with a quaternion are
  * its angular velocity. */
 static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
@@ -172,8 +164,8 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     size_t text = 0, marker = 0;
     int32_t q = 0, v = 0, limit = 0;
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
-    m->body[0].name = keep_model_text(m, &text, "world");
-    m->name = keep_model_text(m, &text, d->name ? d->name : "");
+    m->body[0].name = kt_model_keep_text(m, &text, "world");
+    m->name = kt_model_keep_text(m, &text, d->name ? d->name : "");
     kt_status status = KT_OK;
     for (int i = 0; i < d->body_count && status == KT_OK; i++) {
         const kt_body *body = &d->bodies[b->order[i]];
@@ -195,14 +187,14 @@ static kt_status keep_bodies(build *b, kt_error *error) {
             m->limit[limit] = body->joint.limits;
             r->limit = ++limit;
         }
-        r->name = keep_model_text(m, &text, body->name);
-        r->joint_name = body->joint.name ? keep_model_text(m, &text, body->joint.name) : r->name;
+        r->name = kt_model_keep_text(m, &text, body->name);
+        r->joint_name = body->joint.name ? kt_model_keep_text(m, &text, body->joint.name) : r->name;
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
         for (int k = 0; k < body->marker_count && status == KT_OK; k++) {
             kt_marker_record *mark = &m->marker[marker++];
             mark->frame.position = body->markers[k].at;
-            mark->name = keep_model_text(m, &text, body->markers[k].name);
+            mark->name = kt_model_keep_text(m, &text, body->markers[k].name);
             status = kt_rotation_evaluate(&body->markers[k].rotation, &mark->frame.rotation, error);
         }
     }

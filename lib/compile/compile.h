@@ -8,6 +8,8 @@
 #include "model/model.h"
 #include "model/switching.h"
 
+#include <string.h>
+
 /* kt_model_compile without the check and without measured springs. */
 KT_INNER kt_status kt_model_build(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
@@ -92,6 +94,15 @@ KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *des
  * links' origins). */
 KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
+
+/* Copies a text into those of a model from *used on, and returns its place there. */
+static inline uint32_t kt_model_keep_text(kt_model *m, size_t *used, const char *text) {
+    const uint32_t at = (uint32_t)*used;
+    const size_t length = strlen(text) + 1;
+    memcpy(m->text + at, text, length);
+    *used += length;
+    return at;
+}
 
 /* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
