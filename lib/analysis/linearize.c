@@ -147,6 +147,7 @@ static void add_rotation_rate(const kt_linearization *l, const double *dq, doubl
 static void write_exact_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;
     memset(out->positions_of, 0, (size_t)system->states * nv * sizeof *out->positions_of);
+    memset(out->velocities_of, 0, (size_t)system->states * nv * sizeof *out->velocities_of);
     memcpy(out->positions_of, l->free_position, positions * nv * sizeof *out->positions_of);
     memcpy(out->velocities_of, l->velocity_change, positions * nv * sizeof *out->velocities_of);
     memcpy(out->velocities_of + positions * nv, l->free_velocity,
@@ -258,21 +259,11 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
 
 /* Writes dq and dv of all joints from the states. Entries with exact values replace the differenced ones. */
 static void write_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
-    const size_t nv = l->size.v, f = l->size.f, positions = (size_t)system->positions;
-    for (size_t j = 0; j < (size_t)system->states; j++) {
-        double *dq = out->positions_of + j * nv, *dv = out->velocities_of + j * nv;
-        if (j >= moving_of(system)) {
-            memset(dq, 0, nv * sizeof *dq);
-            memset(dv, 0, nv * sizeof *dv);
-            continue;
-        }
-        if (j >= positions) {
-            memset(dq, 0, nv * sizeof *dq);
-            memcpy(dv, l->free_velocity + (j - positions) * nv, nv * sizeof *dv);
-            continue;
-        }
-        memcpy(dq, l->free_position + j * nv, nv * sizeof *dq);
-        memcpy(dv, l->derivative + j * f + nv, nv * sizeof *dv);
+    const size_t nv = l->size.v;
+    write_exact_bases(l, out, system);
+    for (size_t j = 0; j < (size_t)system->positions; j++) {
+        double *dv = out->velocities_of + j * nv;
+        memcpy(dv, l->derivative + j * l->size.f + nv, nv * sizeof *dv);
         for (int k = 0; k < system->velocities; k++)
             dv[out->velocity_coordinate[k]] = 0.0;
     }
