@@ -40,6 +40,17 @@ static void new_line(kt_emitter *e, int indent) {
     emit_bytes(e, blanks, (size_t)indent);
 }
 
+/* Separates an item of a flow level from the one before. */
+static void separate(kt_emitter *e, const kt_emit_level *level) {
+    if (level->count == 0)
+        return;
+    emit_bytes(e, ",", 1);
+    if (e->column > WIDTH)
+        new_line(e, level->indent);
+    else
+        emit_bytes(e, " ", 1);
+}
+
 static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }
 
 /* Writes the text between the last value, or the key, and the next value. */
@@ -55,12 +66,8 @@ static void before_value(kt_emitter *e, bool block) {
     if (!level->flow) {
         new_line(e, level->indent);
         emit_bytes(e, "- ", 2);
-    } else if (level->count > 0) {
-        emit_bytes(e, ",", 1);
-        if (e->column > WIDTH)
-            new_line(e, level->indent);
-        else
-            emit_bytes(e, " ", 1);
+    } else {
+        separate(e, level);
     }
     level->count++;
 }
@@ -137,12 +144,7 @@ static void begin_key(kt_emitter *e) {
     kt_emit_level *level = &e->levels[e->depth - 1];
     const kt_emit_level *outer = e->depth > 1 ? level - 1 : NULL;
     if (level->flow) {
-        if (level->count > 0)
-            emit_bytes(e, ",", 1);
-        if (level->count > 0 && e->column > WIDTH)
-            new_line(e, level->indent);
-        else if (level->count > 0)
-            emit_bytes(e, " ", 1);
+        separate(e, level);
     } else if (level->count > 0 || (outer != NULL && !outer->list)) {
         new_line(e, level->indent);
     }

@@ -16,6 +16,16 @@ static bool is_one_of(const char *text, const char *const *words) {
     return false;
 }
 
+bool kt_is_word_of(const char *text, const char *const *words) {
+    char lower[sizeof "infinity"];
+    size_t length = strlen(text);
+    if (length >= sizeof lower)
+        return false;
+    for (size_t i = 0; i <= length; i++)
+        lower[i] = (char)(text[i] >= 'A' && text[i] <= 'Z' ? text[i] - 'A' + 'a' : text[i]);
+    return is_one_of(lower, words);
+}
+
 /* 0x1F, 0o17; also with a sign. */
 static bool is_hex(const char *text) {
     const char *c = kt_decimal_skip_sign(text);
@@ -37,14 +47,7 @@ static bool is_not_finite(const char *text) {
 
 static bool is_inf_word(const char *text) {
     static const char *const words[] = {"inf", "nan", "infinity", NULL};
-    const char *word = kt_decimal_skip_sign(text);
-    char lower[sizeof "infinity"];
-    size_t length = strlen(word);
-    if (length >= sizeof lower)
-        return false;
-    for (size_t i = 0; i <= length; i++)
-        lower[i] = (char)(word[i] >= 'A' && word[i] <= 'Z' ? word[i] - 'A' + 'a' : word[i]);
-    return is_one_of(lower, words);
+    return kt_is_word_of(kt_decimal_skip_sign(text), words);
 }
 
 /* A number that ends the text, or is followed by blanks and a unit. */

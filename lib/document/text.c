@@ -54,17 +54,8 @@ bool kt_character_is_plain(uint32_t c) {
 
 /* Words that YAML 1.1 reads as booleans; those of 1.2 are among kt_scalar_classify's. */
 static bool is_old_boolean(const char *text) {
-    static const char *const words[] = {"y", "yes", "on", "n", "no", "off", "true", "false", "null"};
-    char lower[8];
-    size_t length = strlen(text);
-    if (length >= sizeof lower)
-        return false;
-    for (size_t i = 0; i <= length; i++)
-        lower[i] = (char)(text[i] >= 'A' && text[i] <= 'Z' ? text[i] - 'A' + 'a' : text[i]);
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strcmp(lower, words[i]) == 0)
-            return true;
-    return false;
+    static const char *const words[] = {"y", "yes", "on", "n", "no", "off", "true", "false", "null", NULL};
+    return kt_is_word_of(text, words);
 }
 
 static bool is_letter_or_digit(char c) { return kt_is_letter(c) || kt_is_digit(c); }
