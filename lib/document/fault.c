@@ -16,6 +16,18 @@ bool kt_reader_out_of_memory(kt_reader *r) {
     return false;
 }
 
+void *kt_reader_take(kt_reader *r, kt_pool *pool, size_t count, size_t size) {
+    void *taken = kt_pool_take(pool, count, size);
+    r->out_of_memory = r->out_of_memory || taken == NULL;
+    return taken;
+}
+
+char *kt_reader_text(kt_reader *r, kt_pool *pool, const char *text, size_t length) {
+    char *copy = kt_pool_text(pool, text, length);
+    r->out_of_memory = r->out_of_memory || copy == NULL;
+    return copy;
+}
+
 static void phrase_add_list(kt_phrase *phrase, const char *format, va_list arguments) KT_PRINTF(2, 0);
 
 /* A phrase that is full stays as it is. */

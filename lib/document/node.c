@@ -42,11 +42,9 @@ kt_node *kt_node_builder_add(kt_node_builder *b, kt_node_kind kind, uint32_t lin
                            "the file has more values than a scene may have (8388608)");
         return NULL;
     }
-    kt_node *node = kt_pool_take(&b->r->scratch, 1, sizeof *node);
-    if (node == NULL) {
-        (void)kt_reader_out_of_memory(b->r);
+    kt_node *node = kt_reader_take(b->r, &b->r->scratch, 1, sizeof *node);
+    if (node == NULL)
         return NULL;
-    }
     b->count++;
     node->kind = (uint8_t)kind;
     node->line = line;

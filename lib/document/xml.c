@@ -53,10 +53,7 @@ static kt_element here(const kt_xml *x) {
 }
 
 static const char *keep_xml_text(kt_xml *x, const char *text) {
-    const char *copy = kt_pool_text(&x->reader->scratch, text, strlen(text));
-    if (copy == NULL)
-        (void)kt_reader_out_of_memory(x->reader);
-    return copy;
+    return kt_reader_text(x->reader, &x->reader->scratch, text, strlen(text));
 }
 
 /* Copies names and values, which expat frees. */
@@ -64,11 +61,9 @@ static bool keep_attributes(kt_xml *x, kt_element *element, const XML_Char **att
     size_t count = 0;
     while (attributes[count] != NULL)
         count++;
-    const char **kept = kt_pool_take(&x->reader->scratch, count + 1, sizeof *kept);
+    const char **kept = kt_reader_take(x->reader, &x->reader->scratch, count + 1, sizeof *kept);
     element->attributes = kept;
-    if (kept == NULL)
-        return kt_reader_out_of_memory(x->reader);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count && kept != NULL; i++)
         kept[i] = keep_xml_text(x, attributes[i]);
     return !x->reader->out_of_memory;
 }
@@ -93,18 +88,15 @@ static void XMLCALL start_element(void *user, const XML_Char *name, const XML_Ch
         stop(x);
         return;
     }
-    kt_element *element = kt_pool_take(&x->reader->scratch, 1, sizeof *element);
+    kt_element *element = kt_reader_take(x->reader, &x->reader->scratch, 1, sizeof *element);
     if (element == NULL || !keep_attributes(x, element, attributes)) {
-        (void)kt_reader_out_of_memory(x->reader);
         stop(x);
         return;
     }
+    const char *const *kept = element->attributes;
+    *element = place;
+    element->attributes = kept;
     element->name = keep_xml_text(x, name);
-    element->line = place.line;
-    element->column = place.column;
-    element->file = place.file;
-    element->included = place.included;
-    element->by = place.by;
     if (x->at != NULL)
         hang_below(x->at, element);
     else
@@ -123,9 +115,7 @@ static void keep_leaf(kt_xml *x) {
         to--;
     if (from == to)
         return;
-    x->at->text = kt_pool_text(&x->reader->scratch, x->text + from, to - from);
-    if (x->at->text == NULL)
-        (void)kt_reader_out_of_memory(x->reader);
+    x->at->text = kt_reader_text(x->reader, &x->reader->scratch, x->text + from, to - from);
 }
 
 static void XMLCALL end_element(void *user, const XML_Char *name) {
@@ -146,9 +136,8 @@ static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
     if (x->reader->out_of_memory)
         return;
     if (size > x->text_room) {
-        char *more = kt_pool_take(&x->reader->scratch, 2 * size, 1);
+        char *more = kt_reader_take(x->reader, &x->reader->scratch, 2 * size, 1);
         if (more == NULL) {
-            (void)kt_reader_out_of_memory(x->reader);
             stop(x);
             return;
         }
@@ -244,8 +233,12 @@ static const char *take_dashes_away(kt_reader *reader, const char *text, size_t 
     return text;
 }
 
-static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
+static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
     kt_reader *reader = x->reader;
+    text = take_late_away(reader, text, size, late);
+    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
+    if (text == NULL)
+        return kt_reader_out_of_memory(reader);
     x->parser = XML_ParserCreate(NULL);
     if (x->parser == NULL)
         return kt_reader_out_of_memory(reader);
@@ -268,9 +261,7 @@ static bool parse(kt_xml *x, const char *text, size_t size, kt_element **root) {
 
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late) {
     kt_xml x = {.reader = reader};
-    text = take_late_away(reader, text, size, late);
-    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
-    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
+    return parse(&x, text, size, root, late);
 }
 
 bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
@@ -280,9 +271,7 @@ bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, con
                 .include = include->included != NULL ? include->included : include,
                 .by = include};
     kt_xml_late late;
-    text = take_late_away(reader, text, size, &late);
-    text = text != NULL ? take_dashes_away(reader, text, size) : NULL;
-    return text != NULL ? parse(&x, text, size, root) : kt_reader_out_of_memory(reader);
+    return parse(&x, text, size, root, &late);
 }
 
 const char *kt_xml_attribute(const kt_element *element, const char *name) {

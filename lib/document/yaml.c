@@ -76,8 +76,11 @@ static bool fits_pattern(const char *pattern, const char *text) {
     return pattern == NULL || (text != NULL && strcmp(pattern, text) == 0);
 }
 
-static bool report_at(kt_reader *r, yaml_mark_t mark, const char *message) {
-    return kt_fault_put(r, KT_ERROR_SCENE, (uint32_t)mark.line + 1, (uint32_t)mark.column + 1, "%s", message);
+static uint32_t yaml_line_of(yaml_mark_t mark) { return (uint32_t)mark.line + 1; }
+static uint32_t yaml_column_of(yaml_mark_t mark) { return (uint32_t)mark.column + 1; }
+
+static bool fault_at_mark(kt_reader *r, yaml_mark_t mark, const char *message) {
+    return kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark), "%s", message);
 }
 
 /* Reports a character that cannot begin a token: a tab, or one that YAML reserves (@ ` and, here, %). */
@@ -85,9 +88,9 @@ static void report_no_token(kt_reader *r, const yaml_parser_t *parser) {
     char character = (char)*parser->buffer.pointer;
     yaml_mark_t mark = parser->problem_mark;
     if (character == '\t')
-        (void)report_at(r, mark, "a tab cannot indent; use blanks");
+        (void)fault_at_mark(r, mark, "a tab cannot indent; use blanks");
     else
-        (void)kt_fault_put(r, KT_ERROR_SCENE, (uint32_t)mark.line + 1, (uint32_t)mark.column + 1,
+        (void)kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark),
                            "a value cannot begin with '%c'; put the text in quotes", character);
 }
 
@@ -97,7 +100,7 @@ static void report_with_line(kt_reader *r, const kt_syntax *syntax, const yaml_p
     kt_phrase phrase = {.length = 0};
     kt_phrase_add(&phrase, "%.*s%u%s", (int)(hole - syntax->message), syntax->message,
                   (unsigned)parser->context_mark.line + 1, hole + 2);
-    (void)report_at(r, parser->problem_mark, phrase.text);
+    (void)fault_at_mark(r, parser->problem_mark, phrase.text);
 }
 
 static void report_syntax(kt_reader *r, const yaml_parser_t *parser) {
@@ -112,16 +115,13 @@ static void report_syntax(kt_reader *r, const yaml_parser_t *parser) {
         if (syntax->spot == SPOT_BOTH)
             report_with_line(r, syntax, parser);
         else
-            (void)report_at(r, syntax->spot == SPOT_CONTEXT ? parser->context_mark : parser->problem_mark,
-                            syntax->message);
+            (void)fault_at_mark(r, syntax->spot == SPOT_CONTEXT ? parser->context_mark : parser->problem_mark,
+                                syntax->message);
         return;
     }
-    (void)kt_fault_put(r, KT_ERROR_SCENE, (uint32_t)parser->problem_mark.line + 1,
-                       (uint32_t)parser->problem_mark.column + 1, "this is not YAML: %s",
-                       parser->problem == NULL ? "unknown fault" : parser->problem);
+    (void)kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(parser->problem_mark), yaml_column_of(parser->problem_mark),
+                       "this is not YAML: %s", parser->problem == NULL ? "unknown fault" : parser->problem);
 }
-
-/* ---- parsing ----------------------------------------------------------------------------------------------------- */
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
 
@@ -155,19 +155,12 @@ static bool check_characters(kt_reader *r, const char *text, size_t size) {
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
 
-static uint32_t yaml_line_of(yaml_mark_t mark) { return (uint32_t)mark.line + 1; }
-static uint32_t yaml_column_of(yaml_mark_t mark) { return (uint32_t)mark.column + 1; }
-
-static bool fault_at_mark(kt_reader *r, yaml_mark_t mark, const char *message) {
-    return kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark), "%s", message);
-}
-
-static kt_node *add_yaml_node(kt_node_builder *b, kt_node_kind kind, yaml_mark_t mark) {
-    return kt_node_builder_add(b, kind, yaml_line_of(mark), yaml_column_of(mark));
+static kt_node *add_yaml_text(kt_node_builder *b, yaml_mark_t mark) {
+    return kt_node_builder_add(b, KT_NODE_TEXT, yaml_line_of(mark), yaml_column_of(mark));
 }
 
 static bool add_scalar(kt_node_builder *b, const yaml_event_t *event) {
-    kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
+    kt_node *node = add_yaml_text(b, event->start_mark);
     if (node == NULL)
         return false;
     size_t length = event->data.scalar.length;
@@ -184,7 +177,7 @@ static bool add_scalar(kt_node_builder *b, const yaml_event_t *event) {
 }
 
 static bool add_alias(kt_node_builder *b, const yaml_event_t *event) {
-    kt_node *node = add_yaml_node(b, KT_NODE_TEXT, event->start_mark);
+    kt_node *node = add_yaml_text(b, event->start_mark);
     if (node == NULL)
         return false;
     node->of.text = "";

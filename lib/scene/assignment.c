@@ -196,15 +196,6 @@ static bool take_assignment_memory(kt_pool *pool, kt_assignments *to, size_t num
            to->changes != NULL && to->news != NULL && to->inertia != NULL && to->x != NULL;
 }
 
-/* A copy of an expression that the scene has, which may be released before. */
-static const kt_expression *keep_expression(kt_pool *pool, const kt_expression *expression) {
-    const size_t size = sizeof *expression + expression->count * sizeof expression->term[0];
-    kt_expression *kept = kt_pool_take(pool, 1, size);
-    if (kept != NULL)
-        memcpy(kept, expression, size);
-    return kept;
-}
-
 static void bind_parameters(kt_assignments *to, const kt_scene *scene, const kt_model *model) {
     for (int k = 0; k < to->parameter_count; k++) {
         const kt_assigned_parameter parameter = kt_assignments_parameter(scene, k);
@@ -247,7 +238,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && (next = kt_assignments_next(scene, &k)) != NULL;) {
         kt_assigned_number number = *next;
-        number.expression = keep_expression(pool, number.expression);
+        number.expression = kt_expression_keep(pool, number.expression); /* the scene may be released before */
         if (number.expression == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
         if (number.parameter >= 0 && !to->is_set[number.parameter])

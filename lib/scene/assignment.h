@@ -60,6 +60,9 @@ const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k);
 const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k);
 double kt_varied_value(const kt_scene *scene, size_t k);
 
+/* A copy of an expression; NULL: out of memory. */
+const kt_expression *kt_expression_keep(kt_pool *pool, const kt_expression *expression);
+
 /* The present values of these variables, and their number. */
 const double *kt_varied_values(const kt_scene *scene, size_t *count);
 

@@ -44,9 +44,7 @@ static bool check_stations(kt_reader *r, const kt_scope *scope, kt_node *node) {
 static double *take_stations(kt_reader *r, const kt_scope *scope, kt_node *node) {
     if (!check_stations(r, scope, node))
         return NULL;
-    double *stations = kt_pool_take(&r->scratch, node->count, sizeof *stations);
-    if (stations == NULL)
-        (void)kt_reader_out_of_memory(r);
+    double *stations = kt_reader_take(r, &r->scratch, node->count, sizeof *stations);
     return stations;
 }
 
@@ -55,15 +53,13 @@ static bool read_along(kt_reader *r, const kt_scope *scope, kt_node *node, kt_be
     if (node->kind != KT_NODE_LIST)
         return kt_read_number(r, scope, node, KT_QUANTITY_POSITIVE, &out->value);
     double *stations = take_stations(r, scope, node);
-    int count = 0;
+    kt_scope here = {.outer = scope};
     if (stations == NULL)
         return false;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, count++) {
-        const kt_scope here = {.outer = scope, .index = count};
-        if (!kt_read_number(r, &here, item, KT_QUANTITY_POSITIVE, &stations[count]))
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        if (!kt_read_number(r, &here, item, KT_QUANTITY_POSITIVE, &stations[here.index]))
             return false;
-    }
-    *out = (kt_beam_property){.stations = stations, .station_count = count};
+    *out = (kt_beam_property){.stations = stations, .station_count = here.index};
     return true;
 }
 
@@ -75,18 +71,17 @@ static const kt_kind kind_scalar = {.read = read_scalar};
 /* A list of pairs [y, z] at stations along the beam. */
 static bool read_pairs_along(kt_reader *r, const kt_scope *scope, kt_node *node, kt_beam_property out[2]) {
     double *y = take_stations(r, scope, node), *z = y != NULL ? take_stations(r, scope, node) : NULL, x[2];
-    int count = 0;
+    kt_scope here = {.outer = scope};
     if (z == NULL)
         return false;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, count++) {
-        const kt_scope here = {.outer = scope, .index = count};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++) {
         if (!kt_read_numbers(r, &here, item, 2, KT_QUANTITY_POSITIVE, NULL, x))
             return false;
-        y[count] = x[0];
-        z[count] = x[1];
+        y[here.index] = x[0];
+        z[here.index] = x[1];
     }
-    out[0] = (kt_beam_property){.stations = y, .station_count = count};
-    out[1] = (kt_beam_property){.stations = z, .station_count = count};
+    out[0] = (kt_beam_property){.stations = y, .station_count = here.index};
+    out[1] = (kt_beam_property){.stations = z, .station_count = here.index};
     return true;
 }
 
@@ -120,13 +115,12 @@ static bool read_ends(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     (void)field;
     if (node->kind != KT_NODE_LIST || node->count != 2)
         return kt_fault_expected(r, scope, node, "two of clamped, hinged and free");
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++) {
         const int value = kt_choice_read(r, &here, item, &choice);
         if (value < 0)
             return false;
-        out->beam.ends[i] = (kt_beam_end)value;
+        out->beam.ends[here.index] = (kt_beam_end)value;
     }
     out->has_ends = true;
     return true;

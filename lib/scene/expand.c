@@ -32,11 +32,9 @@ static kt_node *section_of(kt_reader *r, const char *key, uint8_t kind, const kt
     kt_node *section = kt_node_find(r->root, key);
     if (section != NULL)
         return section->kind == kind ? section : NULL; /* any other kind is reported when the section is read */
-    kt_node *made = kt_pool_take(&r->scratch, 2, sizeof *made);
-    if (made == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_node *made = kt_reader_take(r, &r->scratch, 2, sizeof *made);
+    if (made == NULL)
         return NULL;
-    }
     made[0] = (kt_node){.of.text = key, .next = &made[1], .count = (uint32_t)strlen(key), .plain = true};
     made[1] = (kt_node){.kind = kind};
     made[0].line = made[1].line = place->line;

@@ -13,10 +13,15 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+/* The index of a parameter; -1: there is none of this name. */
+static int find_parameter(const kt_reader *r, const char *name) {
+    return r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
+}
+
 /* The formula has a variable of this name. A parameter of the same name is an auxiliary state if an event sets it, and
  * else it is hidden there. */
 static void note_variable(kt_reader *r, const char *name, const kt_node *formula) {
-    const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
+    const int k = find_parameter(r, name);
     if (k < 0)
         return;
     kt_named_number *parameter = &r->scene->parameters[k];
@@ -30,7 +35,7 @@ static void note_variable(kt_reader *r, const char *name, const kt_node *formula
 
 static bool find_parameter_symbol(void *user, const char *name, kt_symbol *symbol) {
     kt_reader *r = user;
-    const int k = r->scene->parameter_count > 0 ? kt_names_find(&r->scene->parameter_names, 0, name) : -1;
+    const int k = find_parameter(r, name);
     if (k < 0)
         return false;
     r->scene->parameters[k].is_used = true;
@@ -45,9 +50,13 @@ static const char *list_parameter(void *user, int k) {
     return k < r->scene->parameter_count && r->effort > 0 ? r->scene->parameters[k].name : NULL;
 }
 
-bool kt_is_parameter(const kt_reader *r, const char *name) {
-    return r->scene->parameter_count > 0 && kt_names_find(&r->scene->parameter_names, 0, name) >= 0;
+const char *kt_variable_text(kt_reader *r, const kt_variable *variable) {
+    char text[KT_EXPRESSION_NAME_MAX + 1];
+    (void)kt_variable_name(r->scene->description, variable, text, sizeof text);
+    return kt_pool_text(&r->scratch, text, strlen(text));
 }
+
+bool kt_is_parameter(const kt_reader *r, const char *name) { return find_parameter(r, name) >= 0; }
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
 
@@ -74,11 +83,9 @@ static const kt_expression *parse_text(kt_reader *r, const char *text, const kt_
                                        kt_error *error) {
     const size_t size = kt_expression_size(text);
     const kt_expression *expression = NULL;
-    void *memory = kt_pool_take(&r->scratch, size, 1);
+    void *memory = kt_reader_take(r, &r->scratch, size, 1);
     int column = 0;
-    if (memory == NULL)
-        (void)kt_reader_out_of_memory(r);
-    else if (kt_expression_parse(text, symbols, memory, size, &expression, &column, error) == KT_OK)
+    if (memory != NULL && kt_expression_parse(text, symbols, memory, size, &expression, &column, error) == KT_OK)
         return expression;
     *at = column - 1;
     return NULL;
@@ -188,10 +195,7 @@ static const char *fill_in(kt_reader *r, const char *text, const kt_expression *
         length += put_parameter(r, text + to, name, term->number, filled + length, sizeof filled - length);
         from = to + name;
     }
-    const char *kept = kt_pool_text(&r->keep, filled, length);
-    if (kept == NULL)
-        (void)kt_reader_out_of_memory(r);
-    return kept;
+    return kt_reader_text(r, &r->keep, filled, length);
 }
 
 /* Whether an expression is of the quantity that is expected; if not, it reports that. */

@@ -24,6 +24,9 @@ struct kt_named_number {
     uint32_t hidden_line, hidden_column; /* of the first formula that has a variable of its name; 0: none */
 };
 
+/* The name of a variable of the description, which lasts as long as the reading; NULL: out of memory. */
+const char *kt_variable_text(kt_reader *r, const kt_variable *variable);
+
 /* Whether there is a parameter of this name. */
 bool kt_is_parameter(const kt_reader *r, const char *name);
 

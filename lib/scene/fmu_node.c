@@ -12,11 +12,9 @@ void kt_fmus_take(kt_reader *r) {
     kt_node *list = kt_node_find(r->root, "effects");
     if (list == NULL || list->kind != KT_NODE_LIST)
         return;
-    r->scene->fmu_nodes = kt_pool_take(&r->scratch, (size_t)list->count + 1, sizeof *r->scene->fmu_nodes);
-    if (r->scene->fmu_nodes == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    r->scene->fmu_nodes = kt_reader_take(r, &r->scratch, (size_t)list->count + 1, sizeof *r->scene->fmu_nodes);
+    if (r->scene->fmu_nodes == NULL)
         return;
-    }
     for (kt_node **at = &list->of.first; *at != NULL;) {
         kt_node *item = *at;
         if (!is_fmu(item)) {

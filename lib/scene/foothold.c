@@ -10,6 +10,7 @@
 #include "scene/action.h"
 #include "scene/expand.h"
 #include "scene/expression.h"
+#include "scene/fmu_node.h"
 #include "scene/named.h"
 #include "scene/part.h"
 
@@ -58,11 +59,9 @@ static const kt_node *loop_of_action(const kt_node *action) {
 /* The items of the file that have this name; NULL: none. */
 static const char *users_of_name(const kt_reader *r, const char *name) {
     static const char *const keys[] = {"parameters", "expressions", "states"};
-    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
-        const kt_node *items = kt_node_find(r->root, keys[k]);
-        if (items != NULL && items->kind == KT_NODE_MAP && kt_node_find(items, name) != NULL)
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
+        if (kt_section_has(r, keys[k], name))
             return keys[k];
-    }
     return NULL;
 }
 
@@ -109,11 +108,9 @@ void kt_footholds_expand(kt_reader *r) {
     kt_actions_visit(r, count_action, &list);
     if (list.count == 0)
         return;
-    list.names = kt_pool_take(&r->scratch, (size_t)list.count, sizeof *list.names);
+    list.names = kt_reader_take(r, &r->scratch, (size_t)list.count, sizeof *list.names);
     list.count = 0;
-    if (list.names == NULL)
-        (void)kt_reader_out_of_memory(r);
-    else
+    if (list.names != NULL)
         kt_actions_visit(r, expand_action, &list);
 }
 

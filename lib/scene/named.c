@@ -95,9 +95,8 @@ void kt_expressions_list(kt_reader *r) {
     else if (map->count > EXPRESSION_COUNT_MAX)
         (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, map, "there are %u expressions; a scene has at most %d",
                           (unsigned)map->count, (int)EXPRESSION_COUNT_MAX);
-    else if ((r->scene->named = kt_pool_take(&r->scratch, (size_t)map->count + 1, sizeof *r->scene->named)) == NULL)
-        (void)kt_reader_out_of_memory(r);
-    else
+    else if ((r->scene->named = kt_reader_take(r, &r->scratch, (size_t)map->count + 1, sizeof *r->scene->named)) !=
+             NULL)
         for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
             list_one(r, &scope, key);
 }

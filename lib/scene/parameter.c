@@ -142,11 +142,9 @@ static void read_with_unit(kt_reader *r, const kt_scope *outer, kt_named_number 
 
 static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
     const int count = r->scene->parameter_count;
-    int *computable = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *computable), computable_count = 0;
-    if (computable == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    int *computable = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *computable), computable_count = 0;
+    if (computable == NULL)
         return;
-    }
     for (int k = 0; k < count; k++) {
         r->scene->parameters[k].missing = r->scene->parameters[k].use_count;
         if (r->scene->parameters[k].missing == 0)
@@ -251,11 +249,9 @@ void kt_parameters_read(kt_reader *r) {
 static void follow_parameter_uses(kt_reader *r) {
     const int count = r->scene->parameter_count;
     kt_uses uses = {.uses = NULL};
-    int *used = kt_pool_take(&r->scratch, (size_t)count + 1, sizeof *used), used_count = 0;
-    if (used == NULL || !list_uses(r, &uses)) {
-        (void)kt_reader_out_of_memory(r);
+    int *used = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *used), used_count = 0;
+    if (used == NULL || !list_uses(r, &uses))
         return;
-    }
     for (int k = 0; k < count; k++) {
         r->scene->parameters[k].is_mentioned = uses.first_user[k + 1] > uses.first_user[k];
         if (r->scene->parameters[k].is_used)
@@ -272,39 +268,38 @@ static void follow_parameter_uses(kt_reader *r) {
     }
 }
 
-static bool put_note(kt_reader *r, const char *path, uint32_t line, uint32_t column, const char *what,
+static void put_note(kt_reader *r, const char *path, uint32_t line, uint32_t column, const char *what,
                      kt_scene_note *note) {
     char where[KT_WHERE_SIZE];
     kt_document_where(where, path, line, column);
-    *note = (kt_scene_note){.where = kt_pool_text(&r->keep, where, strlen(where)),
-                            .what = kt_pool_text(&r->keep, what, strlen(what))};
-    return note->where != NULL && note->what != NULL;
+    *note = (kt_scene_note){.where = kt_reader_text(r, &r->keep, where, strlen(where)),
+                            .what = kt_reader_text(r, &r->keep, what, strlen(what))};
 }
 
 /* A formula that was meant to use the parameter has other values. */
-static bool note_hidden(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
+static void note_hidden(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what,
                   "'%s' is a variable of this formula, which hides the parameter '%s'%s; give the parameter "
                   "another name",
                   parameter->name, parameter->name, parameter->is_used ? "" : ", and nothing else uses the parameter");
     const bool is_in_file = parameter->hidden_line < KT_SETTING_LINE;
-    return put_note(r, path, is_in_file ? parameter->hidden_line : parameter->key->line,
-                    is_in_file ? parameter->hidden_column : parameter->key->column, what.text, note);
+    put_note(r, path, is_in_file ? parameter->hidden_line : parameter->key->line,
+             is_in_file ? parameter->hidden_column : parameter->key->column, what.text, note);
 }
 
-static bool note_parameter(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
+static void note_parameter(kt_reader *r, const char *path, const kt_named_number *parameter, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what, "nothing uses the parameter '%s'%s; write =%s where it is meant", parameter->name,
                   parameter->is_mentioned ? " but others that nothing uses" : "", parameter->name);
-    return put_note(r, path, parameter->key->line, parameter->key->column, what.text, note);
+    put_note(r, path, parameter->key->line, parameter->key->column, what.text, note);
 }
 
-static bool note_expression(kt_reader *r, const char *path, const kt_node *key, kt_scene_note *note) {
+static void note_expression(kt_reader *r, const char *path, const kt_node *key, kt_scene_note *note) {
     kt_phrase what = {.length = 0};
     kt_phrase_add(&what, "nothing uses the expression '%.60s'; write its name in a formula, or remove it",
                   key->of.text);
-    return put_note(r, path, key->line, key->column, what.text, note);
+    put_note(r, path, key->line, key->column, what.text, note);
 }
 
 static bool is_noted(const kt_named_number *parameter) { return !parameter->is_used || parameter->hidden_line != 0; }
@@ -317,34 +312,27 @@ static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
         count += is_noted(&r->scene->parameters[k]);
     for (int k = 0; kt_expression_unused(r, k) != NULL; k++)
         count++;
-    kt_scene_note *notes = count > 0 ? kt_pool_take(&r->keep, (size_t)count, sizeof *notes) : NULL;
-    bool good = count == 0 || notes != NULL;
-    for (int k = 0; good && k < r->scene->parameter_count; k++)
+    kt_scene_note *notes = count > 0 ? kt_reader_take(r, &r->keep, (size_t)count, sizeof *notes) : NULL;
+    if (notes == NULL)
+        return;
+    for (int k = 0; k < r->scene->parameter_count; k++)
         if (is_noted(&r->scene->parameters[k]))
-            good = (r->scene->parameters[k].hidden_line != 0 ? note_hidden : note_parameter)(
-                r, path, &r->scene->parameters[k], &notes[scene->note_count++]);
+            (r->scene->parameters[k].hidden_line != 0 ? note_hidden : note_parameter)(r, path, &r->scene->parameters[k],
+                                                                                      &notes[scene->note_count++]);
     const kt_node *key;
-    for (int k = 0; good && (key = kt_expression_unused(r, k)) != NULL; k++)
-        good = note_expression(r, path, key, &notes[scene->note_count++]);
-    if (!good)
-        (void)kt_reader_out_of_memory(r);
+    for (int k = 0; (key = kt_expression_unused(r, k)) != NULL; k++)
+        note_expression(r, path, key, &notes[scene->note_count++]);
     scene->notes = notes;
 }
 
 static void keep_parameters(kt_reader *r, kt_scene *scene) {
-    kt_scene_parameter *parameters = kt_pool_take(&r->keep, (size_t)r->scene->parameter_count, sizeof *parameters);
+    kt_scene_parameter *parameters = kt_reader_take(r, &r->keep, (size_t)r->scene->parameter_count, sizeof *parameters);
     for (int k = 0; parameters != NULL && k < r->scene->parameter_count; k++) {
         const kt_named_number *from = &r->scene->parameters[k];
-        parameters[k] = (kt_scene_parameter){.name = kt_pool_text(&r->keep, from->name, strlen(from->name)),
+        parameters[k] = (kt_scene_parameter){.name = kt_reader_text(r, &r->keep, from->name, strlen(from->name)),
                                              .value = from->value,
                                              .is_set = from->node->line >= KT_SETTING_LINE,
                                              .is_used = from->is_used};
-        if (parameters[k].name == NULL)
-            parameters = NULL;
-    }
-    if (parameters == NULL) {
-        (void)kt_reader_out_of_memory(r);
-        return;
     }
     scene->parameters = parameters;
     scene->parameter_count = r->scene->parameter_count;
@@ -352,16 +340,9 @@ static void keep_parameters(kt_reader *r, kt_scene *scene) {
 
 static void keep_settings(kt_reader *r, const kt_scene_options *options, kt_scene *scene) {
     const int count = options->setting_count;
-    const char **settings = kt_pool_take(&r->keep, (size_t)count, sizeof *settings);
-    for (int k = 0; settings != NULL && k < count; k++) {
-        settings[k] = kt_pool_text(&r->keep, options->settings[k], strlen(options->settings[k]));
-        if (settings[k] == NULL)
-            settings = NULL;
-    }
-    if (settings == NULL) {
-        (void)kt_reader_out_of_memory(r);
-        return;
-    }
+    const char **settings = kt_reader_take(r, &r->keep, (size_t)count, sizeof *settings);
+    for (int k = 0; settings != NULL && k < count; k++)
+        settings[k] = kt_reader_text(r, &r->keep, options->settings[k], strlen(options->settings[k]));
     scene->settings = settings;
     scene->setting_count = count;
 }

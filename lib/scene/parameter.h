@@ -18,4 +18,7 @@ void kt_settings_apply(kt_reader *r, const kt_scene_options *options, const kt_t
 #define KT_SETTING_LINE 0xF0000000U
 static inline uint32_t kt_setting_line(int k) { return KT_SETTING_LINE + (uint32_t)k; }
 
+/* Writes a place: in the file of this path, or in a setting, which is given with its text. */
+void kt_reader_where(const kt_reader *r, const char *path, uint32_t line, uint32_t column, char where[KT_WHERE_SIZE]);
+
 #endif

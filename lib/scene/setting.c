@@ -60,11 +60,9 @@ static kt_node *read_setting_value(const kt_setting *s, size_t at) {
 }
 
 static kt_node *new_setting_node(const kt_setting *s, size_t at, const kt_node *like) {
-    kt_node *node = kt_pool_take(&s->r->scratch, 1, sizeof *node);
-    if (node == NULL) {
-        (void)kt_reader_out_of_memory(s->r);
+    kt_node *node = kt_reader_take(s->r, &s->r->scratch, 1, sizeof *node);
+    if (node == NULL)
         return NULL;
-    }
     *node = *like;
     node->line = kt_setting_line(s->index);
     node->column = (uint32_t)at + 1;
@@ -148,9 +146,7 @@ static const char *next_path_word(const kt_setting *s, size_t *at, bool *is_inde
         (void)reject_setting(s, *at, *is_index ? "write [k], k from 0" : "a word of the path is missing here");
         return NULL;
     }
-    const char *word = kt_pool_text(&s->r->scratch, from + *is_index, length);
-    if (word == NULL)
-        (void)kt_reader_out_of_memory(s->r);
+    const char *word = kt_reader_text(s->r, &s->r->scratch, from + *is_index, length);
     *at += *is_index ? length + 2 : length;
     return word;
 }
@@ -217,22 +213,25 @@ static void apply_setting(const kt_setting *s) {
     node->next = next;
 }
 
-/* The settings, and those of variables; NULL: out of memory. */
+void kt_reader_where(const kt_reader *r, const char *path, uint32_t line, uint32_t column, char where[KT_WHERE_SIZE]) {
+    if (line < KT_SETTING_LINE)
+        kt_document_where(where, path, line, column);
+    else
+        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->scene->settings[line - KT_SETTING_LINE]);
+}
+
+/* The settings, and those of variables. */
 static const char *const *list_settings(kt_reader *r, const kt_scene_options *options) {
     const int count = options->setting_count + options->variable_count;
-    const char **texts = kt_pool_take(&r->scratch, (size_t)count, sizeof *texts);
+    const char **texts = kt_reader_take(r, &r->scratch, (size_t)count, sizeof *texts);
     for (int k = 0; texts != NULL && k < count; k++) {
         const int variable = k - options->setting_count;
         const size_t room = variable < 0 ? 0 : strlen(options->variables[variable]) + 32;
-        char *own = variable < 0 ? NULL : kt_pool_take(&r->scratch, room, 1);
+        char *own = variable < 0 ? NULL : kt_reader_take(r, &r->scratch, room, 1);
         if (own != NULL)
             (void)snprintf(own, room, "%s=%.17g", options->variables[variable], options->values[variable]);
         texts[k] = variable < 0 ? options->settings[k] : own;
-        if (texts[k] == NULL)
-            texts = NULL;
     }
-    if (texts == NULL)
-        (void)kt_reader_out_of_memory(r);
     return texts;
 }
 

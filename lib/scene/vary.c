@@ -61,12 +61,10 @@ void kt_varying_start(kt_reader *r, const kt_scene_options *options) {
     const int count = options != NULL ? options->variable_count : 0;
     if (count == 0 && !kt_assignments_exist(r))
         return;
-    kt_scene_variables *v = kt_pool_take(&r->keep, 1, sizeof *v);
-    double *values = kt_pool_take(&r->keep, (size_t)count + 1, sizeof *values);
-    if (v == NULL || values == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_scene_variables *v = kt_reader_take(r, &r->keep, 1, sizeof *v);
+    double *values = kt_reader_take(r, &r->keep, (size_t)count + 1, sizeof *values);
+    if (v == NULL || values == NULL)
         return;
-    }
     if (count > 0)
         memcpy(values, options->values, (size_t)count * sizeof *values);
     v->values = values;
@@ -103,11 +101,9 @@ static bool depends(const kt_reader *r, const kt_expression *expression, bool *i
 static void *grow_in_pool(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t *room, size_t size) {
     if (count < *room)
         return items;
-    void *more = kt_pool_take(pool, 2 * *room + 16, size);
-    if (more == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    void *more = kt_reader_take(r, pool, 2 * *room + 16, size);
+    if (more == NULL)
         return NULL;
-    }
     if (count > 0)
         memcpy(more, items, count * size);
     *room = 2 * *room + 16;
@@ -135,14 +131,19 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
     if (r->scene->varying == NULL || !(expression != NULL ? depends(r, expression, &is_assigned) || is_assigned
                                                           : node_variable_of(r->scene->varying, node) >= 0))
         return;
-    const size_t size = expression != NULL ? sizeof *expression + expression->count * sizeof expression->term[0] : 0;
-    kt_expression *kept = expression != NULL ? kt_pool_take(&r->keep, 1, size) : NULL;
-    if (kept != NULL)
-        memcpy(kept, expression, size);
+    const kt_expression *kept = expression != NULL ? kt_expression_keep(&r->keep, expression) : NULL;
     if (kept == NULL && expression != NULL)
         (void)kt_reader_out_of_memory(r);
     else
         add_pending(r, node, kept, is_assigned);
+}
+
+const kt_expression *kt_expression_keep(kt_pool *pool, const kt_expression *expression) {
+    const size_t size = sizeof *expression + expression->count * sizeof expression->term[0];
+    kt_expression *kept = kt_pool_take(pool, 1, size);
+    if (kept != NULL)
+        memcpy(kept, expression, size);
+    return kept;
 }
 
 static kt_bound_number *add_bound_number(kt_reader *r) {
@@ -228,15 +229,6 @@ static bool is_in_place(const kt_reader *r, kt_bound_number *number, kt_scene *s
     return *bound_place_of(number, scene) == bound_number_value(r->scene->varying, number, r->scene->varying->values);
 }
 
-static void tell_where(const kt_reader *r, const char *path, const kt_node *node, char where[KT_WHERE_SIZE]) {
-    if (node != NULL && node->line < KT_SETTING_LINE)
-        kt_document_where(where, path, node->line, node->column);
-    else if (node != NULL)
-        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->scene->settings[node->line - KT_SETTING_LINE]);
-    else
-        (void)snprintf(where, KT_WHERE_SIZE, "%s", path);
-}
-
 /* Reports a value that an event cannot change although it depends on a parameter that the event sets. */
 static void reject_assignment(kt_reader *r, kt_node *node) {
     (void)kt_fault_at(r, KT_ERROR_SCENE, NULL, node,
@@ -276,7 +268,10 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     for (size_t i = 0; i < v->count; i++) /* all: also those of a scene that has to be read anew may be set by events */
         follows = is_in_place(r, &v->bound[i], scene) && follows;
     v->is_fixed = !follows;
-    tell_where(r, path, v->pending_count > 0 ? v->pending[0].node : NULL, v->where);
+    if (v->pending_count > 0)
+        kt_reader_where(r, path, v->pending[0].node->line, v->pending[0].node->column, v->where);
+    else
+        (void)snprintf(v->where, KT_WHERE_SIZE, "%s", path);
     v->pending = NULL;
     scene->variables = v;
 }
@@ -288,14 +283,12 @@ void kt_assignments_add_states(kt_reader *r, kt_description *description) {
     if (v == NULL || r->scene->parameter_count == 0)
         return;
     const size_t count = (size_t)r->scene->parameter_count;
-    kt_state *states = kt_pool_take(&r->keep, count, sizeof *states);
-    v->assigned_state = kt_pool_take(&r->keep, count, sizeof *v->assigned_state);
-    v->is_set = kt_pool_take(&r->keep, count, sizeof *v->is_set);
-    r->scene->state_nodes = kt_pool_take(&r->scratch, count, sizeof(kt_node *));
-    if (states == NULL || v->assigned_state == NULL || v->is_set == NULL || r->scene->state_nodes == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_state *states = kt_reader_take(r, &r->keep, count, sizeof *states);
+    v->assigned_state = kt_reader_take(r, &r->keep, count, sizeof *v->assigned_state);
+    v->is_set = kt_reader_take(r, &r->keep, count, sizeof *v->is_set);
+    r->scene->state_nodes = kt_reader_take(r, &r->scratch, count, sizeof(kt_node *));
+    if (states == NULL || v->assigned_state == NULL || v->is_set == NULL || r->scene->state_nodes == NULL)
         return;
-    }
     v->parameter_count = r->scene->parameter_count;
     for (int k = 0; k < r->scene->parameter_count; k++) {
         const kt_named_number *parameter = &r->scene->parameters[k];
@@ -322,11 +315,15 @@ kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k) {
     return (kt_assigned_parameter){.value = v->parameters[k], .state = v->assigned_state[k], .is_set = v->is_set[k]};
 }
 
-const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k) {
-    const kt_scene_variables *v = scene->variables;
-    while (v != NULL && *k < v->count && !v->bound[*k].is_assigned)
+/* The next number from the *k-th on that is assigned, or a target. */
+static const kt_assigned_number *next_bound(const kt_scene_variables *v, bool is_target, size_t *k) {
+    while (v != NULL && *k < v->count && !(is_target ? v->bound[*k].is_target : v->bound[*k].is_assigned))
         (*k)++;
     return v != NULL && *k < v->count ? &v->bound[(*k)++].assigned : NULL;
+}
+
+const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k) {
+    return next_bound(scene->variables, false, k);
 }
 
 /* ---- numbers of a running simulation ----------------------------------------------------------------------------- */
@@ -351,10 +348,7 @@ bool kt_scene_follows(const kt_scene *scene, int k) {
 }
 
 const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k) {
-    const kt_scene_variables *v = scene->variables;
-    while (v != NULL && *k < v->count && !v->bound[*k].is_target)
-        (*k)++;
-    return v != NULL && *k < v->count ? &v->bound[(*k)++].assigned : NULL;
+    return next_bound(scene->variables, true, k);
 }
 
 double kt_varied_value(const kt_scene *scene, size_t k) {
