@@ -15,6 +15,7 @@
 #include "document/file.h"
 #include "document/unit.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,13 +30,12 @@ const char *kt_path_near(kt_reader *r, const char *name) {
         return name;
     (void)sprintf(joined, "%.*s%s", (int)folder, folder > 0 ? r->path : "", name);
     char *whole = realpath(joined, NULL);
-    const char *kept = kt_pool_text(&r->keep, whole != NULL ? whole : joined, strlen(whole != NULL ? whole : joined));
+    const char *kept =
+        kt_reader_text(r, &r->keep, whole != NULL ? whole : joined, strlen(whole != NULL ? whole : joined));
     free(whole);
-    kt_named_file *file = kt_pool_take(&r->keep, 1, sizeof *file);
-    if (kept == NULL || file == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_named_file *file = kt_reader_take(r, &r->keep, 1, sizeof *file);
+    if (kept == NULL || file == NULL)
         return name;
-    }
     *file = (kt_named_file){.path = kept, .next = r->scene->files};
     r->scene->files = file;
     return kept;
@@ -63,8 +63,15 @@ typedef struct reading {
     const char *begin; /* of the line */
 } reading;
 
-static bool fault(const reading *f, const char *at, const char *message) {
+static bool fault(const reading *f, const char *at, const char *format, ...) KT_PRINTF(3, 4);
+
+static bool fault(const reading *f, const char *at, const char *format, ...) {
     const long column = at != NULL ? (long)(at - f->begin) + 1 : 1;
+    char message[KT_MESSAGE_SIZE];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
     return kt_fault_at(f->r, KT_ERROR_SCENE, f->scope, f->node, "%s:%ld:%ld: %s", f->path, f->line > 0 ? f->line : 1,
                        column, message);
 }
@@ -157,7 +164,6 @@ static int find_csv_column(const char *begin, const char *end, const char *name)
 }
 
 static bool fault_column(const reading *f, const char *end, const char *name) {
-    kt_phrase phrase = {.length = 0};
     kt_nearest near = kt_nearest_make(name, &f->r->effort);
     const char *begin = f->begin;
     cell in;
@@ -167,12 +173,10 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
         if (text != NULL)
             (void)kt_nearest_try(&near, text);
     }
-    kt_phrase_add(&phrase, "there is no column %s", kt_name_quote(name).text);
     if (near.best != NULL)
-        kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
-    else
-        kt_phrase_add(&phrase, "; the columns are %.*s", (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
-    return fault(f, f->begin, phrase.text);
+        return fault(f, f->begin, "there is no column %s; did you mean '%s'?", kt_name_quote(name).text, near.best);
+    return fault(f, f->begin, "there is no column %s; the columns are %.*s", kt_name_quote(name).text,
+                 (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
 }
 
 /* The index of a column: the chosen one. Without a choice, the time is `time` or `t`, and the value is the other of
@@ -180,7 +184,6 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
 static bool choose_csv_column(const reading *f, const char *end, const char *key, const char *name, int other,
                               int *column) {
     const int count = count_cells(f->begin, end);
-    kt_phrase phrase = {.length = 0};
     *column = name != NULL ? find_csv_column(f->begin, end, name) : -1;
     if (name == NULL && other >= 0 && count == 2)
         *column = 1 - other;
@@ -193,59 +196,52 @@ static bool choose_csv_column(const reading *f, const char *end, const char *key
     if (name != NULL && *column == -1)
         return fault_column(f, end, name);
     if (*column == -2)
-        kt_phrase_add(&phrase, "two columns have the name that is chosen; give one another name");
-    else if (*column >= 0)
-        kt_phrase_add(&phrase, "time and value are the same column; give `value` that of the values");
-    else
-        kt_phrase_add(&phrase, "give `%s` the name of a column; they are %.*s", key,
-                      (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
-    return fault(f, f->begin, phrase.text);
+        return fault(f, f->begin, "two columns have the name that is chosen; give one another name");
+    if (*column >= 0)
+        return fault(f, f->begin, "time and value are the same column; give `value` that of the values");
+    return fault(f, f->begin, "give `%s` the name of a column; they are %.*s", key,
+                 (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
 }
 
 /* The unit of a column, by its header, by the scene, or 1. */
 static const kt_unit *csv_unit_of(const reading *f, const char *end, int column, const char *stated, const char *key) {
     const cell c = cell_at(f->begin, end, column);
     cell in;
-    kt_phrase phrase = {.length = 0};
     (void)header_name_of(c, &in);
+    const char *const at = in.to > in.from ? in.from : c.from;
     const kt_unit *by_header = in.to > in.from ? kt_unit_find(in.from, (size_t)(in.to - in.from)) : NULL;
     const kt_unit *by_scene = stated != NULL ? kt_unit_find(stated, strlen(stated)) : NULL;
     if (stated != NULL && by_scene == NULL)
-        kt_phrase_add(&phrase, "there is no unit %s; take s, ms, rad, deg, m, mm, N, kN, 'N m', rad/s, rpm or the like",
-                      kt_name_quote(stated).text);
+        (void)fault(f, at, "there is no unit %s; take s, ms, rad, deg, m, mm, N, kN, 'N m', rad/s, rpm or the like",
+                    kt_name_quote(stated).text);
     else if (in.to > in.from && by_header == NULL)
-        kt_phrase_add(&phrase,
-                      "the unit '%.*s' is unknown; write s, ms, rad, deg, m, mm, N, kN, N m, rad/s, rpm or the like",
-                      (int)(in.to - in.from < 40 ? in.to - in.from : 40), in.from);
+        (void)fault(f, at,
+                    "the unit '%.*s' is unknown; write s, ms, rad, deg, m, mm, N, kN, N m, rad/s, rpm or the like",
+                    (int)(in.to - in.from < 40 ? in.to - in.from : 40), in.from);
     else if (by_header != NULL && by_scene != NULL && by_header != by_scene)
-        kt_phrase_add(&phrase, "the header states the unit '%s', and `%s` states '%s'; remove one of them",
-                      by_header->name, key, by_scene->name);
+        (void)fault(f, at, "the header states the unit '%s', and `%s` states '%s'; remove one of them", by_header->name,
+                    key, by_scene->name);
     else
         return by_header != NULL ? by_header : by_scene != NULL ? by_scene : kt_unit_find("1", 1);
-    (void)fault(f, in.to > in.from ? in.from : c.from, phrase.text);
     return NULL;
 }
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
 
 static bool read_cell(const reading *f, const char *end, int column, const kt_unit *of, double *value) {
-    kt_phrase phrase = {.length = 0};
     const int count = count_cells(f->begin, end);
-    if (column >= count) {
-        kt_phrase_add(&phrase, "the row has %d cell%s, and column %d is needed", count, count == 1 ? "" : "s",
-                      column + 1);
-        return fault(f, f->begin, phrase.text);
-    }
+    if (column >= count)
+        return fault(f, f->begin, "the row has %d cell%s, and column %d is needed", count, count == 1 ? "" : "s",
+                     column + 1);
     const cell c = cell_at(f->begin, end, column);
     const char *to = c.from;
     double number = 0.0;
-    if (c.from == c.to || !kt_decimal_read(c.from, &number, &to) || to != c.to) {
-        kt_phrase_add(&phrase, "expected a finite number, found '%.*s'", (int)(c.to - c.from < 40 ? c.to - c.from : 40),
-                      c.from);
-        if (memchr(f->begin, ';', (size_t)(end - f->begin)) != NULL)
-            kt_phrase_add(&phrase, "; separate cells by commas, and write a point for the decimal comma");
-        return fault(f, c.from, phrase.text);
-    }
+    if (c.from == c.to || !kt_decimal_read(c.from, &number, &to) || to != c.to)
+        return fault(f, c.from, "expected a finite number, found '%.*s'%s",
+                     (int)(c.to - c.from < 40 ? c.to - c.from : 40), c.from,
+                     memchr(f->begin, ';', (size_t)(end - f->begin)) != NULL
+                         ? "; separate cells by commas, and write a point for the decimal comma"
+                         : "");
     *value = number * of->times / of->divided;
     return true;
 }
@@ -257,12 +253,10 @@ static bool read_csv_rows(reading *f, const int column[2], const kt_unit *const 
         double *row = rows + 2 * (ptrdiff_t)*count;
         if (!read_cell(f, end, column[0], of[0], &row[0]) || !read_cell(f, end, column[1], of[1], &row[1]))
             return false;
-        if (*count > 0 && !(row[0] > row[-2])) {
-            kt_phrase phrase = {.length = 0};
-            kt_phrase_add(&phrase, "the time %.9g s follows %.9g s; times must increase, remove one of the rows",
-                          row[0], row[-2]);
-            return fault(f, cell_at(f->begin, end, column[0]).from, phrase.text);
-        }
+        if (*count > 0 && !(row[0] > row[-2]))
+            return fault(f, cell_at(f->begin, end, column[0]).from,
+                         "the time %.9g s follows %.9g s; times must increase, remove one of the rows", row[0],
+                         row[-2]);
         ++*count;
     }
     return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
@@ -288,24 +282,19 @@ static bool check_unread_unit(const reading *f, const char *end, int column, con
                               const char *si) {
     const cell c = cell_at(f->begin, end, column);
     const kt_unit *of = stated == NULL ? find_unread_unit(c, si) : NULL;
-    kt_phrase phrase = {.length = 0};
-    if (of == NULL)
-        return true;
-    kt_phrase_add(
-        &phrase,
-        "the name states a unit that is not read; write [%s] after a blank in the header, or `%s: %s` in the scene",
-        of->name, key, of->name);
-    return fault(f, c.from, phrase.text);
+    return of == NULL ||
+           fault(f, c.from,
+                 "the name states a unit that is not read; write [%s] after a blank in the header, or `%s: %s` in the "
+                 "scene",
+                 of->name, key, of->name);
 }
 
 /* The unit of a column measures another quantity than that of the values, with their SI unit. */
 static bool fault_unit(const reading *f, const char *end, int column, const kt_unit *of, const char *si) {
-    kt_phrase phrase = {.length = 0};
-    kt_phrase_add(&phrase,
-                  "the values here are in %.*s, and '%s' measures another quantity; state the right unit, or "
-                  "choose another column",
-                  (int)strcspn(si, "|"), si, of->name);
-    return fault(f, cell_at(f->begin, end, column).from, phrase.text);
+    return fault(f, cell_at(f->begin, end, column).from,
+                 "the values here are in %.*s, and '%s' measures another quantity; state the right unit, or choose "
+                 "another column",
+                 (int)strcspn(si, "|"), si, of->name);
 }
 
 static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows,

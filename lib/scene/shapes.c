@@ -133,10 +133,6 @@ static kt_sym3 shifted(kt_sym3 i, double m, kt_vec3 d) {
                         i.xy - m * d.x * d.y, i.xz - m * d.x * d.z, i.yz - m * d.y * d.z);
 }
 
-static kt_sym3 added(kt_sym3 a, kt_sym3 b) {
-    return kt_sym3_make(a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz);
-}
-
 bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node *const *nodes, kt_scene_part *parts,
                      int count, unsigned given, kt_body *body) {
     kt_vec3 com = kt_vec3_make(0.0, 0.0, 0.0);
@@ -162,7 +158,7 @@ bool kt_parts_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_node
         const kt_body part = part_body_of(&parts[i]);
         kt_vec3 c;
         if (parts[i].mass > 0.0 && kt_body_inertia(&part, &c, &own, NULL) == KT_OK)
-            inertia = added(inertia, shifted(own, parts[i].mass, kt_vec3_sub(c, com)));
+            inertia = kt_sym3_add(inertia, shifted(own, parts[i].mass, kt_vec3_sub(c, com)));
     }
     body->com = given & KT_GIVES_COM ? body->com : com;
     body->inertia = given & KT_GIVES_INERTIA ? body->inertia : inertia;
